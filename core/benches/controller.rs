@@ -6,18 +6,17 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use slamlab_core::robot::DriveTrain;
-use slamlab_core::robot::controller::{ControllerConfig, DriveController, Wish};
+use slamlab_core::robot::controller::{DriveController, Wish};
 
 const PERIOD: f64 = 1e-3;
 const RADIANS_PER_COUNT: f64 = TAU / 625.0;
 
 fn controller(c: &mut Criterion) {
-    let (train, config) = (DriveTrain::rp6(), ControllerConfig::default());
+    let train = DriveTrain::rp6();
     c.bench_function("controller/design", |b| {
-        b.iter(|| DriveController::new(black_box(&train), PERIOD, RADIANS_PER_COUNT, &config));
+        b.iter(|| DriveController::new(black_box(&train), PERIOD, RADIANS_PER_COUNT));
     });
-    let Ok(mut controller) = DriveController::new(&train, PERIOD, RADIANS_PER_COUNT, &config)
-    else {
+    let Ok(mut controller) = DriveController::new(&train, PERIOD, RADIANS_PER_COUNT) else {
         return;
     };
     let wish = Wish {

@@ -3,13 +3,8 @@
 
 use slamlab_core::format::firmware_header;
 use slamlab_core::robot::RobotModel;
-use slamlab_core::robot::controller::ControllerConfig;
 
 fn main() -> Result<(), firmware_header::HeaderError> {
-    let model = RobotModel::rp6();
-    print!(
-        "{}",
-        firmware_header::write(&model, &ControllerConfig::default())?
-    );
+    print!("{}", firmware_header::write(&RobotModel::rp6())?);
     Ok(())
 }

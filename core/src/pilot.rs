@@ -35,7 +35,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::control::{
-    SafeConfig, Steering, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
+    SafeConfig, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
 };
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
@@ -218,18 +218,15 @@ impl Pilot {
             return Command::Stop;
         }
         let pose = &now.estimate.pose;
-        let follower = self.errand.follower.as_mut();
-        match follower.map(|f| f.steer(pose, &self.model, &self.config.follow)) {
-            Some(Steering::Velocity { forward, turn }) => {
-                let wish = self.around_people((forward, turn), now);
-                self.safely(wish, now, self.config.safe)
-            }
-            Some(Steering::Arrived) => {
-                self.arrive(now);
-                Command::Stop
-            }
-            None => Command::Stop,
-        }
+        let Some(follower) = &mut self.errand.follower else {
+            return Command::Stop;
+        };
+        let Some(wish) = follower.steer(pose, &self.model, &self.config.follow) else {
+            self.arrive(now);
+            return Command::Stop;
+        };
+        let wish = self.around_people(wish, now);
+        self.safely(wish, now, self.config.safe)
     }
 
     /// Whether there is no other goal to turn to.
@@ -240,7 +237,7 @@ impl Pilot {
     /// Whether all is explored, and the robot on its way back to where it began.
     #[must_use]
     pub fn is_homeward(&self) -> bool {
-        self.errand.is_homeward()
+        self.errand.homeward.is_some()
     }
 
     /// Whether a continuous sensor has fallen silent.

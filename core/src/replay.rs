@@ -18,7 +18,7 @@ use crate::estimation::DriveFit;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
-use crate::points::{SigmaConfig, estimate_sigma};
+use crate::points::{Growth, estimate_sigma};
 use crate::robot::{OdometryCalibration, Scan, Stamp};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
@@ -221,7 +221,7 @@ impl Replay {
         let stretches = self.standing_stretches();
         let stretches: Vec<&[Scan]> = stretches.iter().map(Vec::as_slice).collect();
         DriveFit {
-            ranges: Some(estimate_sigma(&stretches, &SigmaConfig::default())),
+            ranges: Some(estimate_sigma(&stretches, Growth::Linear)),
             is_lidar: !self.log.scans_on_command(),
             ..self.session.fit()
         }

@@ -27,7 +27,7 @@ use crate::estimation::{EkfError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
-use crate::points::{BlindZone, MotionHistory, Points, WalkerConfig, Walkers, sectors};
+use crate::points::{BlindZone, MotionHistory, Points, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
 use method::Estimator;
@@ -102,8 +102,8 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             blind_zone: BlindZone::new(config.blind_zone),
-            walkers: Some(Walkers::new(WalkerConfig::default())),
-            vector: VectorMap::new(config.vector),
+            walkers: Some(Walkers::default()),
+            vector: VectorMap::default(),
             sonar_grid: None,
             config,
             points: None,
@@ -195,7 +195,6 @@ impl Slam {
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid: self.config.grid,
-            vector: self.config.vector,
             prior_map: std::mem::take(&mut self.config.prior_map),
             ..config.clone()
         };

@@ -27,14 +27,8 @@ fn drawn(world: &World, turn: f64) -> (CellRect, Vec<CellState>) {
         corners.iter().map(of).reduce(least).unwrap_or(0.0) as i32
     };
     let rect = CellRect {
-        min: CellIndex {
-            col: over(f64::min, |p| p.x) - 4,
-            row: over(f64::min, |p| p.y) - 4,
-        },
-        max: CellIndex {
-            col: over(f64::max, |p| p.x) + 5,
-            row: over(f64::max, |p| p.y) + 5,
-        },
+        min: CellIndex::new(over(f64::min, |p| p.x) - 4, over(f64::min, |p| p.y) - 4),
+        max: CellIndex::new(over(f64::max, |p| p.x) + 5, over(f64::max, |p| p.y) + 5),
     };
     let caster = Caster::new(world.walls());
     let centre = |index: usize| {

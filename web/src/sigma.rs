@@ -1,7 +1,7 @@
 //! σ(ρ) of a sensor from scans taken standing, for the page.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::points::{SigmaBin as Bin, SigmaConfig, SigmaError, estimate_sigma};
+use slamlab_core::points::{SigmaBin as Bin, SigmaError, estimate_sigma};
 use slamlab_core::robot::Scan;
 use slamlab_core::sim::SensorModel;
 use tsify::{Ts, Tsify};
@@ -111,11 +111,7 @@ impl SigmaCurve {
         growth: GrowthName,
         truth: Option<(f64, f64)>,
     ) -> Result<Self, SigmaError> {
-        let config = SigmaConfig {
-            growth: growth.into(),
-            ..SigmaConfig::default()
-        };
-        let fit = estimate_sigma(stretches, &config)?;
+        let fit = estimate_sigma(stretches, growth.into())?;
         let used = fit.to_use();
         let farthest = fit.bins.iter().map(|bin| bin.range).fold(0.0, f64::max);
         let at = |i: u32| 1.05 * farthest * f64::from(i) / f64::from(CURVE);

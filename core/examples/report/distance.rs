@@ -57,10 +57,7 @@ fn exactness(outcome: &mut Outcome, grids: u64) {
             let expected = squared
                 .min()
                 .map_or(f64::INFINITY, |s| (s as f64).sqrt() * CELL);
-            let found = field.at(CellIndex {
-                col: (at % width) as i32,
-                row: (at / width) as i32,
-            });
+            let found = field.at(CellIndex::new((at % width) as i32, (at / width) as i32));
             cells += 1;
             if found != expected {
                 most = most.max((found - expected).abs());
@@ -111,10 +108,7 @@ fn growth(outcome: &mut Outcome) {
 fn square(width: usize, height: usize) -> CellRect {
     CellRect {
         min: CellIndex { col: 0, row: 0 },
-        max: CellIndex {
-            col: width as i32,
-            row: height as i32,
-        },
+        max: CellIndex::new(width as i32, height as i32),
     }
 }
 

@@ -13,7 +13,7 @@ use nalgebra::Point2;
 use serde_json::{Value, json};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::{Mode, Status};
-use slamlab_core::plan::{Shortening, SmoothConfig};
+use slamlab_core::plan::Shortening;
 use slamlab_core::sim::SensorKind;
 
 use super::{Args, Outcome};
@@ -87,7 +87,7 @@ fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Res
     let mut config = ExperimentConfig::new(world, robot, SensorKind::Lidar.model(), seed);
     config.mode = Mode::Manual;
     config.pilot.route.shortening = shortening;
-    config.pilot.route.rounding = is_rounded.then(SmoothConfig::default);
+    config.pilot.route.is_rounded = is_rounded;
     let mut experiment = Experiment::new(config)?;
     let mut missed = 0;
     for goal in [there, Point2::origin(), there] {

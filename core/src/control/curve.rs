@@ -17,7 +17,7 @@
 
 use nalgebra::Point2;
 
-use super::follow::{FollowConfig, Steering, turn_rate, turns_on_spot};
+use super::follow::{BRAKING, FollowConfig, turn_rate, turns_on_spot};
 use crate::geom::{Pose2, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
@@ -82,8 +82,13 @@ impl CurveFollower {
         Path { points }
     }
 
-    /// The speeds for this tick.
-    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+    /// The speeds for this tick, m/s and rad/s; `None` when the path has been driven.
+    pub fn steer(
+        &mut self,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Option<(f64, f64)> {
         while let Some(run) = self.runs.get(self.run) {
             self.place = nearest(run, self.place, pose.position());
             let left = way_left(run, self.place, pose.position());
@@ -94,7 +99,7 @@ impl CurveFollower {
             self.place = 0;
             self.is_turning = true;
         }
-        Steering::Arrived
+        None
     }
 
     fn along(
@@ -103,7 +108,7 @@ impl CurveFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Steering {
+    ) -> Option<(f64, f64)> {
         let run = &self.runs[self.run];
         let here = run[self.place];
         let fastest = speed(run, self.place, left, model, config);
@@ -113,19 +118,16 @@ impl CurveFollower {
         let to_aim = aim - pose.position();
         let distance = to_aim.norm().max(1e-3);
         let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
-        self.is_turning = turns_on_spot(self.is_turning, error, config);
+        self.is_turning = turns_on_spot(self.is_turning, error);
         if self.is_turning {
             let turn = turn_rate(error, model, config);
-            return Steering::Velocity { forward: 0.0, turn };
+            return Some((0.0, turn));
         }
         let (sin, _) = crate::geom::sin_cos(error);
         let bend = 2.0 * sin / distance;
         let most_turn = config.pace * model.max_turn_rate;
         let forward = fastest.min(most_turn / bend.abs().max(1e-9));
-        Steering::Velocity {
-            forward,
-            turn: (forward * bend).clamp(-most_turn, most_turn),
-        }
+        Some((forward, (forward * bend).clamp(-most_turn, most_turn)))
     }
 }
 
@@ -197,7 +199,7 @@ fn aim(run: &[Place], way: f64) -> Point2<f64> {
 
 /// The speed from which every arc ahead, and the end, can be braked for.
 fn speed(run: &[Place], from: usize, left: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
-    let brake = config.braking * model.max_acceleration;
+    let brake = BRAKING * model.max_acceleration;
     let most = config.pace * model.max_speed;
     let turn = TURN_PART * config.pace * model.max_turn_rate;
     let left = left.max(0.0);

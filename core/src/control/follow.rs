@@ -18,56 +18,37 @@ use crate::geom::{Pose2, Segment, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
 
+/// Part of the robot's acceleration that braking counts on; more is faster and overshoots sooner.
+pub(super) const BRAKING: f64 = 0.6;
+/// Driving begins below this heading error, rad.
+const ALIGNED: f64 = 0.05;
+/// Driving is given up for turning on the spot above this heading error, rad.
+pub(super) const ASTRAY: f64 = 0.6;
+/// Turn rate for a radian of heading error, 1/s.
+const TURN_GAIN: f64 = 2.5;
+/// Corners that turn less than this are taken without a stop, rad.
+const SOFT_CORNER: f64 = 0.35;
+
 /// How a path is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowConfig {
     /// Part of the robot's highest speeds that is used. Default 1.
     pub pace: f64,
-    /// Part of the robot's acceleration that braking counts on. Default 0.6; more is faster and
-    /// overshoots sooner.
-    pub braking: f64,
     /// A leg ends this near to its end, m. Default 0.02.
     pub tolerance: f64,
     /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and
     /// swings sooner.
     pub look_ahead: f64,
-    /// Driving begins below this heading error, rad. Default 0.05.
-    pub aligned: f64,
-    /// Driving is given up for turning on the spot above this heading error, rad. Default 0.6.
-    pub astray: f64,
-    /// Turn rate for a radian of heading error, 1/s. Default 2.5.
-    pub turn_gain: f64,
-    /// Corners that turn less than this are taken without a stop, rad. Default 0.35.
-    pub soft_corner: f64,
 }
 
 impl Default for FollowConfig {
     fn default() -> Self {
         Self {
             pace: 1.0,
-            braking: 0.6,
             tolerance: 0.02,
             look_ahead: 0.25,
-            aligned: 0.05,
-            astray: 0.6,
-            turn_gain: 2.5,
-            soft_corner: 0.35,
         }
     }
-}
-
-/// What to do now.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Steering {
-    /// Drive with these speeds, m/s and rad/s.
-    Velocity {
-        /// Forward speed, m/s.
-        forward: f64,
-        /// Turn rate, rad/s.
-        turn: f64,
-    },
-    /// The path has been driven.
-    Arrived,
 }
 
 /// Follows one path.
@@ -101,8 +82,13 @@ impl Follower {
         }
     }
 
-    /// The speeds for this tick.
-    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+    /// The speeds for this tick, m/s and rad/s; `None` when the path has been driven.
+    pub fn steer(
+        &mut self,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Option<(f64, f64)> {
         match self {
             Self::Legs(legs) => legs.steer(pose, model, config),
             Self::Curve(curve) => curve.steer(pose, model, config),
@@ -142,16 +128,21 @@ impl LegFollower {
         }
     }
 
-    /// The speeds for this tick.
-    pub fn steer(&mut self, pose: &Pose2, model: &RobotModel, config: &FollowConfig) -> Steering {
+    /// The speeds for this tick, m/s and rad/s; `None` when the path has been driven.
+    pub fn steer(
+        &mut self,
+        pose: &Pose2,
+        model: &RobotModel,
+        config: &FollowConfig,
+    ) -> Option<(f64, f64)> {
         while let Some(&leg) = self.legs.get(self.current) {
             if !has_ended(&leg, pose.position(), config) {
                 return self.along(&leg, pose, model, config);
             }
             self.current += 1;
-            self.is_turning |= self.corner() > config.soft_corner;
+            self.is_turning |= self.corner() > SOFT_CORNER;
         }
-        Steering::Arrived
+        None
     }
 
     fn along(
@@ -160,7 +151,7 @@ impl LegFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Steering {
+    ) -> Option<(f64, f64)> {
         let length = leg.length();
         let direction = leg.vector() / length;
         let done = (pose.position() - leg.a).dot(&direction);
@@ -169,30 +160,26 @@ impl LegFollower {
         let aim = leg.a + direction * (done.max(0.0) + config.look_ahead);
         let to_aim = aim - pose.position();
         let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
-        self.is_turning = turns_on_spot(self.is_turning, error, config);
+        self.is_turning = turns_on_spot(self.is_turning, error);
         let turn = turn_rate(error, model, config);
         if self.is_turning {
-            return Steering::Velocity { forward: 0.0, turn };
+            return Some((0.0, turn));
         }
-        let brake = config.braking * model.max_acceleration;
+        let brake = BRAKING * model.max_acceleration;
         let next = self.legs.get(self.current + 1);
         let at_end = match next {
             // A soft corner is taken at a speed that the turn can follow.
-            Some(next) if turn_between(leg, next) <= config.soft_corner => 0.4 * model.max_speed,
+            Some(next) if turn_between(leg, next) <= SOFT_CORNER => 0.4 * model.max_speed,
             _ => 0.0,
         };
         let left = left.max(0.0);
         let by_braking = (at_end * at_end + 2.0 * brake * left).sqrt();
         // The last centimetres: proportional, no faster than the braking curve.
         let by_distance = at_end + 2.0 * left + 0.01;
-        let by_heading = model.max_speed * (1.0 - error.abs() / config.astray).max(0.0);
-        Steering::Velocity {
-            forward: (config.pace * model.max_speed)
-                .min(by_braking)
-                .min(by_distance)
-                .min(by_heading),
-            turn,
-        }
+        let by_heading = model.max_speed * (1.0 - error.abs() / ASTRAY).max(0.0);
+        let by_pace = config.pace * model.max_speed;
+        let forward = by_pace.min(by_braking).min(by_distance).min(by_heading);
+        Some((forward, turn))
     }
 
     /// Angle between the leg before the current one and the current one; π where there is none.
@@ -206,10 +193,10 @@ impl LegFollower {
 }
 
 /// Whether the robot turns on the spot: from a great error on, until it is small.
-pub(super) fn turns_on_spot(is_turning: bool, error: f64, config: &FollowConfig) -> bool {
-    if error.abs() > config.astray {
+pub(super) fn turns_on_spot(is_turning: bool, error: f64) -> bool {
+    if error.abs() > ASTRAY {
         true
-    } else if error.abs() < config.aligned {
+    } else if error.abs() < ALIGNED {
         false
     } else {
         is_turning
@@ -219,8 +206,8 @@ pub(super) fn turns_on_spot(is_turning: bool, error: f64, config: &FollowConfig)
 /// Turn rate for a heading error: proportional near zero, a braking curve farther out, the model's
 /// limit beyond.
 pub(super) fn turn_rate(error: f64, model: &RobotModel, config: &FollowConfig) -> f64 {
-    let by_braking = (2.0 * config.braking * model.max_turn_acceleration * error.abs()).sqrt();
-    let rate = (config.turn_gain * error.abs())
+    let by_braking = (2.0 * BRAKING * model.max_turn_acceleration * error.abs()).sqrt();
+    let rate = (TURN_GAIN * error.abs())
         .min(by_braking)
         .min(config.pace * model.max_turn_rate);
     rate.copysign(error)

@@ -22,9 +22,7 @@ use super::{
     within_model,
 };
 use crate::geom::Pose2;
-use crate::points::{
-    BlindZone, BlindZoneConfig, MotionHistory, PointConfig, Points, WalkerConfig, Walkers,
-};
+use crate::points::{BlindZone, BlindZoneConfig, MotionHistory, PointConfig, Points, Walkers};
 use crate::robot::{Command, Odometry, RobotModel, Scan};
 
 /// Seconds of odometry that are kept: the slowest sweep is that of rangers on a servo.
@@ -70,7 +68,7 @@ impl SafeMode {
             config: SafeConfig::default().by_hand(),
             history: MotionHistory::new(HISTORY),
             near: BlindZone::new(near),
-            walkers: Walkers::new(WalkerConfig::default()),
+            walkers: Walkers::default(),
             points: None,
             motion_since_scan: Pose2::identity(),
             commanded: (0.0, 0.0),

@@ -16,11 +16,11 @@ mod watch;
 mod window;
 
 pub use curve::CurveFollower;
-pub use follow::{FollowConfig, Follower, LegFollower, Steering};
+pub use follow::{FollowConfig, Follower, LegFollower};
 pub use guard::SafeMode;
 pub use outline::limit_outline;
 pub use safe::{SafeConfig, Underway, limit_speed, within_model};
 pub use separation::{leg_is_safe, limit_among_walkers};
 pub use strip::free_distance;
 pub use watch::ProgressWatch;
-pub use window::{Avoidance, People, WindowConfig, choose_in_window};
+pub use window::{Avoidance, People, choose_in_window};

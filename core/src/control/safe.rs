@@ -28,6 +28,9 @@ use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::RobotModel;
 
+/// Part of the robot's acceleration that braking counts on.
+pub(super) const BRAKING: f64 = 0.7;
+
 /// How cautious safe mode is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafeConfig {
@@ -38,15 +41,10 @@ pub struct SafeConfig {
     /// the motors. What stands still asks for half of that, since odometry moves its points along;
     /// a person who comes nearer meanwhile for all of it.
     pub reaction: f64,
-    /// Part of the robot's acceleration that braking counts on. Default 0.7.
-    pub braking: f64,
     /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0.
     /// Larger slows the robot before what it would only just pass: where that will be is not known
     /// to the centimetre.
     pub spread: f64,
-    /// How fast people walk, m/s. Default 1.2. Larger: the robot slows down farther from them, and
-    /// they have to be farther away for it to go on. 0 takes them for things.
-    pub walking: f64,
     /// Oldest scan that is still trusted, s. Default 0.5.
     pub stale_after: f64,
     /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s.
@@ -59,9 +57,7 @@ impl Default for SafeConfig {
         Self {
             gap: 0.018,
             reaction: 0.3,
-            braking: 0.7,
             spread: 0.0,
-            walking: 1.2,
             stale_after: 0.5,
             ease: 0.0,
         }
@@ -72,7 +68,7 @@ impl SafeConfig {
     /// How a robot of this greatest acceleration comes to stand.
     pub(super) fn braking_of(&self, acceleration: f64) -> Braking {
         Braking {
-            deceleration: self.braking * acceleration,
+            deceleration: BRAKING * acceleration,
             reaction: self.reaction,
         }
     }

@@ -236,7 +236,7 @@ fn what_the_robot_still_turns_into_slows_it() {
 fn among_walkers_the_way_they_may_walk_unseen_counts() {
     let model = RobotModel::pioneer();
     let config = SafeConfig::default();
-    let brake = config.braking * model.max_acceleration;
+    let brake = safe::BRAKING * model.max_acceleration;
     let speed = |distance: f64, scan_age| {
         let underway = Underway {
             scan_age,
@@ -249,7 +249,7 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
     // that has it.
     let needs = |v: f64, t: f64| {
         let way = v * config.reaction + v * v / (2.0 * brake);
-        config.walking * (t + v / brake) + way + model.radius()
+        separation::WALKING * (t + v / brake) + way + model.radius()
     };
     for (age, late) in [(0.0, 0.0), (0.2, 0.0), (0.5, 0.3), (0.7, 0.5)] {
         for v in [0.0, 0.21, 0.42, 0.665] {
@@ -267,9 +267,9 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
 fn a_leg_goes_on_only_where_its_full_speed_is_safe() {
     let model = RobotModel::rp6();
     let config = SafeConfig::default();
-    let (v, brake) = (model.max_speed, config.braking * model.max_acceleration);
+    let (v, brake) = (model.max_speed, safe::BRAKING * model.max_acceleration);
     let way = v * config.reaction + v * v / (2.0 * brake);
-    let needs = config.walking * (config.reaction + v / brake) + way + model.radius();
+    let needs = separation::WALKING * (config.reaction + v / brake) + way + model.radius();
     for (at, forward, goes_on) in [
         (needs + 1e-6, 0.3, true),
         (needs - 1e-6, 0.3, false),

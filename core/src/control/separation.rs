@@ -18,10 +18,13 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::safe::{SafeConfig, Underway};
+use super::safe::{BRAKING, SafeConfig, Underway};
 use super::strip::arc;
 use crate::robot::RobotModel;
 
+/// How fast people walk, m/s. Larger: the robot slows down farther from them, and they have to be
+/// farther away for it to go on.
+pub(super) const WALKING: f64 = 1.2;
 /// Speeds that are tried between none and the wished one.
 const TRIED: u32 = 20;
 /// Places of the swept disc that are looked at, m apart.
@@ -70,10 +73,10 @@ pub fn limit_among_walkers(
         .collect();
     // Nobody waits while the lidar says nothing.
     let reaction = config.reaction + (underway.scan_age - FRESH).max(0.0);
-    let brake = config.braking * model.max_acceleration;
+    let brake = BRAKING * model.max_acceleration;
     let is_safe = |speed: f64| {
         let length = speed * config.reaction + speed * speed / (2.0 * brake);
-        let apart = config.walking * (reaction + speed / brake) + model.radius();
+        let apart = WALKING * (reaction + speed / brake) + model.radius();
         underway.turns(turn).into_iter().all(|turn| {
             let steps = (length / STEP).ceil() as u32;
             (0..=steps).all(|step| {

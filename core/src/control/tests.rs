@@ -59,11 +59,11 @@ proptest! {
         let (mut off, mut turned, mut arrived) = (0.0_f64, 0.0, false);
         for _ in 0..20_000 {
             match follower.steer(&pose, &model, &config) {
-                Steering::Velocity { forward, turn } => {
+                Some((forward, turn)) => {
                     prop_assert!((0.0..=model.max_speed).contains(&forward) && turn.abs() <= model.max_turn_rate);
                     pose = drive(pose, &mut speeds, (forward, turn), &model);
                 }
-                Steering::Arrived => { arrived = true; break; }
+                None => { arrived = true; break; }
             }
             turned += (speeds.1 * TICK).abs();
             off = path.legs().map(|leg| leg.distance(pose.position())).fold(f64::INFINITY, f64::min).max(off);
@@ -106,11 +106,11 @@ proptest! {
         let config = SafeConfig::default();
         let (v, turn) = limit_speed((forward, 0.0), &obstacle(model.radius() + distance, 0.0), &at((forward, 0.0)), &model, &config);
         prop_assert!(v >= 0.0 && v <= forward && turn == 0.0);
-        let needs = v * config.reaction + v * v / (2.0 * config.braking * model.max_acceleration);
+        let needs = v * config.reaction + v * v / (2.0 * safe::BRAKING * model.max_acceleration);
         prop_assert!(needs <= distance - config.gap + 1e-9);
         // And no slower than it has to be, but for the step of the march.
         let w = v + 1e-6;
-        let more = w * config.reaction + w * w / (2.0 * config.braking * model.max_acceleration);
+        let more = w * config.reaction + w * w / (2.0 * safe::BRAKING * model.max_acceleration);
         prop_assert!(v == forward || more > distance - config.gap - 0.0101);
     }
 }

@@ -5,7 +5,7 @@
 //! speeds to command next.
 //!
 //! 1. The window: forward speeds and turn rates within what the motors can change in
-//!    [`WindowConfig::period`].
+//!    [`PERIOD`].
 //! 2. Each pair is an arc; its free distance is where the robot's disc would first touch a point,
 //!    exactly ([`free_on_arc`]).
 //! 3. A pair is admissible if the robot can stand within that distance: v t + v²/(2 a), with safe
@@ -15,7 +15,7 @@
 //!    between 0 and 1: how straight the robot will look at the point on its way, how far the arc is
 //!    free, how fast it is.
 //!
-//! The free distance of an arc keeps off people by [`WindowConfig::berth`] more: who passes them
+//! The free distance of an arc keeps off people by [`BERTH`] more: who passes them
 //! nearer is slowed down by them.
 //!
 //! Source: Fox, Burgard & Thrun (1997), "The dynamic window approach to collision avoidance", eqs.
@@ -51,38 +51,18 @@ impl Avoidance {
     ];
 }
 
-/// How the dynamic window weighs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WindowConfig {
-    /// Time after which the speeds that are chosen hold, s. Default 0.25, as in the paper. Larger:
-    /// a wider window.
-    pub period: f64,
-    /// α: of looking at the point on the way. Default 2, as in the paper. Larger: it stays nearer
-    /// to its way.
-    pub heading: f64,
-    /// β: of a free arc. Default 0.2. Larger: it makes wider turns around people.
-    pub distance: f64,
-    /// γ: of speed. Default 0.2. Larger: it would rather go past than wait.
-    pub speed: f64,
-    /// What is free for so long a way is free, m. Default 2.
-    pub far: f64,
-    /// Room that an arc keeps to people beyond that to things to count as free, m. Default 0.4.
-    pub berth: f64,
-}
-
-impl Default for WindowConfig {
-    fn default() -> Self {
-        Self {
-            period: 0.25,
-            heading: 2.0,
-            distance: 0.2,
-            speed: 0.2,
-            far: 2.0,
-            berth: 0.4,
-        }
-    }
-}
-
+/// Time after which the speeds that are chosen hold, s, as in the paper. Larger: a wider window.
+const PERIOD: f64 = 0.25;
+/// α: of looking at the point on the way, as in the paper. Larger: it stays nearer to its way.
+const HEADING: f64 = 2.0;
+/// β: of a free arc. Larger: it makes wider turns around people.
+const DISTANCE: f64 = 0.2;
+/// γ: of speed. Larger: it would rather go past than wait.
+const SPEED: f64 = 0.2;
+/// What is free for so long a way is free, m.
+const FAR: f64 = 2.0;
+/// Room that an arc keeps to people beyond that to things to count as free, m.
+const BERTH: f64 = 0.4;
 /// Speeds and turn rates that are tried: so many of either.
 const SPEEDS: u32 = 5;
 const TURNS: u32 = 15;
@@ -106,29 +86,28 @@ pub fn choose_in_window(
     around: &People,
     underway: &Underway,
     model: &RobotModel,
-    (safe, config): (&SafeConfig, &WindowConfig),
+    safe: &SafeConfig,
 ) -> Option<(f64, f64)> {
     let radius = model.radius() + safe.gap;
-    let near = points_within(around.points, &underway.since_scan, radius + config.far);
+    let near = points_within(around.points, &underway.since_scan, radius + FAR);
     let robot_from_scan = underway.since_scan.inverse();
     let people: Vec<Point2<f64>> = (around.walkers.iter())
         .map(|walker| robot_from_scan * *walker)
         .collect();
     let braking = safe.braking_of(model.max_acceleration);
     let mut best: Option<(f64, (f64, f64))> = None;
-    for (forward, turn) in window(underway.runs, model, config.period) {
-        let free = free_on_arc((forward, turn), &near, radius, config.far);
+    for (forward, turn) in window(underway.runs, model) {
+        let free = free_on_arc((forward, turn), &near, radius, FAR);
         if braking.way(forward) > free {
             continue;
         }
         let wish = (forward, turn);
         let (forward, _) = limit_among_walkers(wish, around.walkers, underway, model, safe);
-        let apart = radius + config.berth;
-        let free = free_on_arc((forward, turn), &people, apart, config.far).min(free);
-        let off = heading_error(aim, (forward, turn), model, config.period);
-        let value = config.heading * (1.0 - off / PI)
-            + config.distance * free / config.far
-            + config.speed * forward / model.max_speed;
+        let apart = radius + BERTH;
+        let free = free_on_arc((forward, turn), &people, apart, FAR).min(free);
+        let off = heading_error(aim, (forward, turn), model);
+        let value =
+            HEADING * (1.0 - off / PI) + DISTANCE * free / FAR + SPEED * forward / model.max_speed;
         if best.is_none_or(|(most, _)| value > most) {
             best = Some((value, (forward, turn)));
         }
@@ -137,18 +116,14 @@ pub fn choose_in_window(
 }
 
 /// Step 1: pairs all over the window, forward only.
-fn window(
-    (forward, turn): (f64, f64),
-    model: &RobotModel,
-    period: f64,
-) -> impl Iterator<Item = (f64, f64)> {
+fn window((forward, turn): (f64, f64), model: &RobotModel) -> impl Iterator<Item = (f64, f64)> {
     let over = |at: f64, by: f64, [least, most]: [f64; 2], number: u32| {
         let (low, high) = ((at - by).clamp(least, most), (at + by).clamp(least, most));
         move |i: u32| low + (high - low) * f64::from(i) / f64::from(number - 1)
     };
     let (speed_change, turn_change) = (
-        model.max_acceleration * period,
-        model.max_turn_acceleration * period,
+        model.max_acceleration * PERIOD,
+        model.max_turn_acceleration * PERIOD,
     );
     let most_turn = model.max_turn_rate;
     let speeds = over(forward, speed_change, [0.0, model.max_speed], SPEEDS);
@@ -161,14 +136,9 @@ fn window(
 
 /// By how much the robot will not look at `aim`, once it has run so for `period` and stopped
 /// turning, rad.
-fn heading_error(
-    aim: Point2<f64>,
-    (forward, turn): (f64, f64),
-    model: &RobotModel,
-    period: f64,
-) -> f64 {
-    let at = arc(forward * period, turn * period);
-    let turned = turn * period + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
+fn heading_error(aim: Point2<f64>, (forward, turn): (f64, f64), model: &RobotModel) -> f64 {
+    let at = arc(forward * PERIOD, turn * PERIOD);
+    let turned = turn * PERIOD + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
     let to: Vector2<f64> = aim - at;
     wrap(libm::atan2(to.y, to.x) - turned).abs()
 }

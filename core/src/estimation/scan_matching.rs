@@ -139,7 +139,7 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
-        let surfaces = oriented_points(points, &self.config.oriented);
+        let surfaces = oriented_points(points);
         let moved = self
             .pending
             .take()

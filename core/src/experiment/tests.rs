@@ -112,7 +112,7 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
 
 #[test]
 fn scans_of_a_standing_twin_show_the_noise_of_the_sensor_and_leave_the_run_alone() {
-    use crate::points::{SigmaConfig, estimate_sigma};
+    use crate::points::{Growth, estimate_sigma};
     use crate::sim::sensors::LidarModel;
     let world = worlds::builtin("office").unwrap();
     // A bearing that errs adds to the range along a slanting wall.
@@ -128,7 +128,7 @@ fn scans_of_a_standing_twin_show_the_noise_of_the_sensor_and_leave_the_run_alone
     let before = run.state_hash();
     let scans = run.standing_scans(100);
     assert_eq!((scans.len(), run.state_hash()), (100, before));
-    let fit = estimate_sigma(&[&scans], &SigmaConfig::default()).unwrap();
+    let fit = estimate_sigma(&[&scans], Growth::Linear).unwrap();
     let SensorModel::Lidar(lidar) = run.sim().sensor() else {
         panic!("not a lidar");
     };

@@ -11,7 +11,7 @@ use crate::robot::RobotModel;
 use crate::robot::controller::fixed::{
     FEEDBACK_BITS, FixedError, FixedGains, FixedMotor, INTEGRAL_UNIT, OBSERVER_BITS,
 };
-use crate::robot::controller::{ControllerConfig, DesignError, Gains};
+use crate::robot::controller::{DesignError, Gains};
 
 /// Period of the firmware's controller, ms.
 pub const PERIOD_MILLIS: u32 = 10;
@@ -31,10 +31,10 @@ pub enum HeaderError {
 /// The text of `gains.h`.
 ///
 /// # Errors    [`HeaderError`]: the motors cannot be controlled, or a gain does not fit.
-pub fn write(model: &RobotModel, config: &ControllerConfig) -> Result<String, HeaderError> {
+pub fn write(model: &RobotModel) -> Result<String, HeaderError> {
     let period = f64::from(PERIOD_MILLIS) * 1e-3;
     let per_count = model.radians_per_count();
-    let gains = Gains::design(&model.drive, period, per_count, config)?;
+    let gains = Gains::design(&model.drive, period, per_count)?;
     let fixed = FixedGains::new(&model.drive, &gains, per_count)?;
     let mut text = String::from(
         "/* Made from the robot's model; do not edit it: a test holds that it is current.\n \
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn the_firmwares_header_is_current() {
         let committed = include_str!("../../../bridge/firmware/gains.h");
-        let fresh = write(&RobotModel::rp6(), &ControllerConfig::default()).unwrap();
+        let fresh = write(&RobotModel::rp6()).unwrap();
         assert_eq!(
             committed, fresh,
             "make it again: cargo run -p slamlab-core --example firmware_gains > bridge/firmware/gains.h"
@@ -153,7 +153,7 @@ mod tests {
     fn a_robot_that_cannot_be_has_no_header() {
         let mut model = RobotModel::rp6();
         model.drive.left.inertia = 0.0;
-        let error = write(&model, &ControllerConfig::default()).unwrap_err();
+        let error = write(&model).unwrap_err();
         assert!(error.to_string().contains("left motor"), "{error}");
     }
 }

@@ -129,10 +129,7 @@ mod tests {
         let states: Vec<_> = (0..width * height).map(state).collect();
         let rect = CellRect {
             min: CellIndex { col: 0, row: 0 },
-            max: CellIndex {
-                col: width,
-                row: height,
-            },
+            max: CellIndex::new(width, height),
         };
         Topology::of_cells(rect, 0.05, &states, &TopologyConfig::default())
     }

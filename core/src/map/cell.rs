@@ -31,6 +31,17 @@ pub struct CellRect {
 }
 
 impl CellIndex {
+    /// The cell of a column and a row.
+    #[must_use]
+    pub const fn new(col: i32, row: i32) -> Self {
+        Self { col, row }
+    }
+
+    /// The cell so many columns and rows farther; saturates.
+    fn shifted(self, by: i32) -> Self {
+        Self::new(self.col.saturating_add(by), self.row.saturating_add(by))
+    }
+
     /// The cell that holds a point given in cells; far-away and non-finite points saturate.
     #[inline]
     #[must_use]
@@ -43,15 +54,21 @@ impl CellIndex {
 }
 
 impl CellRect {
+    /// So many columns and rows from cell (0, 0) on.
+    #[must_use]
+    pub fn of_size(width: usize, height: usize) -> Self {
+        Self {
+            min: CellIndex::new(0, 0),
+            max: CellIndex::new(width as i32, height as i32),
+        }
+    }
+
     /// One cell.
     #[must_use]
     pub fn of(cell: CellIndex) -> Self {
         Self {
             min: cell,
-            max: CellIndex {
-                col: cell.col.saturating_add(1),
-                row: cell.row.saturating_add(1),
-            },
+            max: cell.shifted(1),
         }
     }
 
@@ -59,14 +76,8 @@ impl CellRect {
     #[must_use]
     pub fn grown(self, by: i32) -> Self {
         Self {
-            min: CellIndex {
-                col: self.min.col.saturating_sub(by),
-                row: self.min.row.saturating_sub(by),
-            },
-            max: CellIndex {
-                col: self.max.col.saturating_add(by),
-                row: self.max.row.saturating_add(by),
-            },
+            min: self.min.shifted(-by),
+            max: self.max.shifted(by),
         }
     }
 
@@ -100,14 +111,14 @@ impl CellRect {
     #[must_use]
     pub fn around(self, other: Self) -> Self {
         Self {
-            min: CellIndex {
-                col: self.min.col.min(other.min.col),
-                row: self.min.row.min(other.min.row),
-            },
-            max: CellIndex {
-                col: self.max.col.max(other.max.col),
-                row: self.max.row.max(other.max.row),
-            },
+            min: CellIndex::new(
+                self.min.col.min(other.min.col),
+                self.min.row.min(other.min.row),
+            ),
+            max: CellIndex::new(
+                self.max.col.max(other.max.col),
+                self.max.row.max(other.max.row),
+            ),
         }
     }
 }

@@ -95,10 +95,10 @@ impl DistanceField {
         let (left, low) = (x.floor(), y.floor());
         let (fx, fy) = (x - left, y - low);
         let at = |col: i32, row: i32| {
-            self.at(CellIndex {
-                col: (left as i32).saturating_add(col),
-                row: (low as i32).saturating_add(row),
-            })
+            self.at(CellIndex::new(
+                (left as i32).saturating_add(col),
+                (low as i32).saturating_add(row),
+            ))
         };
         let below = lerp(at(0, 0), at(1, 0), fx);
         let above = lerp(at(0, 1), at(1, 1), fx);
@@ -168,10 +168,7 @@ mod tests {
     fn rect(col: i32, row: i32, width: usize, height: usize) -> CellRect {
         CellRect {
             min: CellIndex { col, row },
-            max: CellIndex {
-                col: col + width as i32,
-                row: row + height as i32,
-            },
+            max: CellIndex::new(col + width as i32, row + height as i32),
         }
     }
 

@@ -81,9 +81,8 @@ impl Field {
 
     /// Measures the blocks of a row from `first` to `last`: step 2.
     fn measure(self, grid: &Grid, first: BlockIndex, last: BlockIndex, field: &mut FieldBlocks) {
-        let cell = |block: BlockIndex, more: i32| CellIndex {
-            col: (block.col + more) * BLOCK,
-            row: (block.row + more) * BLOCK,
+        let cell = |block: BlockIndex, more: i32| {
+            CellIndex::new((block.col + more) * BLOCK, (block.row + more) * BLOCK)
         };
         let rect = CellRect {
             min: cell(first, -1),
@@ -186,9 +185,11 @@ mod tests {
 
     fn all(field: &FieldBlocks) -> Vec<(CellIndex, u8)> {
         let cells = field.bytes.chunks(BLOCK_CELLS * BLOCK_CELLS);
-        let cell = |block: BlockIndex, at: usize| CellIndex {
-            col: block.col * BLOCK + (at % BLOCK_CELLS) as i32,
-            row: block.row * BLOCK + (at / BLOCK_CELLS) as i32,
+        let cell = |block: BlockIndex, at: usize| {
+            CellIndex::new(
+                block.col * BLOCK + (at % BLOCK_CELLS) as i32,
+                block.row * BLOCK + (at / BLOCK_CELLS) as i32,
+            )
         };
         let blocks = field.blocks.iter().zip(cells);
         blocks

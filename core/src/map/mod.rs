@@ -28,4 +28,4 @@ pub use ray::cells_on_ray;
 pub(crate) use spread::{Rings, cells_around, spread};
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
 pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
-pub use vector::{Sighting, VectorConfig, VectorMap, Wall};
+pub use vector::{Sighting, VectorMap, Wall};

@@ -46,35 +46,21 @@ use crate::geom::Segment;
 /// What counts as a door, and as a room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TopologyConfig {
-    /// Wider gaps divide nothing, m. Default 1.3; larger: halls fall apart at their pillars.
-    pub widest_door: f64,
     /// Narrower gaps join nothing, m. Default 0.3: holes that noise makes in walls.
     pub narrowest_door: f64,
-    /// A gap divides only where its width is less than this part of the narrower side's. Default
-    /// 0.75; larger: corridors fall apart where something stands at their walls.
-    pub depth: f64,
     /// Smaller regions are part of a neighbour, m². Default 2.
     pub least_area: f64,
     /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9;
     /// larger: pieces of wall between two doors count as furniture.
     pub island: f64,
-    /// Longer than this many times its width, a region is a corridor. Default 5; with
-    /// [`TopologyConfig::corridor_doors`] doors five eighths of it are enough.
-    pub corridor_elongation: f64,
-    /// So many doors make a corridor of what is not that long. Default 4.
-    pub corridor_doors: usize,
 }
 
 impl Default for TopologyConfig {
     fn default() -> Self {
         Self {
-            widest_door: 1.3,
             narrowest_door: 0.3,
-            depth: 0.75,
             least_area: 2.0,
             island: 0.9,
-            corridor_elongation: 5.0,
-            corridor_doors: 4,
         }
     }
 }
@@ -161,11 +147,7 @@ impl Topology {
     /// The topology of all that a grid holds.
     #[must_use]
     pub fn of_grid(grid: &Grid, config: &TopologyConfig) -> Self {
-        let origin = CellIndex { col: 0, row: 0 };
-        let rect = grid.bounds().unwrap_or(CellRect {
-            min: origin,
-            max: origin,
-        });
+        let rect = grid.bounds().unwrap_or(CellRect::of_size(0, 0));
         Self::of_cells(rect, grid.resolution(), &grid.states(rect), config)
     }
 
@@ -181,7 +163,7 @@ impl Topology {
         config: &TopologyConfig,
     ) -> Self {
         let floor = Floor::new(rect, resolution, states, config);
-        let basins = flood::basins(&floor, config);
+        let basins = flood::basins(&floor);
         let gaps = doors::gaps(&floor, &basins);
         let plan = unite::unite(&floor, basins, &gaps, config);
         regions::gather(rect, &floor, &plan, &gaps, config)

@@ -5,13 +5,13 @@
 //! place.
 //!
 //! 1. A piece belongs to the wall that was seen from the same side, goes the same way, lies where
-//!    the piece lies (within its gate, or within [`VectorConfig::thickness`]), and overlaps it or
-//!    is at most [`VectorConfig::gap`] away along it.
+//!    the piece lies (within its gate, or within [`THICKNESS`]), and overlaps it or
+//!    is at most [`GAP`] away along it.
 //! 2. It corrects that wall by a Kalman filter in two numbers, the wall's direction and its offset
 //!    from an anchor; and it extends the wall to where it was seen. A piece that belongs to none is
 //!    a new wall, shown once it was seen often enough.
 //! 3. Two walls that belong together by the same rule become one. Of two that lie side by side
-//!    nearer than [`VectorConfig::most_offset`] and were seen from the same side, one would hide
+//!    nearer than [`MOST_OFFSET`] and were seen from the same side, one would hide
 //!    the other: the one that is no longer seen where the other is was an error, and goes.
 //! 4. Each decimetre of a wall has a score. Being seen raises it, up to a bound; beams that pass
 //!    through well beyond it lower it. What falls to nothing is cut away: from the end (the wall
@@ -33,45 +33,23 @@ use entry::Entry;
 /// Longer pieces are no walls but damaged readings, and would take memory by the metre, m.
 const LONGEST: f64 = 1000.0;
 
-/// How walls are kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VectorConfig {
-    /// Largest squared Mahalanobis distance of a piece of a wall. Default 13.8: 99.9 % of χ² with
-    /// two degrees of freedom.
-    pub gate: f64,
-    /// What lies nearer than this beside a wall is the wall whatever the gate says, m. Default
-    /// 0.03.
-    pub thickness: f64,
-    /// And what lies farther than this beside it is not, m. Default 0.08: less than a partition is
-    /// thick.
-    pub most_offset: f64,
-    /// Largest gap along a wall that is bridged, m. Default 0.25: less than any door.
-    pub gap: f64,
-    /// Shorter pieces are skipped, m. Default 0.15.
-    pub least_length: f64,
-    /// How often a wall has to be seen before it is shown. Default 3.
-    pub confirm: u32,
-    /// A wall that was not confirmed is forgotten when it was not seen in so many scans.
-    /// Default 50.
-    pub forget: u32,
-    /// How far a beam has to go on behind a wall to count against it, m. Default 0.15.
-    pub beyond: f64,
-}
-
-impl Default for VectorConfig {
-    fn default() -> Self {
-        Self {
-            gate: 13.8,
-            thickness: 0.03,
-            most_offset: 0.08,
-            gap: 0.25,
-            least_length: 0.15,
-            confirm: 3,
-            forget: 50,
-            beyond: 0.15,
-        }
-    }
-}
+/// Largest squared Mahalanobis distance of a piece of a wall: 99.9 % of χ² with two degrees of
+/// freedom.
+const GATE: f64 = 13.8;
+/// What lies nearer than this beside a wall is the wall whatever the gate says, m.
+const THICKNESS: f64 = 0.03;
+/// And what lies farther than this beside it is not, m: less than a partition is thick.
+const MOST_OFFSET: f64 = 0.08;
+/// Largest gap along a wall that is bridged, m: less than any door.
+const GAP: f64 = 0.25;
+/// Shorter pieces are skipped, m.
+const LEAST_LENGTH: f64 = 0.15;
+/// How often a wall has to be seen before it is shown.
+const CONFIRM: u32 = 3;
+/// A wall that was not confirmed is forgotten when it was not seen in so many scans.
+const FORGET: u32 = 50;
+/// How far a beam has to go on behind a wall to count against it, m.
+const BEYOND: f64 = 0.15;
 
 /// A straight piece of wall as one scan showed it; map frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,50 +80,38 @@ pub struct Wall {
     pub sightings: u32,
 }
 
-/// Walls that extend, confirm, merge and vanish.
+/// Walls that extend, confirm, merge and vanish; none by default.
 #[derive(Clone, Debug, Default)]
 pub struct VectorMap {
-    config: VectorConfig,
     entries: Vec<Entry>,
     next_id: u32,
     scans: u32,
 }
 
 impl VectorMap {
-    /// An empty map.
-    #[must_use]
-    pub fn new(config: VectorConfig) -> Self {
-        Self {
-            config,
-            ..Self::default()
-        }
-    }
-
     /// Takes in one scan: the pieces it showed, and the ways of its beams from the sensor to where
     /// they ended. Pieces with numbers that are not finite, without length or longer than a
     /// kilometre say nothing and are skipped.
     pub fn observe(&mut self, sightings: &[Sighting], beams: &[[Point2<f64>; 2]]) {
         self.scans += 1;
         for sighting in sightings {
-            if sighting.is_sound() && sighting.seen.length() >= self.config.least_length {
+            if sighting.is_sound() && sighting.seen.length() >= LEAST_LENGTH {
                 self.take(sighting);
             }
         }
         self.merge();
         self.drop_hidden();
         self.see_through(beams);
-        let (now, config) = (self.scans, self.config);
-        self.entries.retain(|entry| {
-            entry.sightings >= config.confirm || now - entry.last_seen <= config.forget
-        });
+        let now = self.scans;
+        self.entries
+            .retain(|entry| entry.sightings >= CONFIRM || now - entry.last_seen <= FORGET);
     }
 
     /// The walls that were seen often enough, in the order in which they were found.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {
-        let is_shown = |entry: &&Entry| {
-            entry.sightings >= self.config.confirm && entry.length() >= self.config.least_length
-        };
+        let is_shown =
+            |entry: &&Entry| entry.sightings >= CONFIRM && entry.length() >= LEAST_LENGTH;
         self.entries
             .iter()
             .filter(is_shown)
@@ -166,9 +132,8 @@ impl VectorMap {
     }
 
     fn take(&mut self, sighting: &Sighting) {
-        let config = &self.config;
         let misfits = self.entries.iter().enumerate();
-        let fitting = misfits.filter_map(|(i, entry)| Some((entry.misfit(sighting, config)?, i)));
+        let fitting = misfits.filter_map(|(i, entry)| Some((entry.misfit(sighting)?, i)));
         let best = fitting.min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
             Some((_, best)) => self.entries[best].correct(sighting, self.scans),
@@ -186,7 +151,7 @@ impl VectorMap {
         while at < self.entries.len() {
             let entry = &self.entries[at];
             let is_news = entry.last_seen == self.scans;
-            let same = |other: &Entry| entry.belongs_with(other, &self.config);
+            let same = |other: &Entry| entry.belongs_with(other);
             let other =
                 (0..self.entries.len()).find(|&i| i != at && is_news && same(&self.entries[i]));
             let Some(other) = other else {
@@ -209,7 +174,7 @@ impl VectorMap {
 
     /// Drops walls that would be hidden by one that this scan saw.
     fn drop_hidden(&mut self) {
-        let (now, config) = (self.scans, self.config);
+        let now = self.scans;
         let seen: Vec<Entry> = self
             .entries
             .iter()
@@ -217,19 +182,19 @@ impl VectorMap {
             .cloned()
             .collect();
         self.entries.retain(|entry| {
-            let is_unseen = now - entry.last_seen > config.forget;
-            !(is_unseen && seen.iter().any(|front| front.lies_beside(entry, &config)))
+            let is_unseen = now - entry.last_seen > FORGET;
+            !(is_unseen && seen.iter().any(|front| front.lies_beside(entry)))
         });
     }
 
     /// Lets beams that went through walls wear them away.
     fn see_through(&mut self, beams: &[[Point2<f64>; 2]]) {
         for entry in &mut self.entries {
-            entry.see_through(beams, self.scans, self.config.beyond);
+            entry.see_through(beams, self.scans);
         }
         let mut parts = vec![];
         for entry in self.entries.drain(..) {
-            entry.split(&self.config, &mut self.next_id, &mut parts);
+            entry.split(&mut self.next_id, &mut parts);
         }
         self.entries = parts;
     }

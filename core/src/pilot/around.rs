@@ -77,9 +77,8 @@ impl Pilot {
             points,
             walkers: now.walkers,
         };
-        let configs = (&self.config.safe, &self.config.window);
         let aim = here.inverse() * aim;
-        choose_in_window(aim, &people, &underway, &self.model, configs).unwrap_or(wish)
+        choose_in_window(aim, &people, &underway, &self.model, &self.config.safe).unwrap_or(wish)
     }
 
     /// What people leave of the speed that things leave. Separation keeps it farther off people

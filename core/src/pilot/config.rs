@@ -1,6 +1,6 @@
 //! The pilot's figures.
 
-use crate::control::{Avoidance, FollowConfig, SafeConfig, WindowConfig};
+use crate::control::{Avoidance, FollowConfig, SafeConfig};
 use crate::plan::{FrontierConfig, RouteConfig};
 
 /// How the pilot plans, drives and gives up.
@@ -14,27 +14,12 @@ pub struct PilotConfig {
     pub safe: SafeConfig,
     /// What it does about people in its way. Default [`Avoidance::KeepsToWay`].
     pub avoidance: Avoidance,
-    /// How it goes around them, if it does.
-    pub window: WindowConfig,
     /// Exploration.
     pub frontier: FrontierConfig,
     /// Whether it goes back to where it began when all is explored. Default false.
     pub return_home: bool,
-    /// How often the path and the frontier are compared with the map, s. Default 0.5.
-    pub review_period: f64,
-    /// How much of the path ahead is compared, m. Default 4.
-    pub review_reach: f64,
     /// Without progress for this long the robot backs off, s. Default 3.
     pub patience: f64,
-    /// How long it backs off, s. Default 1.
-    pub back_off: f64,
-    /// How often it backs off on the way to one goal. Default 3.
-    pub attempts: usize,
-    /// Scans without a frontier, a review period apart, before exploration is over. Default 3.
-    pub last_scans: usize,
-    /// How long a frontier is scanned from its goal before it is given up, s. Default 1: five
-    /// revolutions of a lidar.
-    pub dwell: f64,
     /// How many scans of one frontier may show nothing new (less than a tenth of what it promised)
     /// before it is given up. Default 4.
     pub scans_per_frontier: usize,
@@ -59,16 +44,9 @@ impl Default for PilotConfig {
             follow: FollowConfig::default(),
             safe: SafeConfig::default(),
             avoidance: Avoidance::default(),
-            window: WindowConfig::default(),
             frontier: FrontierConfig::default(),
             return_home: false,
-            review_period: 0.5,
-            review_reach: 4.0,
             patience: 3.0,
-            back_off: 1.0,
-            attempts: 3,
-            last_scans: 3,
-            dwell: 1.0,
             scans_per_frontier: 4,
             longest_leg: 0.7,
             leg_heading_sigma: 0.05,

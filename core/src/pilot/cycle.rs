@@ -347,29 +347,23 @@ impl Pilot {
 /// The longest leg after a turn for which odometry keeps the heading to `sigma`, m; negative where
 /// the turn alone is too much.
 fn trusted_length(turn: f64, model: &RobotModel, sigma: f64) -> f64 {
-    let variance =
-        |tracks: Tracks| tracks.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
     let half = 0.5 * turn.abs() * model.track_width;
-    let by_turn = variance(Tracks {
-        left: -half,
-        right: half,
-    });
-    let per_metre = variance(Tracks {
-        left: 1.0,
-        right: 1.0,
-    });
+    let by_turn = heading_variance(-half, half, model);
+    let per_metre = heading_variance(1.0, 1.0, model);
     (sigma * sigma - by_turn) / per_metre.max(f64::MIN_POSITIVE)
 }
 
 /// How far a leg by odometry alone strays to a side, m: a standard deviation of the integral of the
 /// heading's random walk.
 fn strayed(length: f64, model: &RobotModel) -> f64 {
-    let metre = Tracks {
-        left: 1.0,
-        right: 1.0,
-    };
-    let per_metre = metre.covariance(model.track_width, &model.odometry_noise)[(2, 2)];
+    let per_metre = heading_variance(1.0, 1.0, model);
     (per_metre * length * length * length / 3.0).sqrt()
+}
+
+/// Variance of the heading by odometry after the tracks ran so far, rad².
+fn heading_variance(left: f64, right: f64, model: &RobotModel) -> f64 {
+    let tracks = Tracks { left, right };
+    tracks.covariance(model.track_width, &model.odometry_noise)[(2, 2)]
 }
 
 /// A scan when the robot has been driven by hand and stands again.

@@ -10,8 +10,8 @@ use crate::control::{Follower, ProgressWatch};
 use crate::geom::Segment;
 use crate::map::CellState;
 use crate::plan::{
-    Frontier, FrontierChoice, GridSpace, NoPath, Planner, Route, SAME_GOAL, Unknown, Wavefront,
-    find_frontiers, order_by_tour, plan_outline_route, plan_route, rect_around,
+    ESCAPE_REACH, Frontier, FrontierChoice, GridSpace, NoPath, Planner, Route, SAME_GOAL, Unknown,
+    Wavefront, find_frontiers, order_by_tour, plan_outline_route, plan_route, rect_around,
 };
 use crate::robot::{BodyShape, Stamp};
 
@@ -34,7 +34,7 @@ pub(super) struct Errand {
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
     /// What stays unknown, reported once the robot is home again.
-    homeward: Option<Remaining>,
+    pub(super) homeward: Option<Remaining>,
     empty_scans: usize,
     failed_plans: usize,
     last_scan: Option<Stamp>,
@@ -42,7 +42,7 @@ pub(super) struct Errand {
 
 /// Centres of what stays unknown when an exploration ends, m.
 #[derive(Clone, Debug, PartialEq)]
-struct Remaining {
+pub(super) struct Remaining {
     unreached: Vec<Point2<f64>>,
     fruitless: Vec<Point2<f64>>,
 }
@@ -57,6 +57,19 @@ impl Remaining {
     }
 }
 
+/// How often the path and the frontier are compared with the map, s.
+const REVIEW_PERIOD: f64 = 0.5;
+/// How much of the path ahead is compared, m.
+const REVIEW_REACH: f64 = 4.0;
+/// How long a robot without progress backs off, s.
+const BACK_OFF: f64 = 1.0;
+/// How often it backs off on the way to one goal.
+const ATTEMPTS: usize = 3;
+/// Scans without a frontier, a review period apart, before exploration is over.
+const LAST_SCANS: usize = 3;
+/// How long a frontier is scanned from its goal before it is given up, s: five revolutions of a
+/// lidar.
+const DWELL: f64 = 1.0;
 /// How often it is asked on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
 /// The map begins where the robot did, whatever file it is of.
@@ -71,11 +84,6 @@ impl Errand {
         self.route = None;
         self.follower = None;
     }
-
-    /// Whether all is explored, and the robot on its way back to where it began.
-    pub(super) fn is_homeward(&self) -> bool {
-        self.homeward.is_some()
-    }
 }
 
 impl Pilot {
@@ -83,7 +91,7 @@ impl Pilot {
     pub(super) fn has_way(&mut self, now: &Situation) -> bool {
         let is_due = now.stamp >= self.errand.next_review;
         if is_due {
-            self.errand.next_review = now.stamp.plus(self.config.review_period);
+            self.errand.next_review = now.stamp.plus(REVIEW_PERIOD);
             self.review(now);
             self.reconsider(now);
         }
@@ -107,21 +115,20 @@ impl Pilot {
         if let (Some(follower), Some(route)) = (&self.errand.follower, &self.errand.route) {
             let ahead = follower.remaining(here);
             let keep = self.model.radius() + route.least_margin();
-            let reach = self.config.review_reach;
             // Of the outline so much less than a cell is thicker than the wall in it, if so much is
             // there.
             let within = self.model.outline(-0.5 * now.grid.resolution());
             let is_blocked = match within.or_else(|| self.model.outline(0.0)) {
                 Some(outline) if route.by == Planner::Outline => {
-                    outline_is_blocked(now.grid, &ahead, &outline, reach)
+                    outline_is_blocked(now.grid, &ahead, &outline, REVIEW_REACH)
                 }
-                _ => is_blocked(now.grid, &ahead, keep, reach),
+                _ => is_blocked(now.grid, &ahead, keep, REVIEW_REACH),
             };
             if is_blocked {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore && !self.errand.is_homeward() {
+        if self.mode == Mode::Explore && !self.is_homeward() {
             self.errand.explorer.pass(here);
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
@@ -134,7 +141,7 @@ impl Pilot {
     /// tour?
     fn reconsider(&mut self, now: &Situation) {
         let is_touring = self.mode == Mode::Explore
-            && !self.errand.is_homeward()
+            && !self.is_homeward()
             && self.config.frontier.choice == FrontierChoice::ShortestTour;
         let Some(goal) = self.errand.explorer.target.as_ref().and_then(|t| t.goal) else {
             return;
@@ -171,7 +178,7 @@ impl Pilot {
                 }
                 self.status = Status::Scanning;
                 self.errand.arrived = Some(now.stamp);
-                self.errand.next_review = now.stamp.plus(self.config.review_period);
+                self.errand.next_review = now.stamp.plus(REVIEW_PERIOD);
             }
             Mode::Manual => {}
         }
@@ -210,12 +217,12 @@ impl Pilot {
 
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
-        if self.errand.is_homeward() {
+        if self.is_homeward() {
             return self.plan_to(HOME, now);
         }
         self.status = Status::Scanning;
         if let Some(since) = self.errand.arrived {
-            if now.stamp.since(since) < self.config.dwell {
+            if now.stamp.since(since) < DWELL {
                 return false;
             }
             // Scanned from the best place, and it is still there.
@@ -270,7 +277,7 @@ impl Pilot {
     /// backing off and the next scans may mend.
     fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
         self.errand.failed_plans += 1;
-        self.errand.backing_until = Some(now.stamp.plus(self.config.back_off));
+        self.errand.backing_until = Some(now.stamp.plus(BACK_OFF));
         if self.errand.failed_plans >= 2 * PLAN_ATTEMPTS {
             self.status = Status::Failed(Failure::NoPath(reason));
         }
@@ -284,13 +291,14 @@ impl Pilot {
             return Ok(vec![]);
         };
         let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
-        let reach = keep + self.config.route.escape_reach;
+        let reach = keep + ESCAPE_REACH;
         // Before the first scan everything is unknown: that is no wall around the robot.
         let is_blank = !space.states().contains(&CellState::Free);
         let Some(start) = space.escape(here, reach) else {
-            let (x, y) = (here.x, here.y);
-            let blocked = NoPath::StartBlocked { x, y };
-            return if is_blank { Ok(vec![]) } else { Err(blocked) };
+            return match is_blank {
+                true => Ok(vec![]),
+                false => Err(NoPath::StartBlocked(here)),
+            };
         };
         let wave = Wavefront::new(&space, start);
         let mut found = find_frontiers(&space, &wave, &self.config.frontier);
@@ -310,7 +318,7 @@ impl Pilot {
         let is_news = scan.is_some() && scan != self.errand.last_scan;
         self.errand.last_scan = scan;
         self.errand.empty_scans += usize::from(is_news);
-        if self.errand.empty_scans >= self.config.last_scans {
+        if self.errand.empty_scans >= LAST_SCANS {
             let explorer = &self.errand.explorer;
             let remaining = Remaining {
                 unreached: explorer.remaining(Reason::NoWay),
@@ -394,16 +402,16 @@ impl Pilot {
         self.errand.watch.reset();
         self.errand.stuck += 1;
         self.errand.drop_route();
-        if self.errand.stuck <= self.config.attempts {
-            self.errand.backing_until = Some(now.stamp.plus(self.config.back_off));
+        if self.errand.stuck <= ATTEMPTS {
+            self.errand.backing_until = Some(now.stamp.plus(BACK_OFF));
             return;
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
-        if self.mode == Mode::Explore && !self.errand.is_homeward() {
+        if self.mode == Mode::Explore && !self.is_homeward() {
             self.errand.explorer.give_up(Reason::NoWay);
         } else {
-            let (x, y) = (now.estimate.pose.x(), now.estimate.pose.y());
-            self.give_up_errand(Failure::Stuck { x, y, attempts });
+            let at = now.estimate.pose.position();
+            self.give_up_errand(Failure::Stuck { at, attempts });
         }
     }
 }

@@ -176,10 +176,7 @@ fn place_of<'a>(places: &'a mut [Place], target: &Frontier) -> Option<&'a mut Pl
 
 fn is_frontier(grid: &Grid, cell: CellIndex) -> bool {
     let unknown = |dc: i32, dr: i32| {
-        let neighbour = CellIndex {
-            col: cell.col + dc,
-            row: cell.row + dr,
-        };
+        let neighbour = CellIndex::new(cell.col + dc, cell.row + dr);
         grid.state(neighbour) == CellState::Unknown
     };
     grid.state(cell) == CellState::Free

@@ -162,12 +162,10 @@ pub enum Failure {
         seconds: f64,
     },
     /// The robot does not move although it should, and backing off did not help.
-    #[error("stuck at ({x:.2}, {y:.2}) m: backing off {attempts} times did not help")]
+    #[error("stuck at ({:.2}, {:.2}) m: backing off {attempts} times did not help", .at.x, .at.y)]
     Stuck {
-        /// x, m.
-        x: f64,
-        /// y, m.
-        y: f64,
+        /// Where, m.
+        at: Point2<f64>,
         /// How often it backed off.
         attempts: usize,
     },

@@ -120,10 +120,7 @@ impl Toy {
         while let Some(cell) = todo.pop() {
             known += usize::from(self.grid.state(cell) == CellState::Free);
             for (dc, dr) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let next = CellIndex {
-                    col: cell.col + dc,
-                    row: cell.row + dr,
-                };
+                let next = CellIndex::new(cell.col + dc, cell.row + dr);
                 let centre = self.grid.centre_of(next);
                 let free = self.walls.iter().all(|s| s.distance(centre) > keep);
                 if free && seen.insert(next) {

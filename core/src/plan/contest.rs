@@ -21,7 +21,7 @@ mod entrant;
 mod standing;
 
 use self::entrant::Entrant;
-use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
+use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown};
 use super::path::{NoPath, Path, Planner};
 use super::query::Query;
 use super::rrt::RrtConfig;
@@ -43,10 +43,6 @@ pub const CONTESTANTS: [Planner; 8] = [
     Planner::Rooms,
 ];
 
-/// A goal farther than this off a grid is no goal, m.
-const FARTHEST_OFF: f64 = 50.0;
-/// Cells around a grid that may be driven through.
-const SPARE_CELLS: i32 = 20;
 /// Most iterations of one turn.
 const MOST_ITERATIONS: usize = 1 << 16;
 
@@ -134,13 +130,10 @@ impl Contest {
         let (low, high) = ends.fold((query.start, query.start), |(low, high), end| {
             (low.inf(&end), high.sup(&end))
         });
-        let ContestBody { keep, outline } = body;
-        let space = SegmentSpace::new(walls, keep, (low, high))?;
-        let outline = outline.map(|outline| {
-            let within = space.with_keep(outline.radius_within());
-            (Box::new(within) as Box<dyn ConfigSpace>, outline)
-        });
-        Ok(Self::held(Box::new(space), outline, query, config)?)
+        let space = SegmentSpace::new(walls, body.keep, (low, high))?;
+        let outline = body.outline;
+        let outline = outline.map(|o| (space.with_keep(o.radius_within()), o));
+        Ok(Self::held(space, outline, query, config)?)
     }
 
     /// On a snapshot of a grid, for a robot whose centre keeps away from what is occupied.
@@ -153,34 +146,27 @@ impl Contest {
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, ContestError> {
-        let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
-        let ends = [query.start, query.goal];
-        let (x, y) = (query.goal.x, query.goal.y);
-        let rect =
-            rect_around(grid, &ends, SPARE_CELLS, farthest).ok_or(NoPath::GoalBlocked { x, y })?;
-        let ContestBody { keep, outline } = body;
-        let space = GridSpace::new(grid, rect, keep, unknown);
-        let outline = outline.map(|outline| {
-            let within = space.clone().with_keep(outline.radius_within());
-            (Box::new(within) as Box<dyn ConfigSpace>, outline)
-        });
-        Ok(Self::held(Box::new(space), outline, query, config)?)
+        let space = GridSpace::of_query(grid, &query, body.keep, unknown)?;
+        let outline = body.outline;
+        let outline = outline.map(|o| (space.clone().with_keep(o.radius_within()), o));
+        Ok(Self::held(space, outline, query, config)?)
     }
 
-    fn held(
-        space: Box<dyn ConfigSpace>,
-        outline: Option<(Box<dyn ConfigSpace>, Footprint)>,
+    /// `outline` stands beside the space of the disc within it.
+    fn held<Space: ConfigSpace + 'static>(
+        space: Space,
+        outline: Option<(Space, Footprint)>,
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, NoPath> {
         // What the disc around refuses the outline may take.
-        query.check(outline.as_ref().map_or(&*space, |(within, _)| &**within))?;
+        query.check(outline.as_ref().map_or(&space, |(within, _)| within))?;
         let discs = CONTESTANTS.into_iter();
         let planners = discs.chain(outline.is_some().then_some(Planner::Outline));
         let entrants: Vec<Entrant> = planners.map(|p| Entrant::new(p, config.seed)).collect();
         Ok(Self {
-            space,
-            outline,
+            space: Box::new(space),
+            outline: outline.map(|(within, outline)| (Box::new(within) as _, outline)),
             query,
             config,
             turn: entrants.len() - 1,

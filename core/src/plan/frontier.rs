@@ -8,11 +8,11 @@
 //!    into pieces no longer than `longest`: a border that runs round all that is known has one
 //!    middle, and would be given up whole when a look there shows nothing.
 //! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown
-//!    cells, as deep as `gain_reach`. Walls stop the flood, so the slivers along walls and between
+//!    cells, as deep as [`GAIN_REACH`]. Walls stop the flood, so the slivers along walls and between
 //!    beams gain next to nothing and are dropped; so are clusters narrower than the robot, not
 //!    counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the
-//!    cheapest one of the first few. Floor nearer to a wall than `min_clearance` leads nowhere:
+//!    cheapest one of the first few. Floor nearer to a wall than [`MIN_CLEARANCE`] leads nowhere:
 //!    errors of the pose make holes of a cell or two in walls, and free floor behind them that no
 //!    look will ever make known. That alone does not end an exploration: walls must be drawn so
 //!    that they last (`map::Evidence`), and looks that show nothing must count (`pilot::explorer`).
@@ -34,6 +34,15 @@ use super::wavefront::Wavefront;
 use crate::map::{
     CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, cells_around, spread,
 };
+
+/// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it,
+/// m: noise makes holes in walls, and strips of free cells behind them; nothing passes there.
+const MIN_CLEARANCE: f64 = 0.1;
+/// How deep into the unknown is counted, m.
+const GAIN_REACH: f64 = 1.0;
+/// From how far away a frontier may be looked at, m over free floor; no farther than the sensor
+/// sees.
+const VIEW_REACH: f64 = 1.0;
 
 /// Which of the frontiers is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,20 +83,11 @@ pub struct FrontierConfig {
     pub sight: f64,
     /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
     pub min_width: f64,
-    /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to
-    /// it, m. Default 0.1: noise makes holes in walls, and strips of free cells behind them;
-    /// nothing passes there.
-    pub min_clearance: f64,
     /// Clusters longer than this are cut, m along the cluster. Default 3: of 2, 3, 4, 6 m and no
     /// cut, with the lidar the shortest way in `doors` and `office`.
     pub longest: f64,
     /// Clusters that would tell less than this are dropped, m². Default 0.06.
     pub min_gain: f64,
-    /// How deep into the unknown is counted, m. Default 1.
-    pub gain_reach: f64,
-    /// From how far away a frontier may be looked at, m over free floor. Default 1; no farther than
-    /// the sensor sees.
-    pub view_reach: f64,
     /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the
     /// corner.
     pub most_gain: f64,
@@ -102,11 +102,8 @@ impl Default for FrontierConfig {
             choice: FrontierChoice::default(),
             sight: 4.0,
             min_width: 0.2,
-            min_clearance: 0.1,
             longest: 3.0,
             min_gain: 0.06,
-            gain_reach: 1.0,
-            view_reach: 1.0,
             most_gain: 1.5,
             cost_decay: 0.25,
         }
@@ -187,13 +184,13 @@ fn judge(
     cells: &[usize],
 ) -> Option<Frontier> {
     let resolution = space.resolution();
-    let is_open = |cell: usize| space.clearance_of(cell) >= config.min_clearance;
+    let is_open = |cell: usize| space.clearance_of(cell) >= MIN_CLEARANCE;
     let open: Vec<usize> = cells.iter().copied().filter(|&c| is_open(c)).collect();
     let width = open.len() as f64 * resolution;
     if width < config.min_width {
         return None;
     }
-    let depth = (config.gain_reach / resolution).max(1.0) as usize;
+    let depth = (GAIN_REACH / resolution).max(1.0) as usize;
     let mut unknown = 0_usize;
     let through = |cell: usize| survey.states[cell] == CellState::Unknown;
     flood.from(survey, cells, through, depth, |_, _| {
@@ -205,7 +202,7 @@ fn judge(
         return None;
     }
     // The first reachable cells, and those up to two rings farther: the cheapest of them.
-    let depth = (config.view_reach / resolution) as usize;
+    let depth = (VIEW_REACH / resolution) as usize;
     let (mut first_ring, mut best) = (None, None::<(f64, usize)>);
     let through = |cell: usize| survey.states[cell] == CellState::Free && is_open(cell);
     flood.from(survey, &open, through, depth, |cell, ring| {

@@ -27,6 +27,7 @@ use rand::{Rng, RngExt};
 
 use super::cspace::ConfigSpace;
 use super::lattice::AROUND;
+use super::path::way_to;
 use super::query::Query;
 use crate::geom::{Segment, sin_cos};
 
@@ -153,7 +154,7 @@ impl Places {
             }
             let place = *place;
             if self.sees_goal(space, &place) {
-                return Some(self.back_from(number));
+                return Some(self.discs_to(number));
             }
             if self.places.len() > MOST_PLACES {
                 return None;
@@ -224,21 +225,14 @@ impl Places {
         self.open.push(Reverse((sum.to_bits(), number)));
     }
 
-    fn back_from(&self, number: usize) -> Vec<Disc> {
-        let mut discs = vec![Disc {
+    fn discs_to(&self, number: usize) -> Vec<Disc> {
+        let before = |&at: &usize| Some(self.places[at].from).filter(|from| *from != at);
+        let way = way_to(number, before).into_iter();
+        let goal = Disc {
             centre: self.query.goal,
             radius: 0.0,
-        }];
-        let mut at = number;
-        loop {
-            discs.push(self.places[at].disc);
-            if at == self.places[at].from {
-                break;
-            }
-            at = self.places[at].from;
-        }
-        discs.reverse();
-        discs
+        };
+        way.map(|at| self.places[at].disc).chain([goal]).collect()
     }
 }
 

@@ -13,6 +13,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::cspace::ConfigSpace;
+use super::path::way_to;
 use super::query::Query;
 use crate::geom::Segment;
 
@@ -28,15 +29,10 @@ const TIGHT: u8 = 1;
 const WIDE: u8 = 2;
 
 /// The eight neighbours, straight ones first.
+#[rustfmt::skip]
 pub(super) const AROUND: [(i32, i32); 8] = [
-    (1, 0),
-    (-1, 0),
-    (0, 1),
-    (0, -1),
-    (1, 1),
-    (-1, 1),
-    (1, -1),
-    (-1, -1),
+    (1, 0), (-1, 0), (0, 1), (0, -1),
+    (1, 1), (-1, 1), (1, -1), (-1, -1),
 ];
 
 /// Which cells are open. Cells are numbered row by row; those at the border are never open.
@@ -247,14 +243,8 @@ impl Trail {
     /// The cells of the way from the start to the goal, once it is found.
     pub(super) fn way(&self) -> Option<Vec<usize>> {
         let (start, goal) = self.ends.filter(|_| self.is_found)?;
-        let mut cells = vec![goal];
-        let mut at = goal;
-        while at != start {
-            at = self.from[at] as usize;
-            cells.push(at);
-        }
-        cells.reverse();
-        Some(cells)
+        let before = |&at: &usize| (at != start).then(|| self.from[at] as usize);
+        Some(way_to(goal, before))
     }
 
     /// The legs over which cells were reached.

@@ -22,13 +22,14 @@ mod on_grid;
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
+use std::iter::once;
 use std::rc::Rc;
 
 use nalgebra::{Point2, Vector2};
 use rand::Rng;
 
 use super::cspace::ConfigSpace;
-use super::path::{NoPath, Path};
+use super::path::{NoPath, Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use crate::geom::{Footprint, Pose2, Segment, wrap};
@@ -41,23 +42,12 @@ const SIDE: f64 = 0.05;
 /// What a radian of turning counts, m; larger makes fewer turns and longer ways.
 const TURNING: f64 = 0.1;
 /// The 16 steps, in the order of their headings.
+#[rustfmt::skip]
 const STEPS: [(i32, i32); 16] = [
-    (1, 0),
-    (2, 1),
-    (1, 1),
-    (1, 2),
-    (0, 1),
-    (-1, 2),
-    (-1, 1),
-    (-2, 1),
-    (-1, 0),
-    (-2, -1),
-    (-1, -1),
-    (-1, -2),
-    (0, -1),
-    (1, -2),
-    (1, -1),
-    (2, -1),
+    (1, 0), (2, 1), (1, 1), (1, 2),
+    (0, 1), (-1, 2), (-1, 1), (-2, 1),
+    (-1, 0), (-2, -1), (-1, -1), (-1, -2),
+    (0, -1), (1, -2), (1, -1), (2, -1),
 ];
 /// The goal is tried from places within so many cell sides of it.
 const NEAR: f64 = 3.0;
@@ -138,8 +128,7 @@ impl OutlineSearch {
             })
             .collect();
         if states.is_empty() {
-            let (x, y) = (start.x, start.y);
-            return Err(NoPath::StartBlocked { x, y });
+            return Err(NoPath::StartBlocked(start));
         }
         Ok(Self {
             spare: outline.radius_around() - outline.radius_within(),
@@ -173,7 +162,7 @@ impl OutlineSearch {
             return true;
         };
         if self.reaches_goal(&state, &place) {
-            let path = self.path_to(space, number);
+            let path = self.path_to(number);
             self.path = Some(drop_corners(path, self.heading, &self.outline, space));
             return false;
         }
@@ -252,20 +241,19 @@ impl OutlineSearch {
     }
 
     /// The corners of the way over a state to the goal.
-    fn path_to(&mut self, space: &dyn ConfigSpace, number: usize) -> Path {
-        let mut points = vec![self.query.goal];
-        let mut at = number;
-        while self.states[at].from != at {
-            points.extend(
-                self.place(space, self.states[at].at)
-                    .map(|place| place.point),
-            );
-            at = self.states[at].from;
-        }
-        points.push(self.query.start);
+    fn path_to(&self, number: usize) -> Path {
+        let before = |&at: &usize| Some(self.states[at].from).filter(|from| *from != at);
+        let way = way_to(number, before).into_iter().skip(1);
+        let between = way.filter_map(|at| self.point(self.states[at].at));
+        let ends = (self.query.start, self.query.goal);
+        let mut points: Vec<_> = once(ends.0).chain(between).chain([ends.1]).collect();
         points.dedup();
-        points.reverse();
         Path { points }
+    }
+
+    /// Where a place is that was found free.
+    fn point(&self, at: At) -> Option<Point2<f64>> {
+        Some(self.places.get(&at)?.as_ref()?.point)
     }
 }
 
@@ -283,14 +271,11 @@ impl Planning for OutlineSearch {
     }
 
     fn edges(&self) -> Vec<Segment> {
-        let point = |at: At| self.places.get(&at)?.as_ref().map(|place| place.point);
         let edge = |state: &State| {
             let from = self.states[state.from].at;
+            let leg = Segment::new(self.point(from)?, self.point(state.at)?);
             // At the start nothing was driven yet.
-            if from == state.at {
-                return None;
-            }
-            Some(Segment::new(point(from)?, point(state.at)?))
+            (from != state.at).then_some(leg)
         };
         self.states.iter().filter_map(edge).collect()
     }

@@ -1,5 +1,7 @@
 //! What planners hand on: a path of straight legs, or the reason why there is none.
 
+use std::iter::successors;
+
 use nalgebra::Point2;
 
 use crate::geom::Segment;
@@ -25,6 +27,14 @@ impl Path {
             .zip(self.points.iter().skip(1))
             .map(|(&a, &b)| Segment::new(a, b))
     }
+}
+
+/// What leads to `last`, itself included, from the beginning on: each is asked for what was before
+/// it.
+pub(super) fn way_to<T>(last: T, before: impl Fn(&T) -> Option<T>) -> Vec<T> {
+    let mut way: Vec<T> = successors(Some(last), before).collect();
+    way.reverse();
+    way
 }
 
 /// Which planner looks for the path, or found it.
@@ -107,32 +117,19 @@ impl Planner {
 pub enum NoPath {
     /// The robot is enclosed where it stands.
     #[error(
-        "the start at ({x:.2}, {y:.2}) m is inside an obstacle or enclosed: no free place within reach"
+        "the start at ({:.2}, {:.2}) m is inside an obstacle or enclosed: no free place within reach",
+        .0.x, .0.y
     )]
-    StartBlocked {
-        /// x of the start, m.
-        x: f64,
-        /// y of the start, m.
-        y: f64,
-    },
+    StartBlocked(Point2<f64>),
     /// The goal, and everything near it, is inside an obstacle or off the map.
     #[error(
-        "the goal at ({x:.2}, {y:.2}) m is inside an obstacle, too near to one, or off the map"
+        "the goal at ({:.2}, {:.2}) m is inside an obstacle, too near to one, or off the map",
+        .0.x, .0.y
     )]
-    GoalBlocked {
-        /// x of the goal, m.
-        x: f64,
-        /// y of the goal, m.
-        y: f64,
-    },
-    /// Proved: no chain of cells, even of those that are only partly free, leads there.
-    #[error("no way leads to ({x:.2}, {y:.2}) m: the map proves it is closed off")]
-    Unreachable {
-        /// x of the goal, m.
-        x: f64,
-        /// y of the goal, m.
-        y: f64,
-    },
+    GoalBlocked(Point2<f64>),
+    /// Proved: no chain of cells, even of those that are only partly free, leads to this goal.
+    #[error("no way leads to ({:.2}, {:.2}) m: the map proves it is closed off", .0.x, .0.y)]
+    Unreachable(Point2<f64>),
     /// The planner has tried all it can, which is no proof: its cells may be too large for the gap
     /// that leads there.
     #[error("no path among the {iterations} places that the planner could try")]

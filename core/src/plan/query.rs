@@ -20,21 +20,12 @@ impl Query {
     /// # Errors    [`NoPath::StartBlocked`], [`NoPath::GoalBlocked`].
     pub fn check(&self, space: &dyn ConfigSpace) -> Result<(), NoPath> {
         if !space.is_free(self.start) {
-            let (x, y) = (self.start.x, self.start.y);
-            return Err(NoPath::StartBlocked { x, y });
+            return Err(NoPath::StartBlocked(self.start));
         }
         if !space.is_free(self.goal) {
-            let (x, y) = (self.goal.x, self.goal.y);
-            return Err(NoPath::GoalBlocked { x, y });
+            return Err(NoPath::GoalBlocked(self.goal));
         }
         Ok(())
-    }
-
-    /// The reason that a proof gives.
-    #[must_use]
-    pub fn unreachable(&self) -> NoPath {
-        let (x, y) = (self.goal.x, self.goal.y);
-        NoPath::Unreachable { x, y }
     }
 }
 

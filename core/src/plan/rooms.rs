@@ -21,12 +21,12 @@ use rand::Rng;
 
 use super::cspace::ConfigSpace;
 use super::lattice::Lattice;
-use super::path::Path;
+use super::path::{Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use super::theta_star::ThetaStar;
 use crate::geom::Segment;
-use crate::map::{CellIndex, CellRect, CellState, Topology, TopologyConfig};
+use crate::map::{CellRect, CellState, Topology, TopologyConfig};
 
 /// Why a search over rooms took all cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -121,13 +121,7 @@ fn rooms_crossed(lattice: &Lattice, query: &Query) -> Result<Vec<bool>, NoRooms>
         false => CellState::Occupied,
     };
     let states: Vec<CellState> = (0..lattice.len()).map(state).collect();
-    let rect = CellRect {
-        min: CellIndex { col: 0, row: 0 },
-        max: CellIndex {
-            col: width as i32,
-            row: height as i32,
-        },
-    };
+    let rect = CellRect::of_size(width, height);
     // What is open is wide enough, however narrow.
     let config = TopologyConfig {
         narrowest_door: 0.0,
@@ -202,14 +196,9 @@ fn way_over_doors(
             }
         }
     }
-    let mut crossed = vec![start];
-    let mut door = best.map(|(_, door)| door);
-    door?;
-    while let Some(at) = door {
-        crossed.push(ways[at].into);
-        door = ways[at].from;
-    }
-    Some(crossed)
+    let doors = way_to(best?.1, |&door| ways[door].from);
+    let crossed = doors.into_iter().map(|door| ways[door].into);
+    Some(crossed.chain([start]).collect())
 }
 
 /// How a door is come through.

@@ -18,7 +18,7 @@
 use nalgebra::Point2;
 use rand::Rng;
 
-use super::cspace::{ConfigSpace, GridSpace, Unknown, rect_around};
+use super::cspace::{ConfigSpace, GridSpace, Unknown};
 use super::path::{NoPath, Path, Planner};
 use super::pull_tight::pull_tight;
 use super::query::Query;
@@ -27,10 +27,13 @@ use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
 use super::shorten::{densify, shorten};
-use super::smooth::{Piece, SmoothConfig, smooth};
+use super::smooth::{Piece, smooth};
 use super::wavefront::Wavefront;
 use crate::geom::Segment;
 use crate::map::Grid;
+
+/// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
+pub(crate) const ESCAPE_REACH: f64 = 0.3;
 
 /// How routes are planned.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,14 +50,11 @@ pub struct RouteConfig {
     pub shortening: Shortening,
     /// How trees grow, and for how many iterations.
     pub rrt: RrtConfig,
-    /// How corners are rounded for continuous driving; `None`, the default: they are not, the robot
-    /// turns on the spot.
-    pub rounding: Option<SmoothConfig>,
+    /// Whether corners are rounded for continuous driving. Default false: the robot turns on the
+    /// spot.
+    pub is_rounded: bool,
     /// How far the goal may be moved off a wall, m. Default 0.3.
     pub goal_reach: f64,
-    /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
-    /// Default 0.3.
-    pub escape_reach: f64,
 }
 
 impl Default for RouteConfig {
@@ -65,9 +65,8 @@ impl Default for RouteConfig {
             planner: Planner::RrtConnect,
             shortening: Shortening::Chords,
             rrt: RrtConfig::default(),
-            rounding: None,
+            is_rounded: false,
             goal_reach: 0.3,
-            escape_reach: 0.3,
         }
     }
 }
@@ -129,8 +128,6 @@ pub struct Route {
     pub tree: Vec<Segment>,
     /// Who found it.
     pub by: Planner,
-    /// Random points drawn.
-    pub iterations: usize,
     /// Distance kept between the robot's disc and walls, m.
     pub margin: f64,
 }
@@ -148,16 +145,19 @@ impl Route {
 pub struct RouteFailure {
     /// The reason.
     pub reason: NoPath,
-    /// Random points drawn.
-    pub iterations: usize,
     /// Legs of the trees.
     pub tree: Vec<Segment>,
 }
 
+impl From<NoPath> for RouteFailure {
+    fn from(reason: NoPath) -> Self {
+        let tree = vec![];
+        Self { reason, tree }
+    }
+}
+
 /// Part of the margin that rounding leaves.
 const LEAST_PART: f64 = 0.5;
-/// A goal farther than this off the map is no goal, m.
-pub(super) const FARTHEST_OFF: f64 = 50.0;
 
 /// Plans from `start` to `goal` for a robot of the given radius.
 ///
@@ -170,37 +170,22 @@ pub fn plan_route(
     config: &RouteConfig,
     rng: &mut dyn Rng,
 ) -> Result<Route, RouteFailure> {
-    let mut failure = RouteFailure {
-        reason: NoPath::GoalBlocked {
-            x: goal.x,
-            y: goal.y,
-        },
-        iterations: 0,
-        tree: vec![],
-    };
-    let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
-    let Some(rect) = rect_around(grid, &[start, goal], 20, farthest) else {
-        return Err(failure);
-    };
-    let mut space = GridSpace::new(grid, rect, radius, config.unknown);
+    let query = Query { start, goal };
+    let mut failure = RouteFailure::from(NoPath::GoalBlocked(goal));
+    let mut space = GridSpace::of_query(grid, &query, radius, config.unknown)?;
     for (at, &margin) in config.margins.iter().enumerate() {
         space = space.with_keep(radius + margin);
         let is_last = at + 1 == config.margins.len();
-        match plan_in(&space, start, goal, is_last, config, rng) {
+        match plan_in(&space, &query, is_last, config, rng) {
             Ok(mut route) => {
                 route.margin = margin;
-                route.iterations += failure.iterations;
-                if let Some(rounding) = &config.rounding {
+                if config.is_rounded {
                     let space = space.with_keep(radius + route.least_margin());
-                    route.pieces = smooth(&route.path, &space, rounding);
+                    route.pieces = smooth(&route.path, &space);
                 }
                 return Ok(route);
             }
-            Err(narrower) => {
-                failure.reason = narrower.reason;
-                failure.iterations += narrower.iterations;
-                failure.tree = narrower.tree;
-            }
+            Err(narrower) => failure = narrower,
         }
     }
     Err(failure)
@@ -209,50 +194,36 @@ pub fn plan_route(
 /// Plans at one margin.
 fn plan_in(
     space: &GridSpace,
-    start: Point2<f64>,
-    goal: Point2<f64>,
+    &Query { start, goal }: &Query,
     is_last: bool,
     config: &RouteConfig,
     rng: &mut dyn Rng,
 ) -> Result<Route, RouteFailure> {
-    let fail = |reason| RouteFailure {
-        reason,
-        iterations: 0,
-        tree: vec![],
-    };
-    let Some(free_start) = space.escape(start, space.keep() + config.escape_reach) else {
-        return Err(fail(NoPath::StartBlocked {
-            x: start.x,
-            y: start.y,
-        }));
-    };
+    let escape = space.escape(start, space.keep() + ESCAPE_REACH);
+    let free_start = escape.ok_or(NoPath::StartBlocked(start))?;
     let wave = Wavefront::new(space, free_start);
-    let aim = aim_at(space, &wave, free_start, goal, config.goal_reach).map_err(fail)?;
-    if aim.cell.is_none() && !is_last {
+    let (aim, cell) = aim_at(space, &wave, free_start, goal, config.goal_reach)?;
+    if cell.is_none() && !is_last {
         // Neither a way over cells nor a proof that there is none: a tree had better try where
         // walls are thinnest.
-        return Err(fail(NoPath::BudgetSpent { iterations: 0 }));
+        return Err(NoPath::BudgetSpent { iterations: 0 }.into());
     }
     let query = Query {
         start: free_start,
-        goal: aim.point,
+        goal: aim,
     };
     let search = find(space, &wave, query, config, rng);
     let iterations = search.as_ref().map_or(0, Search::iterations);
     let tree = search.as_ref().map_or(vec![], Search::tree);
     let found = search.and_then(|search| Some((search.path()?, search.planner())));
-    let way = || {
-        let mut path = wave.path_to(space, aim.cell?)?;
-        join_ends(&mut path, space, free_start, aim.point);
-        Some(path)
+    let by_wave = || {
+        let mut path = wave.path_to(space, cell?)?;
+        join_ends(&mut path, space, free_start, aim);
+        Some((path, Planner::Wavefront))
     };
-    let by_wave = || Some((way()?, Planner::Wavefront));
     let Some((mut raw, by)) = found.or_else(by_wave) else {
-        return Err(RouteFailure {
-            reason: NoPath::BudgetSpent { iterations },
-            iterations,
-            tree,
-        });
+        let reason = NoPath::BudgetSpent { iterations };
+        return Err(RouteFailure { reason, tree });
     };
     let mut path = config.shortening.apply(&raw, space);
     if free_start != start {
@@ -265,7 +236,6 @@ fn plan_in(
         raw,
         tree,
         by,
-        iterations,
         margin: 0.0,
     })
 }
@@ -276,47 +246,30 @@ fn spacing_for(path: &Path) -> f64 {
 }
 
 /// Where to go, and the cell of it that the wavefront reached.
-struct Aim {
-    point: Point2<f64>,
-    cell: Option<usize>,
-}
-
 fn aim_at(
     space: &GridSpace,
     wave: &Wavefront,
     start: Point2<f64>,
     goal: Point2<f64>,
     reach: f64,
-) -> Result<Aim, NoPath> {
-    let reached = |point| {
-        space
-            .index_at(point)
-            .filter(|&cell| wave.cost(cell).is_some())
+) -> Result<(Point2<f64>, Option<usize>), NoPath> {
+    let reached = |point: &Point2<f64>| {
+        let cell = space.index_at(*point);
+        cell.filter(|&cell| wave.cost(cell).is_some())
     };
-    if space.is_free(goal)
-        && let Some(cell) = reached(goal)
-    {
-        return Ok(Aim {
-            point: goal,
-            cell: Some(cell),
-        });
+    let is_free = space.is_free(goal);
+    if is_free && let Some(cell) = reached(&goal) {
+        return Ok((goal, Some(cell)));
     }
     let near = space.free_cells_near(goal, reach);
-    if let Some((point, cell)) = near.iter().find_map(|&p| reached(p).map(|cell| (p, cell))) {
-        return Ok(Aim {
-            point,
-            cell: Some(cell),
-        });
+    if let Some(aim) = near.iter().find_map(|p| Some((*p, Some(reached(p)?)))) {
+        return Ok(aim);
     }
-    let (x, y) = (goal.x, goal.y);
-    let Some(&nearest) = near.first() else {
-        return Err(NoPath::GoalBlocked { x, y });
-    };
-    let point = if space.is_free(goal) { goal } else { nearest };
-    if may_reach(space, start, point) {
-        Ok(Aim { point, cell: None })
-    } else {
-        Err(NoPath::Unreachable { x, y })
+    let nearest = *near.first().ok_or(NoPath::GoalBlocked(goal))?;
+    let point = if is_free { goal } else { nearest };
+    match may_reach(space, start, point) {
+        true => Ok((point, None)),
+        false => Err(NoPath::Unreachable(goal)),
     }
 }
 
@@ -352,21 +305,17 @@ fn find(
 
 /// Puts the true ends on a path over cell centres.
 fn join_ends(path: &mut Path, space: &GridSpace, start: Point2<f64>, goal: Point2<f64>) {
-    for (at_start, end) in [(true, start), (false, goal)] {
-        let neighbour = if at_start {
-            path.points.first()
-        } else {
-            path.points.last()
-        };
-        let Some(&neighbour) = neighbour else {
-            continue;
-        };
-        // Within one cell; where a corner of wall is between, the centre of the cell is near enough
-        // for a goal.
-        let is_free = space.leg_is_free(&Segment::new(neighbour, end));
-        if end != neighbour && (is_free || at_start) {
-            let at = if at_start { 0 } else { path.points.len() };
-            path.points.insert(at, end);
-        }
+    if path.points.first().is_some_and(|first| *first != start) {
+        path.points.insert(0, start);
+    }
+    // Within one cell; where a corner of wall is between, the centre of the cell is near enough for
+    // a goal.
+    let is_open = |last: &Point2<f64>| space.leg_is_free(&Segment::new(*last, goal));
+    if path
+        .points
+        .last()
+        .is_some_and(|last| *last != goal && is_open(last))
+    {
+        path.points.push(goal);
     }
 }

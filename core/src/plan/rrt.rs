@@ -30,8 +30,6 @@ pub struct RrtConfig {
     pub goal_bias: f64,
     /// Most points to draw. Default 3000.
     pub max_iterations: usize,
-    /// Growth shorter than this is dropped, m. Default 0.02: trees do not swarm along walls.
-    pub min_growth: f64,
     /// Longest leg of all trees but the source's, which goes on to the last collision-free point,
     /// m. Default 5. Shorter: more vertices, shorter and slower first paths.
     pub range: f64,
@@ -48,7 +46,6 @@ impl Default for RrtConfig {
         Self {
             goal_bias: 0.1,
             max_iterations: 3000,
-            min_growth: 0.02,
             range: 5.0,
             rewire_factor: 1.0,
             is_seeded: true,
@@ -119,7 +116,7 @@ impl Planning for Rrt {
         } else {
             self.draws.draw(space, &self.query, rng)
         };
-        let grown = self.tree.extend(space, target, self.config.min_growth);
+        let grown = self.tree.extend(space, target);
         if let Some(vertex) = grown.filter(|vertex| vertex.arrived && target == goal) {
             self.finish(vertex.index);
         }

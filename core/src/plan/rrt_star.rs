@@ -30,7 +30,7 @@ use rand::{Rng, RngExt};
 
 use super::branches::Branches;
 use super::cspace::ConfigSpace;
-use super::path::Path;
+use super::path::{Path, way_to};
 use super::point_index::PointIndex;
 use super::query::Query;
 use super::rrt::RrtConfig;
@@ -38,6 +38,7 @@ use super::rrt_connect::RrtConnect;
 use super::sampler::Sampler;
 use super::search::Planning;
 use super::shorten::shorten;
+use super::tree::MIN_GROWTH;
 use crate::geom::{Segment, sin_cos};
 
 /// Gains less than this are rounding, m.
@@ -194,7 +195,7 @@ impl RrtStar {
             drawn
         };
         let is_free = space.leg_is_free(&Segment::new(from, aim));
-        (is_free && reach >= self.config.min_growth).then_some((aim, nearest))
+        (is_free && reach >= MIN_GROWTH).then_some((aim, nearest))
     }
 
     /// Collects the vertices within the radius of the new point, the shortest way over them first.
@@ -275,14 +276,10 @@ impl Planning for RrtStar {
     }
 
     fn path(&self) -> Option<Path> {
-        let (mut at, _) = self.goal?;
-        let mut points = vec![self.query.goal, self.index.points()[at]];
-        while let Some(parent) = self.branches.parent(at) {
-            at = parent;
-            points.push(self.index.points()[at]);
-        }
+        let way = way_to(self.goal?.0, |at| self.branches.parent(*at));
+        let mut points: Vec<_> = way.iter().map(|&at| self.index.points()[at]).collect();
+        points.push(self.query.goal);
         points.dedup();
-        points.reverse();
         Some(Path { points })
     }
 

@@ -81,8 +81,12 @@ impl Search {
     ) -> Result<Self, NoPath> {
         query.check(space)?;
         if space.leg_is_free(&Segment::new(query.start, query.goal)) {
-            let progress = Progress::Finished;
-            return Ok(Self::begun(Planner::Straight, query, None, progress));
+            return Ok(Self::begun(
+                Planner::Straight,
+                query,
+                None,
+                Progress::Finished,
+            ));
         }
         let lattice = || Lattice::over(space, &query);
         let not_offered = NoPath::NotOffered { planner };
@@ -103,8 +107,12 @@ impl Search {
             Planner::Visibility => Box::new(Visibility::new(space, query).ok_or(not_offered)?),
             Planner::Wavefront | Planner::Outline => return Err(not_offered),
         };
-        let progress = Progress::Searching;
-        Ok(Self::begun(planner, query, Some(planning), progress))
+        Ok(Self::begun(
+            planner,
+            query,
+            Some(planning),
+            Progress::Searching,
+        ))
     }
 
     /// Begins for an outline, from a heading in rad or from any; the space keeps what the disc
@@ -117,13 +125,13 @@ impl Search {
         query: Query,
         heading: Option<f64>,
     ) -> Result<Self, NoPath> {
-        let search = OutlineSearch::new(space, outline, query, heading)?;
-        let (planner, progress) = (Planner::Outline, Progress::Searching);
+        let search: Box<dyn Planning> =
+            Box::new(OutlineSearch::new(space, outline, query, heading)?);
         Ok(Self::begun(
-            planner,
+            Planner::Outline,
             query,
-            Some(Box::new(search)),
-            progress,
+            Some(search),
+            Progress::Searching,
         ))
     }
 
@@ -160,7 +168,7 @@ impl Search {
                 (false, true) => Progress::Finished,
                 // If there is any path there is a taut one.
                 (false, false) if self.planner == Planner::Visibility => {
-                    Progress::Failed(self.query.unreachable())
+                    Progress::Failed(NoPath::Unreachable(self.query.goal))
                 }
                 (false, false) => Progress::Failed(NoPath::Exhausted { iterations }),
             };

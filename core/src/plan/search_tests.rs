@@ -41,7 +41,7 @@ fn ask(planner: Planner, space: &SegmentSpace, query: Query, iterations: usize) 
     let progress = search.step(space, &mut ChaCha8Rng::seed_from_u64(5), iterations);
     let iterations = search.iterations();
     let path = search.path().ok_or_else(|| match progress {
-        _ if space.are_apart(query.start, query.goal) => query.unreachable(),
+        _ if space.are_apart(query.start, query.goal) => NoPath::Unreachable(query.goal),
         Progress::Failed(reason) => reason,
         _ => NoPath::BudgetSpent { iterations },
     });

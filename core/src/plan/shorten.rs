@@ -11,7 +11,7 @@
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
-use super::path::Path;
+use super::path::{Path, way_to};
 use crate::geom::Segment;
 
 /// The shortest path over the points of `path`. Legs of `path` itself count as free, whatever the
@@ -46,14 +46,9 @@ pub fn shorten(path: &Path, space: &dyn ConfigSpace) -> Path {
             }
         }
     }
-    let mut shortest = vec![points[count - 1]];
-    let mut at = count - 1;
-    while at != 0 {
-        at = from[at];
-        shortest.push(points[at]);
-    }
-    shortest.reverse();
-    Path { points: shortest }
+    let shortest = way_to(count - 1, |&at| (at != 0).then(|| from[at]));
+    let points = shortest.into_iter().map(|at| points[at]).collect();
+    Path { points }
 }
 
 /// The same path with points at most `spacing` metres apart: more chords for [`shorten`] to choose

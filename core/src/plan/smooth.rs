@@ -1,7 +1,6 @@
 //! A path with rounded corners, for driving without stopping at each.
 //!
-//! In: a path of straight legs, the space that the rounding must stay free in, the radii allowed.
-//! Out: straight pieces and arcs that join without a kink; a corner that cannot be rounded stays a
+//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces and arcs that join without a kink; a corner that cannot be rounded stays a
 //! turn on the spot.
 //!
 //! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most
@@ -9,7 +8,7 @@
 //! 2. The largest free radius is found by halving. Arcs cut corners, and a taut path has its
 //!    corners at obstacles: the space here is that of a narrower margin than the one the path was
 //!    planned with.
-//! 3. No arc is tighter than `least_radius`: the curvature is at most its inverse.
+//! 3. No arc is tighter than [`LEAST_RADIUS`]: the curvature is at most its inverse.
 //!
 //! An arc is free if the polygon through it and the one around it are, with corners [`STEP`] apart.
 
@@ -24,23 +23,10 @@ const STEP: f64 = 0.1;
 /// Halvings of the radius.
 const HALVINGS: usize = 12;
 
-/// How round.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SmoothConfig {
-    /// Arcs are not tighter, m. Default 0.1.
-    pub least_radius: f64,
-    /// Arcs are not wider, m: wider ones take longer legs and are hardly faster. Default 1.
-    pub most_radius: f64,
-}
-
-impl Default for SmoothConfig {
-    fn default() -> Self {
-        Self {
-            least_radius: 0.1,
-            most_radius: 1.0,
-        }
-    }
-}
+/// Arcs are not tighter, m.
+const LEAST_RADIUS: f64 = 0.1;
+/// Arcs are not wider, m: wider ones take longer legs and are hardly faster.
+const MOST_RADIUS: f64 = 1.0;
 
 /// A piece of a smooth path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +89,7 @@ impl Piece {
 
 /// The path with its corners rounded as far as `space` allows.
 #[must_use]
-pub fn smooth(path: &Path, space: &dyn ConfigSpace, config: &SmoothConfig) -> Vec<Piece> {
+pub fn smooth(path: &Path, space: &dyn ConfigSpace) -> Vec<Piece> {
     let legs: Vec<Segment> = path.legs().filter(|leg| leg.length() > 0.0).collect();
     let mut pieces = vec![];
     let Some(first) = legs.first() else {
@@ -116,7 +102,7 @@ pub fn smooth(path: &Path, space: &dyn ConfigSpace, config: &SmoothConfig) -> Ve
         let most = (before.length() * share(number == 0))
             .min(after.length() * share(number + 2 == legs.len()));
         let corner = Corner::of(&before, &after);
-        let rounded = corner.rounded(space, most, config);
+        let rounded = corner.rounded(space, most);
         let begins = rounded.as_ref().map_or(before.b, |arc| arc.point(0.0));
         push_line(&mut pieces, at, begins);
         let piece = rounded.unwrap_or(Piece::Turn {
@@ -156,7 +142,7 @@ impl Corner {
 
     /// The widest free arc that takes at most `most` metres of either leg; `None` where even the
     /// tightest is not free.
-    fn rounded(&self, space: &dyn ConfigSpace, most: f64, config: &SmoothConfig) -> Option<Piece> {
+    fn rounded(&self, space: &dyn ConfigSpace, most: f64) -> Option<Piece> {
         let (sin, cos) = sin_cos(0.5 * self.turn.abs());
         // Turning back: no arc.
         if cos < 1e-6 || self.turn == 0.0 {
@@ -167,7 +153,7 @@ impl Corner {
             let arc = self.arc(radius, taken);
             is_free(space, &arc).then_some(arc)
         };
-        let (mut low, mut high) = (config.least_radius, config.most_radius.min(most / taken));
+        let (mut low, mut high) = (LEAST_RADIUS, MOST_RADIUS.min(most / taken));
         if high < low {
             return None;
         }
@@ -262,24 +248,14 @@ mod tests {
     #[test]
     fn a_right_angle_in_the_open_becomes_a_quarter_circle() {
         let space = SegmentSpace::new(vec![], 0.1, BOUNDS).unwrap();
-        let config = SmoothConfig {
-            most_radius: 0.5,
-            ..SmoothConfig::default()
-        };
         let angle = path(&[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)]);
-        let pieces = smooth(&angle, &space, &config);
-        assert!((length(&pieces) - (3.0 + 0.5 * FRAC_PI_2)).abs() < 1e-12);
+        let pieces = smooth(&angle, &space);
+        assert!((length(&pieces) - (2.0 + FRAC_PI_2)).abs() < 1e-12);
         assert!(
-            (pieces[1].point(0.5)
-                - Point2::new(1.5 + 0.5 * 0.5_f64.sqrt(), 0.5 - 0.5 * 0.5_f64.sqrt()))
-            .norm()
+            (pieces[1].point(0.5) - Point2::new(1.0 + 0.5_f64.sqrt(), 1.0 - 0.5_f64.sqrt())).norm()
                 < 1e-12
         );
-        let back = smooth(
-            &path(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)]),
-            &space,
-            &config,
-        );
+        let back = smooth(&path(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)]), &space);
         assert!(matches!(back[1], Piece::Turn { turn, .. } if (turn.abs() - PI).abs() < 1e-12));
     }
 
@@ -291,7 +267,7 @@ mod tests {
         let post = Point2::new(2.0 - off * 0.5_f64.sqrt(), off * 0.5_f64.sqrt());
         let space = SegmentSpace::new(vec![Segment::new(post, post)], 0.3, BOUNDS).unwrap();
         let angle = path(&[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)]);
-        let pieces = smooth(&angle, &space, &SmoothConfig::default());
+        let pieces = smooth(&angle, &space);
         let Piece::Arc { radius, .. } = pieces[1] else {
             panic!("no arc in {pieces:?}");
         };
@@ -310,7 +286,7 @@ mod tests {
             let narrow = SegmentSpace::new(vec![wall], 0.2, BOUNDS).unwrap();
             let path = path(&points);
             prop_assume!(path.legs().all(|leg| wide.leg_is_free(&leg)));
-            let pieces = smooth(&path, &narrow, &SmoothConfig::default());
+            let pieces = smooth(&path, &narrow);
             prop_assert!(length(&pieces) <= path.length() + 1e-9);
             let (mut at, mut heading) = (path.points[0], None::<f64>);
             for piece in &pieces {

@@ -138,10 +138,7 @@ fn boxes() -> impl Strategy<Value = Vec<(i32, i32, i32, i32)>> {
 fn whole() -> CellRect {
     CellRect {
         min: CellIndex { col: 0, row: 0 },
-        max: CellIndex {
-            col: SIDE,
-            row: SIDE,
-        },
+        max: CellIndex::new(SIDE, SIDE),
     }
 }
 

@@ -11,9 +11,13 @@
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
+use super::path::way_to;
 use super::point_index::ring_around;
 use crate::geom::Segment;
 use crate::map::cells_on_ray;
+
+/// Growth shorter than this is dropped, m: trees do not swarm along walls.
+pub(super) const MIN_GROWTH: f64 = 0.02;
 
 /// A point of the tree, and where it hangs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,13 +136,8 @@ impl Tree {
     }
 
     /// Grows from the nearest point of the tree to the last collision-free one towards `target`;
-    /// `None` where that is less than `least` metres.
-    pub(super) fn extend(
-        &mut self,
-        space: &dyn ConfigSpace,
-        target: Point2<f64>,
-        least: f64,
-    ) -> Option<Grown> {
+    /// `None` where that is less than [`MIN_GROWTH`].
+    pub(super) fn extend(&mut self, space: &dyn ConfigSpace, target: Point2<f64>) -> Option<Grown> {
         let nearest = self.nearest(target);
         if nearest.distance == 0.0 {
             let index = self.split(&nearest);
@@ -150,7 +149,7 @@ impl Tree {
         let leg = Segment::new(nearest.point, target);
         let free = space.free_length(&leg);
         let arrived = free >= leg.length();
-        if !arrived && free < least {
+        if !arrived && free < MIN_GROWTH {
             return None;
         }
         let point = if arrived {
@@ -176,14 +175,9 @@ impl Tree {
 
     /// The points from the root to a vertex.
     pub(super) fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
-        let mut points = vec![self.vertices[vertex].point];
-        let mut at = vertex;
-        while self.vertices[at].parent != at {
-            at = self.vertices[at].parent;
-            points.push(self.vertices[at].point);
-        }
-        points.reverse();
-        points
+        let before = |&at: &usize| Some(self.vertices[at].parent).filter(|parent| *parent != at);
+        let way = way_to(vertex, before).into_iter();
+        way.map(|at| self.vertices[at].point).collect()
     }
 }
 

@@ -10,6 +10,7 @@
 use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
+use super::path::way_to;
 use super::point_index::PointIndex;
 use super::tree::Grown;
 use crate::geom::Segment;
@@ -125,14 +126,8 @@ impl VertexTree {
 
     /// The points from the root to a vertex.
     pub(super) fn branch(&self, vertex: usize) -> Vec<Point2<f64>> {
-        let mut points = vec![self.point(vertex)];
-        let mut at = vertex;
-        while at != 0 {
-            at = self.parents[at] as usize;
-            points.push(self.point(at));
-        }
-        points.reverse();
-        points
+        let way = way_to(vertex, |&at| (at != 0).then(|| self.parents[at] as usize));
+        way.into_iter().map(|at| self.point(at)).collect()
     }
 }
 

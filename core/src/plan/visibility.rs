@@ -26,7 +26,7 @@ use nalgebra::{Point2, Vector2};
 use rand::Rng;
 
 use super::cspace::ConfigSpace;
-use super::path::Path;
+use super::path::{Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use super::tangents::{Blocked, Tangent, Wound};
@@ -222,14 +222,8 @@ impl Planning for Visibility {
     }
 
     fn path(&self) -> Option<Path> {
-        let mut legs = vec![];
-        let mut at = Some(self.goal?);
-        while let Some(arrival) = at {
-            let arrival = self.arrivals[arrival];
-            legs.push(arrival);
-            at = arrival.before.map(|b| b as usize);
-        }
-        legs.reverse();
+        let before = |leg: &Arrival| leg.before.map(|before| self.arrivals[before as usize]);
+        let legs = way_to(self.arrivals[self.goal?], before);
         let mut points = vec![self.query.start];
         for pair in legs.windows(2) {
             self.wind(&pair[0], pair[1].tangent.heading, &mut points);

@@ -219,21 +219,12 @@ fn weights(space: &GridSpace) -> Vec<u8> {
 
 /// The cell itself, or a free neighbour: a free point may lie in a cell whose centre is not.
 fn nearest_open(index: usize, weights: &[u8], width: usize) -> Option<usize> {
-    let around = [
-        0,
-        1,
-        -1,
-        width as isize,
-        -(width as isize),
-        width as isize + 1,
-        width as isize - 1,
-        -(width as isize) + 1,
-        -(width as isize) - 1,
-    ];
-    around
+    let row = width as isize;
+    let around = [0, 1, -1, row, -row, row + 1, row - 1, 1 - row, -row - 1];
+    let mut cells = around
         .into_iter()
-        .filter_map(|d| index.checked_add_signed(d))
-        .find(|&i| weights.get(i).is_some_and(|&w| w > 0))
+        .filter_map(|d| index.checked_add_signed(d));
+    cells.find(|&i| weights.get(i).is_some_and(|&w| w > 0))
 }
 
 /// The open neighbours of a cell with the length of the step. Cells at the border are never open,

@@ -4,6 +4,7 @@ mod blind_zone;
 mod cartesian;
 mod deskew;
 #[cfg(test)]
+#[path = "tests/fixture.rs"]
 pub(crate) mod fixture;
 mod oriented;
 mod range_sigma;
@@ -15,11 +16,9 @@ mod walkers;
 pub use blind_zone::{BlindZone, BlindZoneConfig};
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
-pub use oriented::{OrientedConfig, OrientedPoint, oriented_points};
-pub use range_sigma::{
-    Growth, RangeSigma, SigmaBin, SigmaConfig, SigmaError, SigmaFit, estimate_sigma,
-};
+pub use oriented::{OrientedPoint, oriented_points};
+pub use range_sigma::{Growth, RangeSigma, SigmaBin, SigmaError, SigmaFit, estimate_sigma};
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::SpacingModel;
-pub use walkers::{WalkerConfig, Walkers};
+pub use walkers::Walkers;

@@ -7,7 +7,7 @@
 //!    their scatter).
 //! 3. Points whose neighbours do not form a line are dropped: a surface direction that means
 //!    nothing would pull a match any way.
-//! 4. Of the points nearer than `spacing` to the last one kept, none is kept: close walls, seen by
+//! 4. Of the points nearer than [`SPACING`] to the last one kept, none is kept: close walls, seen by
 //!    many beams, would else outvote far ones.
 //!
 //! Why surface directions: matching a point to a line converges in a third of the iterations of
@@ -27,41 +27,23 @@ pub struct OrientedPoint {
     pub normal: Vector2<f64>,
 }
 
-/// How surfaces are found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrientedConfig {
-    /// Hits farther than this are dropped, m. Default 40; far ones are sparse and graze their wall.
-    pub max_range: f64,
-    /// Least distance of two points kept, m. Default 0.04; larger is faster and less precise.
-    pub spacing: f64,
-    /// Half of the piece of surface that gives a direction, m. Default 0.12; larger smooths noise
-    /// and rounds corners.
-    pub reach: f64,
-    /// A surface counts as a line while the scatter across is less than this part of that along.
-    /// Default 0.1.
-    pub max_flatness: f64,
-}
-
-impl Default for OrientedConfig {
-    fn default() -> Self {
-        Self {
-            max_range: 40.0,
-            spacing: 0.04,
-            reach: 0.12,
-            max_flatness: 0.1,
-        }
-    }
-}
-
+/// Hits farther than this are dropped, m; far ones are sparse and graze their wall.
+const MAX_RANGE: f64 = 40.0;
+/// Least distance of two points kept, m; larger is faster and less precise.
+const SPACING: f64 = 0.04;
+/// Half of the piece of surface that gives a direction, m; larger smooths noise and rounds corners.
+const REACH: f64 = 0.12;
+/// A surface counts as a line while the scatter across is less than this part of that along.
+const MAX_FLATNESS: f64 = 0.1;
 /// Most neighbours on either side.
 const MAX_NEIGHBOURS: usize = 8;
 
 /// Finds the surfaces of a scan; positions and normals are in the robot frame.
 #[must_use]
-pub fn oriented_points(points: &Points, config: &OrientedConfig) -> Vec<OrientedPoint> {
+pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
     let hits: Vec<_> = points
         .hits()
-        .filter(|beam| beam.range <= config.max_range)
+        .filter(|beam| beam.range <= MAX_RANGE)
         .collect();
     let angle = beam_angle(points);
     let mut kept: Vec<OrientedPoint> = vec![];
@@ -69,13 +51,13 @@ pub fn oriented_points(points: &Points, config: &OrientedConfig) -> Vec<Oriented
         let position = beam.end_in_robot;
         if kept
             .last()
-            .is_some_and(|last| (last.position - position).norm() < config.spacing)
+            .is_some_and(|last| (last.position - position).norm() < SPACING)
         {
             continue;
         }
         let beam_spacing = beam.range * angle;
         let gap = 0.06 + 3.0 * beam_spacing;
-        let reach = config.reach.max(2.5 * beam_spacing);
+        let reach = REACH.max(2.5 * beam_spacing);
         let on_surface = |from: Point2<f64>, to: Point2<f64>| {
             (to - from).norm() <= gap && (to - position).norm() <= reach
         };
@@ -93,7 +75,7 @@ pub fn oriented_points(points: &Points, config: &OrientedConfig) -> Vec<Oriented
         };
         walk(&mut hits.iter().skip(at + 1).map(|b| b.end_in_robot));
         walk(&mut hits.iter().take(at).rev().map(|b| b.end_in_robot));
-        if let Some(normal) = scatter.normal(config.max_flatness) {
+        if let Some(normal) = scatter.normal() {
             let to_sensor = beam.origin_in_robot - position;
             let normal = if normal.dot(&to_sensor) < 0.0 {
                 -normal
@@ -138,7 +120,7 @@ impl Scatter {
     }
 
     /// The direction across, if the points form a line.
-    fn normal(&self, max_flatness: f64) -> Option<Vector2<f64>> {
+    fn normal(&self) -> Option<Vector2<f64>> {
         if self.count < 3.0 {
             return None;
         }
@@ -149,7 +131,7 @@ impl Scatter {
         let (half, half_trace) = (0.5 * (xx - yy), 0.5 * (xx + yy));
         let spread = (half * half + xy * xy).sqrt();
         let (across, along) = (half_trace - spread, half_trace + spread);
-        if along <= 1e-8 || across > max_flatness * along {
+        if along <= 1e-8 || across > MAX_FLATNESS * along {
             return None;
         }
         // The eigenvector of the larger eigenvalue is (spread + half, xy) or (xy, spread - half):
@@ -206,7 +188,7 @@ mod tests {
     fn normals_of_a_wall_look_at_the_robot() {
         for degrees in [-60.0_f64, -45.0, 0.0, 30.0, 45.0, 80.0] {
             let a = degrees.to_radians();
-            let found = oriented_points(&wall(a), &OrientedConfig::default());
+            let found = oriented_points(&wall(a));
             assert!(found.len() > 30, "{degrees}: {}", found.len());
             let (sin, cos) = sin_cos(a);
             for p in &found {
@@ -226,6 +208,6 @@ mod tests {
     fn lone_points_have_no_surface() {
         let ends = (0..20).map(|i| Point2::new(1.0 + f64::from(i), f64::from(i) * 0.01));
         let points = scan_of_hits(ends);
-        assert!(oriented_points(&points, &OrientedConfig::default()).is_empty());
+        assert!(oriented_points(&points).is_empty());
     }
 }

@@ -6,7 +6,7 @@
 //! 1. Two readings of the same beam in successive scans differ by √2 σ: no mean is needed, and slow
 //!    drift cancels (von Neumann 1941, "Distribution of the ratio of the mean square successive
 //!    difference to the variance").
-//! 2. Differences are gathered in bins of range. Those beyond [`SigmaConfig::clip`] deviations are
+//! 2. Differences are gathered in bins of range. Those beyond [`CLIP`] deviations are
 //!    outliers, edges and people, and are skipped, again and again until none is.
 //! 3. σ of a bin of n differences is known to σ √3 / (2 √n) (same paper, for large n); a and b
 //!    follow by weighted least squares.
@@ -21,7 +21,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::bounds::{OutOfBounds, POSITIVE, check};
 use crate::robot::Scan;
 
 /// Rounds of skipping what is beyond the clip; noise without outliers needs two.
@@ -37,29 +36,12 @@ pub enum Growth {
     Square,
 }
 
-/// How σ(ρ) is estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SigmaConfig {
-    /// How it grows. Default: linearly.
-    pub growth: Growth,
-    /// Width of a bin of range, m. Default 0.5; wider bins blur the growth.
-    pub bin: f64,
-    /// Differences beyond this many deviations are skipped. Default 4.
-    pub clip: f64,
-    /// Fewest differences in a bin that counts. Default 50.
-    pub least_in_bin: usize,
-}
-
-impl Default for SigmaConfig {
-    fn default() -> Self {
-        Self {
-            growth: Growth::Linear,
-            bin: 0.5,
-            clip: 4.0,
-            least_in_bin: 50,
-        }
-    }
-}
+/// Width of a bin of range, m; wider bins blur the growth.
+const BIN: f64 = 0.5;
+/// Differences beyond this many deviations are skipped.
+const CLIP: f64 = 4.0;
+/// Fewest differences in a bin that counts.
+const LEAST_IN_BIN: usize = 50;
 
 /// σ(ρ), with its doubts.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,17 +112,12 @@ pub enum SigmaError {
     },
     /// Too few readings, or all at one range.
     #[error(
-        "{bins} bins of range have {least} differences or more, expected at least 3; record longer, or where ranges vary"
+        "{bins} bins of range have {LEAST_IN_BIN} differences or more, expected at least 3; record longer, or where ranges vary"
     )]
     TooFew {
         /// Bins with enough.
         bins: usize,
-        /// How many are enough.
-        least: usize,
     },
-    /// A setting out of its range.
-    #[error(transparent)]
-    Config(#[from] OutOfBounds),
     /// Readings without any noise, as from a perfect simulation: no bin has a weight.
     #[error("the readings at {range:.2} m do not differ at all: there is no noise to estimate")]
     NoNoise {
@@ -172,32 +149,24 @@ impl SigmaFit {
 /// Estimates σ(ρ) from stretches of scans. In each, a sensor that did not move took one scan after
 /// the other; between two stretches it may have moved.
 ///
-/// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings, a
-/// setting out of range.
-pub fn estimate_sigma(stretches: &[&[Scan]], config: &SigmaConfig) -> Result<SigmaFit, SigmaError> {
-    check(&[
-        ("bin", config.bin, POSITIVE),
-        ("clip", config.clip, POSITIVE),
-    ])?;
-    let bins: Vec<SigmaBin> = differences(stretches, config.bin)?
+/// # Errors    [`SigmaError`]: scans of different sensors in one stretch, too few readings.
+pub fn estimate_sigma(stretches: &[&[Scan]], growth: Growth) -> Result<SigmaFit, SigmaError> {
+    let bins: Vec<SigmaBin> = differences(stretches)?
         .into_values()
-        .map(|of_bin| clipped(of_bin, config.clip))
-        .filter(|bin| bin.used >= config.least_in_bin.max(2))
+        .map(clipped)
+        .filter(|bin| bin.used >= LEAST_IN_BIN)
         .collect();
     if bins.len() < 3 {
-        return Err(SigmaError::TooFew {
-            bins: bins.len(),
-            least: config.least_in_bin.max(2),
-        });
+        return Err(SigmaError::TooFew { bins: bins.len() });
     }
-    fit(bins, config.growth)
+    fit(bins, growth)
 }
 
 /// (range, difference) of successive readings, by bin.
 type Bins = BTreeMap<u32, Vec<(f64, f64)>>;
 
 /// Those of the same beam, within each stretch.
-fn differences(stretches: &[&[Scan]], bin: f64) -> Result<Bins, SigmaError> {
+fn differences(stretches: &[&[Scan]]) -> Result<Bins, SigmaError> {
     let mut bins = Bins::new();
     for scans in stretches {
         let pairs = scans.iter().zip(scans.iter().skip(1)).enumerate();
@@ -209,33 +178,33 @@ fn differences(stretches: &[&[Scan]], bin: f64) -> Result<Bins, SigmaError> {
                     expected: before.len(),
                 });
             }
-            compare(before, after, bin, &mut bins);
+            compare(before, after, &mut bins);
         }
     }
     Ok(bins)
 }
 
-fn compare(before: &Scan, after: &Scan, bin: f64, bins: &mut Bins) {
+fn compare(before: &Scan, after: &Scan, bins: &mut Bins) {
     // The greatest range is what some sensors say where nothing came back.
     let is_reading = |r: &f64| r.is_finite() && *r < before.max_range;
     for (&first, &second) in before.ranges.iter().zip(&after.ranges) {
         let (first, second) = (f64::from(first), f64::from(second));
         if is_reading(&first) && is_reading(&second) {
             let range = 0.5 * (first + second);
-            let of_bin = bins.entry((range / bin) as u32).or_default();
+            let of_bin = bins.entry((range / BIN) as u32).or_default();
             of_bin.push((range, second - first));
         }
     }
 }
 
-fn clipped(mut differences: Vec<(f64, f64)>, clip: f64) -> SigmaBin {
+fn clipped(mut differences: Vec<(f64, f64)>) -> SigmaBin {
     let all = differences.len();
     let mut sigma = 0.0;
     for _ in 0..MOST_ROUNDS {
         let before = differences.len();
         let squares: f64 = differences.iter().map(|d| d.1 * d.1).sum();
         sigma = (0.5 * squares / before.max(1) as f64).sqrt();
-        let most = clip * sigma * std::f64::consts::SQRT_2;
+        let most = CLIP * sigma * std::f64::consts::SQRT_2;
         differences.retain(|d| d.1.abs() <= most);
         if differences.len() == before {
             break;
@@ -263,7 +232,7 @@ fn fit(bins: Vec<SigmaBin>, growth: Growth) -> Result<SigmaFit, SigmaError> {
         right += terms * (weight * bin.sigma);
     }
     let Some(cov) = normal.try_inverse() else {
-        return Err(SigmaError::TooFew { bins: 1, least: 3 });
+        return Err(SigmaError::TooFew { bins: 1 });
     };
     let coefficients = cov * right;
     let misfit = |bin: &SigmaBin| {

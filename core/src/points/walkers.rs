@@ -14,7 +14,7 @@
 //! 3. Two such hits beside each other, in two scans, are a place where somebody walks. One alone
 //!    may be noise.
 //! 4. Hits near such a place belong to it. The place is forgotten when nothing is near it any more,
-//!    and at the latest [`WalkerConfig::memory`] after somebody was last seen to walk there (a
+//!    and at the latest [`MEMORY`] after somebody was last seen to walk there (a
 //!    second for each scan that saw them walk): whoever paused may walk on, and what only seemed to
 //!    move is soon forgotten.
 //!
@@ -40,34 +40,17 @@ use super::{Beam, Points};
 use crate::geom::{Pose2, sin_cos};
 use crate::robot::Stamp;
 
-/// What counts as a walker.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WalkerConfig {
-    /// How far away walkers are searched for, m. Default 4: a robot must know of them there to stop
-    /// in time.
-    pub reach: f64,
-    /// How far an older beam has to go on behind a hit, m. Default 0.08: eight times a lidar's
-    /// noise. Larger: slow walkers are seen later.
-    pub behind: f64,
-    /// Hits this near to a place where somebody walked belong to that walker, m. Default 0.3: about
-    /// the radius of a person.
-    pub size: f64,
-    /// A walker who stands still may walk on for this long, s. Default 15: people in each other's
-    /// way stand for more than five, and then step aside.
-    pub memory: f64,
-}
-
-impl Default for WalkerConfig {
-    fn default() -> Self {
-        Self {
-            reach: 4.0,
-            behind: 0.08,
-            size: 0.3,
-            memory: 15.0,
-        }
-    }
-}
-
+/// How far away walkers are searched for, m: a robot must know of them there to stop in time.
+const REACH: f64 = 4.0;
+/// How far an older beam has to go on behind a hit, m: eight times a lidar's noise. Larger: slow
+/// walkers are seen later.
+const BEHIND: f64 = 0.08;
+/// Hits this near to a place where somebody walked belong to that walker, m: about the radius of a
+/// person.
+const SIZE: f64 = 0.3;
+/// A walker who stands still may walk on for this long, s: people in each other's way stand for
+/// more than five, and then step aside.
+const MEMORY: f64 = 15.0;
 /// Scans that are kept to compare with: two thirds of a second of a lidar at 5.5 Hz.
 const KEPT: usize = 3;
 /// Older scans say nothing, s: a sensor that scans on command is too slow.
@@ -96,10 +79,9 @@ const NEAR: f64 = 0.1;
 const LEAST_BEAMS: f64 = 3.0;
 const COVERED: f64 = 0.7;
 
-/// Finds walkers.
+/// Finds walkers; has seen nobody by default.
 #[derive(Clone, Debug, Default)]
 pub struct Walkers {
-    config: WalkerConfig,
     /// Newest at the back.
     past: VecDeque<Past>,
     places: Vec<Place>,
@@ -152,15 +134,6 @@ struct Place {
 }
 
 impl Walkers {
-    /// Has seen nobody yet.
-    #[must_use]
-    pub fn new(config: WalkerConfig) -> Self {
-        Self {
-            config,
-            ..Self::default()
-        }
-    }
-
     /// Takes a scan's points, and the motion since the scan before (`robot_before_from_robot_now`).
     pub fn update(&mut self, points: &Points, moved: &Pose2) {
         let is_recent = |past: &Past| points.stamp.since(past.stamp) <= OLDEST;
@@ -172,7 +145,7 @@ impl Walkers {
         for place in &mut self.places {
             place.at = now_from_before * place.at;
         }
-        let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < self.config.reach;
+        let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < REACH;
         let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
         self.newcomers.clear();
         self.see_walking(&hits, points.stamp);
@@ -208,7 +181,7 @@ impl Walkers {
     /// Steps 2 and 3.
     fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
         let margin = Margin {
-            behind: self.config.behind,
+            behind: BEHIND,
             turn_drift: TURN_DRIFT,
         };
         let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, &margin));
@@ -216,12 +189,8 @@ impl Walkers {
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
             let has_entered = looked_past(*hit);
-            if has_entered
-                && before.is_some_and(|b: Point2<f64>| (b - hit).norm() < self.config.size)
-            {
-                let near = known
-                    .iter()
-                    .filter(|p| (p.at - hit).norm() < 2.0 * self.config.size);
+            if has_entered && before.is_some_and(|b: Point2<f64>| (b - hit).norm() < SIZE) {
+                let near = known.iter().filter(|p| (p.at - hit).norm() < 2.0 * SIZE);
                 self.places.push(Place {
                     at: *hit,
                     walked: now,
@@ -234,15 +203,14 @@ impl Walkers {
 
     /// Step 4.
     fn keep_places(&mut self, hits: &[Point2<f64>], now: Stamp) {
-        let WalkerConfig { size, memory, .. } = self.config;
         // Newest first, so that of places that are one the one with the newest time is kept.
         self.places
             .sort_by_key(|place| std::cmp::Reverse(place.walked));
         let mut kept: Vec<Place> = vec![];
         for place in &self.places {
-            let is_same = |other: &Place| (other.at - place.at).norm() < 0.5 * size;
-            let is_there = hits.iter().any(|hit| (hit - place.at).norm() < size);
-            let memory = memory.min(PER_SIGHTING * f64::from(place.sightings));
+            let is_same = |other: &Place| (other.at - place.at).norm() < 0.5 * SIZE;
+            let is_there = hits.iter().any(|hit| (hit - place.at).norm() < SIZE);
+            let memory = MEMORY.min(PER_SIGHTING * f64::from(place.sightings));
             if now.since(place.walked) <= memory && is_there && !kept.iter().any(is_same) {
                 kept.push(*place);
             }
@@ -250,7 +218,7 @@ impl Walkers {
         self.places = kept;
         let is_theirs = |hit: &&Point2<f64>| {
             let mut places = self.places.iter().filter(|p| p.sightings >= CONFIRMED);
-            places.any(|place| (place.at - **hit).norm() < size)
+            places.any(|place| (place.at - **hit).norm() < SIZE)
         };
         self.points = hits.iter().filter(is_theirs).copied().collect();
     }

@@ -29,7 +29,7 @@ mod riccati;
 #[cfg(test)]
 mod tests;
 
-pub use design::{ControllerConfig, DesignError, Gains, ObserverGains};
+pub use design::{DesignError, Gains, ObserverGains};
 pub use discrete::discretize;
 pub use observer::Observer;
 pub use riccati::{RiccatiError, filter_gain, regulator_gain, riccati};
@@ -91,9 +91,8 @@ impl DriveController {
         train: &DriveTrain,
         period: f64,
         radians_per_count: f64,
-        config: &ControllerConfig,
     ) -> Result<Self, DesignError> {
-        let gains = Gains::design(train, period, radians_per_count, config)?;
+        let gains = Gains::design(train, period, radians_per_count)?;
         Ok(Self {
             train: *train,
             supply: train.battery,
@@ -106,24 +105,12 @@ impl DriveController {
         })
     }
 
-    /// The gains it uses.
-    #[must_use]
-    pub fn gains(&self) -> &Gains {
-        &self.gains
-    }
-
     /// Takes what the battery gives now, V: saturation falls with it. It never counts on more than
     /// the drive train's own figure; what is no number leaves it as it was.
     pub fn set_supply(&mut self, volts: f64) {
         if volts.is_finite() {
             self.supply = volts.clamp(0.0, self.train.battery);
         }
-    }
-
-    /// What the observers make of the counts, left and right.
-    #[must_use]
-    pub fn observers(&self) -> &[Observer; 2] {
-        &self.observers
     }
 
     /// The angles that are wished by now.

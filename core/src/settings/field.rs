@@ -1,6 +1,8 @@
 //! How the number of a setting stands in a field: as it is, rounded, as a switch, or as the place
 //! in a list of names.
 
+use std::mem::discriminant;
+
 use super::setting::Named;
 use crate::association::AssociationMethod;
 use crate::control::Avoidance;
@@ -20,7 +22,7 @@ pub(super) trait Number {
 }
 
 /// A field that holds one of few, with the names of all of them.
-pub(super) trait Choice: Sized {
+pub(super) trait Choice: Copy {
     const COUNT: usize;
     fn all() -> Vec<(&'static str, Self, &'static str)>;
 }
@@ -64,7 +66,7 @@ macro_rules! rows {
     ($table:ident = $group:expr; $($key:literal, $name:literal, $figures:expr, [$($at:tt)+]
         $(.$attribute:ident($($value:expr),*))*, $meaning:literal;)+) => {
         pub(super) const $table: &[Setting] = &[$(
-            Setting::new(&$group, [$key, $name, $meaning], &$figures, at!($($at)+))
+            Setting::new(&$group, [$key, $name, $meaning], $figures, at!($($at)+))
                 $(.$attribute($($value),*))*,
         )+];
     };
@@ -112,43 +114,39 @@ impl Number for bool {
     }
 }
 
-/// A choice whose table is a constant of the type.
-macro_rules! choices {
-    ($($kind:ty),+) => {$(
-        impl Choice for $kind {
-            const COUNT: usize = <$kind>::ALL.len();
+/// The number of a choice is its place; figures of a rule stay while the rule does.
+impl<T: Choice> Number for T {
+    fn number(&self) -> f64 {
+        let kind = discriminant(self);
+        let at = T::all()
+            .iter()
+            .position(|(_, one, _)| discriminant(one) == kind);
+        at.map_or(f64::NAN, |at| at as f64)
+    }
 
-            fn all() -> Vec<(&'static str, Self, &'static str)> {
-                <$kind>::ALL.to_vec()
-            }
+    fn put(&mut self, number: f64) {
+        if let Some((_, one, _)) = T::all().get(number as usize)
+            && discriminant(one) != discriminant(self)
+        {
+            *self = *one;
         }
-
-        numbers!($kind);
-    )+};
+    }
 }
 
-/// The number of a choice is its place; figures of a rule stay while the rule does.
-macro_rules! numbers {
-    ($($kind:ty),+) => {$(
-        impl Number for $kind {
-            fn number(&self) -> f64 {
-                let kind = std::mem::discriminant(self);
-                let all = <$kind as Choice>::all();
-                let at = all.iter().position(|(_, one, _)| std::mem::discriminant(one) == kind);
-                at.map_or(f64::NAN, |at| at as f64)
-            }
+/// How many of a type can be chosen, and all of them; without: what its table holds.
+macro_rules! choices {
+    ($($kind:ty = $count:expr, $all:expr;)+) => {$(
+        impl Choice for $kind {
+            const COUNT: usize = $count;
 
-            fn put(&mut self, number: f64) {
-                let all = <$kind as Choice>::all();
-                let Some((_, one, _)) = all.get(number as usize) else {
-                    return;
-                };
-                if std::mem::discriminant(one) != std::mem::discriminant(self) {
-                    *self = *one;
-                }
+            fn all() -> Vec<(&'static str, Self, &'static str)> {
+                $all.into_iter().take($count).collect()
             }
         }
     )+};
+    ($($kind:ty),+) => {
+        choices!($($kind = <$kind>::ALL.len(), <$kind>::ALL;)+);
+    };
 }
 
 choices!(
@@ -158,35 +156,17 @@ choices!(
     Consistency,
     FreeCells,
     FrontierChoice,
-    Layer,
+    Layer
+);
+choices!(
     PriorMapMatching,
     RegistrationMethod,
     SectorRange,
     Sharp,
     Shortening
 );
-numbers!(BreakRule, Planner, SplitRule);
-
-impl Choice for Planner {
-    const COUNT: usize = Self::CHOOSABLE;
-
-    fn all() -> Vec<(&'static str, Self, &'static str)> {
-        Self::ALL.into_iter().take(Self::CHOOSABLE).collect()
-    }
-}
-
-impl Choice for SplitRule {
-    const COUNT: usize = 3;
-
-    fn all() -> Vec<(&'static str, Self, &'static str)> {
-        Self::all().to_vec()
-    }
-}
-
-impl Choice for BreakRule {
-    const COUNT: usize = 3;
-
-    fn all() -> Vec<(&'static str, Self, &'static str)> {
-        Self::all().to_vec()
-    }
+choices! {
+    BreakRule = 3, Self::all();
+    Planner = Self::CHOOSABLE, Self::ALL;
+    SplitRule = 3, Self::all();
 }

@@ -139,11 +139,7 @@ pub(super) struct Group {
 }
 
 /// Kind, range and unit of a number.
-pub(super) struct Figures {
-    pub(super) kind: Kind,
-    pub(super) range: Bounds,
-    pub(super) unit: Unit,
-}
+type Figures = (Kind, Bounds, Unit);
 
 pub(super) const NUMBER: Unit = si("");
 pub(super) const METRES: Unit = si("m");
@@ -176,38 +172,24 @@ const fn unit(stored: &'static str, shown: &'static str, scale: f64) -> Unit {
 }
 
 pub(super) const fn real(range: Bounds, unit: Unit) -> Figures {
-    let kind = Kind::Real;
-    Figures { kind, range, unit }
+    (Kind::Real, range, unit)
 }
 
 pub(super) const fn whole(range: Bounds, unit: Unit) -> Figures {
-    let kind = Kind::Whole;
-    Figures { kind, range, unit }
+    (Kind::Whole, range, unit)
 }
 
 pub(super) const fn switch() -> Figures {
-    Figures {
-        kind: Kind::Switch,
-        range: [0.0, 1.0],
-        unit: NUMBER,
-    }
+    (Kind::Switch, [0.0, 1.0], NUMBER)
 }
 
 pub(super) const fn one_of<T: super::field::Choice>() -> Figures {
-    Figures {
-        kind: Kind::Choice(super::field::names::<T>),
-        range: [0.0, T::COUNT as f64 - 1.0],
-        unit: NUMBER,
-    }
+    named(T::COUNT, super::field::names::<T>)
 }
 
 /// A choice whose names stand in the table.
 pub(super) const fn named(count: usize, names: fn() -> Vec<Named>) -> Figures {
-    Figures {
-        kind: Kind::Choice(names),
-        range: [0.0, count as f64 - 1.0],
-        unit: NUMBER,
-    }
+    (Kind::Choice(names), [0.0, count as f64 - 1.0], NUMBER)
 }
 
 impl Named {
@@ -222,7 +204,7 @@ impl Setting {
     pub(super) const fn new(
         group: &Group,
         [key, name, meaning]: [&'static str; 3],
-        figures: &Figures,
+        (kind, range, unit): Figures,
         field: Field,
     ) -> Self {
         Self {
@@ -230,9 +212,9 @@ impl Setting {
             group: group.name,
             name,
             meaning,
-            kind: figures.kind,
-            range: figures.range,
-            unit: figures.unit,
+            kind,
+            range,
+            unit,
             sources: group.sources,
             methods: group.methods,
             needs: group.needs,

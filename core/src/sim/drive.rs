@@ -21,7 +21,7 @@ use rand::{Rng, RngExt};
 
 use super::motor::Motor;
 use super::response::{DRIVE_PERIOD, shaft_pair};
-use crate::robot::controller::{Angles, ControllerConfig, DesignError, DriveController, Wish};
+use crate::robot::controller::{Angles, DesignError, DriveController, Wish};
 use crate::robot::{Command, MotorModel, RobotModel, Tracks};
 
 /// Periods without a count after which a robot is taken to stand: 30 ms.
@@ -84,7 +84,6 @@ impl Drive {
                 &model.drive,
                 DRIVE_PERIOD,
                 model.radians_per_count(),
-                &ControllerConfig::default(),
             )?,
             motors: [own(&model.drive.left), own(&model.drive.right)],
             counts: [0; 2],

@@ -11,7 +11,7 @@
 //! No ground here, no slip: what the encoders count is what the tracks run. Source: TDK 2016 §1.1.
 
 use super::motor::Motor;
-use crate::robot::controller::{ControllerConfig, DesignError, DriveController, Wish};
+use crate::robot::controller::{DesignError, DriveController, Wish};
 use crate::robot::{DriveTrain, RobotModel};
 
 /// Period of the drive controller, s: it runs at 1 kHz.
@@ -34,8 +34,6 @@ pub struct Trial {
     pub loads: Vec<LoadStep>,
     /// How long, s.
     pub seconds: f64,
-    /// How the controller is designed.
-    pub controller: ControllerConfig,
 }
 
 /// From a time on, torques on both shafts.
@@ -89,7 +87,6 @@ impl Trial {
             ramp: 1.0,
             loads: vec![],
             seconds,
-            controller: ControllerConfig::default(),
         }
     }
 
@@ -129,7 +126,6 @@ impl Rig {
                 &robot.drive,
                 DRIVE_PERIOD,
                 robot.radians_per_count(),
-                &trial.controller,
             )?,
             forward: 0.0,
             turn: 0.0,

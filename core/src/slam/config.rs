@@ -3,7 +3,7 @@
 use super::{PriorMap, PriorMapMatching, SonarsConfig};
 use crate::estimation::{EkfConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
-use crate::map::{EvidenceConfig, GridConfig, VectorConfig};
+use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
 
 /// Settings of every stage.
@@ -27,8 +27,6 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// Sonars beside the main sensor.
     pub sonars: SonarsConfig,
-    /// The vector map of the filter over lines.
-    pub vector: VectorConfig,
     /// The map that [`Method::PriorMap`](super::Method::PriorMap) finds the robot in.
     pub prior_map: PriorMap,
     /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in

@@ -4,7 +4,7 @@ use super::super::Follower;
 use super::super::tests::{TICK, drive};
 use super::*;
 use crate::geom::Segment;
-use crate::plan::{ConfigSpace, SmoothConfig, smooth};
+use crate::plan::{ConfigSpace, smooth};
 
 /// Nothing in the way.
 struct Open;
@@ -47,12 +47,12 @@ fn ride(follower: &mut Follower, points: &[Point2<f64>], heading: f64, model: &R
     };
     while ride.seconds < 600.0 {
         match follower.steer(&pose, model, &config) {
-            Steering::Velocity { forward, turn } => {
+            Some((forward, turn)) => {
                 assert!((0.0..=model.max_speed).contains(&forward), "{forward} m/s");
                 assert!(turn.abs() <= model.max_turn_rate, "{turn} rad/s");
                 pose = drive(pose, &mut speeds, (forward, turn), model);
             }
-            Steering::Arrived => {
+            None => {
                 ride.arrived = true;
                 break;
             }
@@ -95,7 +95,7 @@ proptest! {
         let mut points = vec![Point2::origin()];
         points.extend(corners.iter().map(|&(x, y)| Point2::new(x, y)));
         let path = Path { points };
-        let pieces = smooth(&path, &Open, &SmoothConfig::default());
+        let pieces = smooth(&path, &Open);
         let ride = ride(&mut Follower::rounded(&pieces), &dense(&pieces), heading, &model);
         prop_assert!(ride.arrived, "still at {}", ride.end);
         let end = path.points[path.points.len() - 1];
@@ -117,7 +117,7 @@ fn a_fast_robot_does_not_swing_about_a_straight_leg() {
         (-1.85, -1.98),
     ];
     let points = corners.map(|(x, y)| Point2::new(x, y)).into();
-    let pieces = smooth(&Path { points }, &Open, &SmoothConfig::default());
+    let pieces = smooth(&Path { points }, &Open);
     let ride = ride(
         &mut Follower::rounded(&pieces),
         &dense(&pieces),
@@ -135,7 +135,7 @@ fn a_fast_robot_does_not_swing_about_a_straight_leg() {
 fn rounded_corners_are_faster_than_stops() {
     let model = RobotModel::rp6();
     let path = zigzag();
-    let pieces = smooth(&path, &Open, &SmoothConfig::default());
+    let pieces = smooth(&path, &Open);
     let sharp = dense(&path.legs().map(Piece::Line).collect::<Vec<_>>());
     let stops = ride(&mut Follower::new(&path), &sharp, 0.0, &model);
     let rounded = ride(
@@ -188,7 +188,7 @@ fn small_kinks_are_driven_over() {
 #[test]
 fn what_remains_begins_at_the_robot_and_ends_at_the_end() {
     let path = zigzag();
-    let pieces = smooth(&path, &Open, &SmoothConfig::default());
+    let pieces = smooth(&path, &Open);
     let length: f64 = pieces.iter().map(Piece::length).sum();
     let mut follower = CurveFollower::new(&pieces);
     assert!((follower.remaining().length() - length).abs() < 0.01 * length);
@@ -210,7 +210,7 @@ fn nothing_to_drive_has_arrived() {
     let mut follower = CurveFollower::new(&[]);
     let model = RobotModel::rp6();
     let steering = follower.steer(&Pose2::identity(), &model, &FollowConfig::default());
-    assert_eq!(steering, Steering::Arrived);
+    assert_eq!(steering, None);
     assert!(follower.remaining().points.is_empty());
 }
 
@@ -229,12 +229,12 @@ proptest! {
         // Looking along the line it drives off.
         follower.steer(&Pose2::identity(), &model, &config);
         let pose = Pose2::new(0.1, y, heading);
-        let Steering::Velocity { forward, turn } = follower.steer(&pose, &model, &config) else {
+        let Some((forward, turn)) = follower.steer(&pose, &model, &config) else {
             return Err(TestCaseError::fail("it has not arrived"));
         };
         let to_aim = Point2::new(0.1 + ahead, 0.0) - pose.position();
         let astray = wrap(libm::atan2(to_aim.y, to_aim.x) - heading).abs();
-        prop_assume!(astray < config.astray && astray > 0.01);
+        prop_assume!(astray < super::super::follow::ASTRAY && astray > 0.01);
         prop_assert!(forward > 0.0 && turn.abs() <= model.max_turn_rate);
         // The centre lies abeam, at the radius v/ω.
         let radius = forward / turn;

@@ -24,7 +24,7 @@ fn chosen_among(
         runs,
         ..Underway::default()
     };
-    let (safe, config) = (SafeConfig::default(), WindowConfig::default());
+    let safe = SafeConfig::default();
     let aim = Point2::new(aim.0, aim.1);
     let points = &seen(at);
     choose_in_window(
@@ -32,7 +32,7 @@ fn chosen_among(
         &People { points, walkers },
         &underway,
         &RobotModel::pioneer(),
-        (&safe, &config),
+        &safe,
     )
 }
 
@@ -60,12 +60,12 @@ proptest! {
         points in proptest::collection::vec((-2.0..2.0_f64, -2.0..2.0_f64), 0..20),
         runs in (0.0..0.7_f64, -1.5..1.5_f64), aim in (-1.0..1.0_f64, -1.0..1.0_f64),
     ) {
-        let (model, safe, config) = (RobotModel::pioneer(), SafeConfig::default(), WindowConfig::default());
+        let (model, safe) = (RobotModel::pioneer(), SafeConfig::default());
         if let Some((forward, turn)) = chosen(aim, &points, runs) {
             prop_assert!((0.0..=model.max_speed).contains(&forward) && turn.abs() <= model.max_turn_rate);
-            prop_assert!((forward - runs.0).abs() <= model.max_acceleration * config.period + 1e-9);
-            prop_assert!((turn - runs.1).abs() <= model.max_turn_acceleration * config.period + 1e-9);
-            let needs = forward * safe.reaction + forward * forward / (2.0 * safe.braking * model.max_acceleration);
+            prop_assert!((forward - runs.0).abs() <= model.max_acceleration * PERIOD + 1e-9);
+            prop_assert!((turn - runs.1).abs() <= model.max_turn_acceleration * PERIOD + 1e-9);
+            let needs = forward * safe.reaction + forward * forward / (2.0 * super::super::safe::BRAKING * model.max_acceleration);
             let radius = model.radius() + safe.gap;
             let free = free_distance((forward, turn), &seen(&points), &Pose2::identity(), radius, 2.0);
             prop_assert!(free + 0.011 > needs, "{free} m free, {needs} m needed");

@@ -9,7 +9,7 @@ use super::*;
 use crate::estimation::Drive;
 use crate::geom::Pose2;
 use crate::points::fixture::normal;
-use crate::points::{SigmaBin, SigmaConfig, estimate_sigma};
+use crate::points::{Growth, SigmaBin, estimate_sigma};
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackWear, Tracks};
 use crate::settings::{Scope, Settings, Source};
 use crate::sim::SensorModel;
@@ -133,10 +133,7 @@ fn settings_of_ranges_are_those_of_the_sensor_that_took_them() {
     let model = RobotModel::rp6();
     let fit = DriveFit {
         odometry: Err(OdometryFitError::Poses { poses: 0, scans: 1 }),
-        ranges: Some(estimate_sigma(
-            &[&standing_scans()],
-            &SigmaConfig::default(),
-        )),
+        ranges: Some(estimate_sigma(&[&standing_scans()], Growth::Linear)),
         is_lidar: true,
     };
     let settings = settings_of(&fit, &model);
@@ -226,7 +223,7 @@ fn what_no_simulated_lidar_does_is_not_told_to_one() {
 fn what_could_not_be_fitted_gives_reasons_and_nothing_else() {
     let mut fit = DriveFit {
         odometry: Err(OdometryFitError::Poses { poses: 0, scans: 1 }),
-        ranges: Some(Err(SigmaError::TooFew { bins: 1, least: 50 })),
+        ranges: Some(Err(SigmaError::TooFew { bins: 1 })),
         is_lidar: true,
     };
     assert!(fit.parameters().is_empty() && fit.settings().is_empty());

@@ -3,15 +3,12 @@
 use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check, config};
 use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
-use crate::points::OrientedConfig;
 use crate::registration::LocateConfig;
 
 config! {
     /// How scan matching works.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ScanMatcherConfig {
-        /// How surfaces are found in it.
-        pub oriented: OrientedConfig = OrientedConfig::default(),
         /// How submaps are kept.
         pub surfels: SurfelConfig = SurfelConfig::default(),
         /// How scans are located in them, and submaps in one another. Default

@@ -47,10 +47,10 @@ fn sonars_beside_change_no_bit_of_the_run_and_draw_a_map_of_their_own() {
     };
     for (block, cells) in shown.blocks_since(0) {
         for (offset, odds) in cells.iter().enumerate() {
-            let cell = CellIndex {
-                col: block.col * BLOCK_CELLS as i32 + (offset % BLOCK_CELLS) as i32,
-                row: block.row * BLOCK_CELLS as i32 + (offset / BLOCK_CELLS) as i32,
-            };
+            let cell = CellIndex::new(
+                block.col * BLOCK_CELLS as i32 + (offset % BLOCK_CELLS) as i32,
+                block.row * BLOCK_CELLS as i32 + (offset / BLOCK_CELLS) as i32,
+            );
             let is_free = sonar.state_of(*odds) == CellState::Free;
             free += usize::from(is_free);
             denied += usize::from(is_free && lidar.state(cell) == CellState::Occupied);

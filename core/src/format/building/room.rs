@@ -18,13 +18,7 @@ impl Room {
     /// be.
     pub(super) fn new(width: usize, resolution: f64, stands: Vec<bool>) -> Self {
         let height = stands.len() / width.max(1);
-        let rect = CellRect {
-            min: CellIndex { col: 0, row: 0 },
-            max: CellIndex {
-                col: width as i32,
-                row: height as i32,
-            },
-        };
+        let rect = CellRect::of_size(width, height);
         Self {
             width,
             resolution,
@@ -96,10 +90,7 @@ impl Room {
 
     /// From the border of the nearest cell that stands, at the nearest.
     fn at(&self, index: usize) -> f64 {
-        let cell = CellIndex {
-            col: (index % self.width) as i32,
-            row: (index / self.width) as i32,
-        };
+        let cell = CellIndex::new((index % self.width) as i32, (index / self.width) as i32);
         // Where nothing stands, the border of the raster is what ends it.
         let height = self.stands.len() / self.width;
         let (col, row) = (index % self.width, index / self.width);

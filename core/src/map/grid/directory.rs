@@ -108,31 +108,24 @@ impl Directory {
         grown.blocks.resize_with((cols * rows) as usize, || None);
         let old = std::mem::take(&mut self.blocks);
         for (slot, block) in old.into_iter().enumerate() {
-            let (col, row) = (slot as i32 % self.cols, slot as i32 / self.cols);
-            let at = BlockIndex {
-                col: self.origin.col + col,
-                row: self.origin.row + row,
-            };
-            if let Some(slot) = grown.slot(at) {
-                grown.blocks[slot] = block;
+            if let Some(at) = grown.slot(self.index_of(slot)) {
+                grown.blocks[at] = block;
             }
         }
         *self = grown;
         Some(())
     }
 
+    fn index_of(&self, slot: usize) -> BlockIndex {
+        let (col, row) = (slot as i32 % self.cols, slot as i32 / self.cols);
+        BlockIndex {
+            col: self.origin.col + col,
+            row: self.origin.row + row,
+        }
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = (BlockIndex, &Block)> {
-        self.blocks.iter().enumerate().filter_map(|(slot, block)| {
-            let (col, row) = (slot as i32 % self.cols, slot as i32 / self.cols);
-            block.as_ref().map(|b| {
-                (
-                    BlockIndex {
-                        col: self.origin.col + col,
-                        row: self.origin.row + row,
-                    },
-                    b,
-                )
-            })
-        })
+        let blocks = self.blocks.iter().enumerate();
+        blocks.filter_map(|(slot, block)| Some((self.index_of(slot), block.as_ref()?)))
     }
 }

@@ -7,14 +7,8 @@ impl Grid {
     #[must_use]
     pub fn bounds(&self) -> Option<CellRect> {
         let blocks = self.directory.iter().map(|(block, _)| CellRect {
-            min: CellIndex {
-                col: block.col * BLOCK,
-                row: block.row * BLOCK,
-            },
-            max: CellIndex {
-                col: (block.col + 1) * BLOCK,
-                row: (block.row + 1) * BLOCK,
-            },
+            min: CellIndex::new(block.col * BLOCK, block.row * BLOCK),
+            max: CellIndex::new((block.col + 1) * BLOCK, (block.row + 1) * BLOCK),
         });
         blocks.reduce(CellRect::around)
     }
@@ -30,10 +24,10 @@ impl Grid {
                 .enumerate()
                 .filter(|(_, odds)| is_meant(**odds));
             for (offset, _) in meant {
-                let cell = CellRect::of(CellIndex {
-                    col: block.col * BLOCK + (offset % BLOCK_CELLS) as i32,
-                    row: block.row * BLOCK + (offset / BLOCK_CELLS) as i32,
-                });
+                let cell = CellRect::of(CellIndex::new(
+                    block.col * BLOCK + (offset % BLOCK_CELLS) as i32,
+                    block.row * BLOCK + (offset / BLOCK_CELLS) as i32,
+                ));
                 found = Some(found.map_or(cell, |rect| rect.around(cell)));
             }
         }

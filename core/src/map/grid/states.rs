@@ -54,17 +54,14 @@ pub fn without_stripes(states: &[CellState], width: usize) -> Vec<CellState> {
         if states[at] != CellState::Unknown {
             continue;
         }
-        let around = [
-            at - width - 1,
-            at - width,
-            at - width + 1,
-            at - 1,
-            at + 1,
-            at + width - 1,
-            at + width,
-            at + width + 1,
-        ];
-        let count = |state| around.iter().filter(|&&i| states[i] == state).count();
+        let around = [1, width - 1, width, width + 1].map(|by| [at - by, at + by]);
+        let count = |state| {
+            around
+                .iter()
+                .flatten()
+                .filter(|&&i| states[i] == state)
+                .count()
+        };
         if count(CellState::Free) >= 5 && count(CellState::Occupied) == 0 {
             filled[at] = CellState::Free;
         }

@@ -2,27 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Vector2;
 
-use super::NONE;
 use super::flood::Basins;
 use super::floor::Floor;
+use super::{Door, NONE};
 use crate::geom::Segment;
 use crate::map::{CellState, cells_around, spread};
 
-/// Cells of two basins that touch.
-pub(super) struct Gap {
-    /// The basins, ascending.
-    pub(super) basins: [u32; 2],
-    /// From post to post, map frame, m.
-    pub(super) posts: Segment,
-    /// From post to post, m.
-    pub(super) width: f64,
-    /// A free place in it, map frame, m.
-    pub(super) centre: Point2<f64>,
-    /// Whether both posts are walls that were seen.
-    pub(super) is_framed: bool,
-}
+/// Cells of two basins that touch: a door whose `regions` are the basins, ascending.
+pub(super) type Gap = Door;
 
 /// A wall that was seen so near to a post makes it one, m: walls seen at a flat angle have holes,
 /// and a gap may be as narrow some cells beyond its frame.
@@ -32,7 +21,7 @@ const ACROSS: f64 = -0.5;
 
 /// All gaps, in the order of their basins.
 pub(super) fn gaps(floor: &Floor, basins: &Basins) -> Vec<Gap> {
-    let mut borders: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+    let mut borders: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
     for (cell, &label) in basins.labels.iter().enumerate() {
         if label == NONE {
             continue;
@@ -40,7 +29,7 @@ pub(super) fn gaps(floor: &Floor, basins: &Basins) -> Vec<Gap> {
         for next in [cell + 1, cell + floor.width] {
             let other = basins.labels[next];
             if other != NONE && other != label {
-                let pair = [label.min(other), label.max(other)];
+                let pair = [label.min(other) as usize, label.max(other) as usize];
                 borders.entry(pair).or_default().extend([cell, next]);
             }
         }
@@ -73,7 +62,7 @@ fn connected(cells: &[usize], width: usize) -> Vec<Vec<usize>> {
     pieces
 }
 
-fn gap(floor: &Floor, basins: [u32; 2], cells: &[usize]) -> Option<Gap> {
+fn gap(floor: &Floor, basins: [usize; 2], cells: &[usize]) -> Option<Gap> {
     let widest = |a: &&usize, b: &&usize| {
         let clearance = |cell: usize| floor.clearance[cell];
         clearance(**a).total_cmp(&clearance(**b)).then(b.cmp(a))
@@ -98,7 +87,7 @@ fn gap(floor: &Floor, basins: [u32; 2], cells: &[usize]) -> Option<Gap> {
     ];
     let posts = Segment::new(floor.in_map(ends[0]), floor.in_map(ends[1]));
     Some(Gap {
-        basins,
+        regions: basins,
         width: posts.length(),
         posts,
         centre: floor.in_map(floor.place(centre)),

@@ -1,8 +1,14 @@
 //! Basins of the floor: a flood from the widest places down, step 3.
 
+use super::NONE;
 use super::disjoint_sets::DisjointSets;
 use super::floor::Floor;
-use super::{NONE, TopologyConfig};
+
+/// Wider gaps divide nothing, m; larger: halls fall apart at their pillars.
+const WIDEST_DOOR: f64 = 1.3;
+/// A gap divides only where its width is less than this part of the narrower side's; larger:
+/// corridors fall apart where something stands at their walls.
+const DEPTH: f64 = 0.75;
 
 /// The floor in basins.
 pub(super) struct Basins {
@@ -13,10 +19,9 @@ pub(super) struct Basins {
 }
 
 /// Floods the floor.
-pub(super) fn basins(floor: &Floor, config: &TopologyConfig) -> Basins {
+pub(super) fn basins(floor: &Floor) -> Basins {
     let mut flood = Flood {
         floor,
-        config,
         labels: vec![NONE; floor.bounds.len()],
         sets: DisjointSets::of(0),
         peaks: vec![],
@@ -29,7 +34,6 @@ pub(super) fn basins(floor: &Floor, config: &TopologyConfig) -> Basins {
 
 struct Flood<'a> {
     floor: &'a Floor,
-    config: &'a TopologyConfig,
     labels: Vec<u32>,
     sets: DisjointSets,
     /// Clearance of the widest place of each set, m, by its name.
@@ -75,7 +79,7 @@ impl Flood<'_> {
         let peaks = [a, b].map(|basin| self.peaks[basin as usize]);
         let gap = Floor::width_at(clearance);
         let narrower = Floor::width_at(peaks[0].min(peaks[1]));
-        if gap > self.config.widest_door || gap >= self.config.depth * narrower {
+        if gap > WIDEST_DOOR || gap >= DEPTH * narrower {
             let (stays, goes) = if peaks[0] >= peaks[1] { (a, b) } else { (b, a) };
             self.sets.unite(stays, goes);
         }

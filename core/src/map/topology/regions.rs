@@ -6,6 +6,10 @@ use super::unite::Plan;
 use super::{Door, NONE, Region, RegionKind, Topology, TopologyConfig};
 use crate::map::{CellRect, DistanceField};
 
+/// Longer than this many times its width, a region is a corridor.
+const CORRIDOR_ELONGATION: f64 = 5.0;
+/// So many doors make a corridor of what is not that long.
+const CORRIDOR_DOORS: usize = 4;
 /// Of the elongation that makes a corridor, so much is enough where there are many doors.
 const WITH_DOORS: f64 = 0.625;
 
@@ -35,7 +39,7 @@ pub(super) fn gather(
         }
     }
     for region in &mut regions {
-        region.kind = kind(region, config);
+        region.kind = kind(region);
     }
     Topology {
         rect,
@@ -79,12 +83,13 @@ fn region(floor: &Floor, sums: &Sums) -> Region {
     }
 }
 
-fn kind(region: &Region, config: &TopologyConfig) -> RegionKind {
-    let needed = match region.doors.len() >= config.corridor_doors {
-        true => WITH_DOORS * config.corridor_elongation,
-        false => config.corridor_elongation,
+fn kind(region: &Region) -> RegionKind {
+    let part = if region.doors.len() >= CORRIDOR_DOORS {
+        WITH_DOORS
+    } else {
+        1.0
     };
-    match region.elongation >= needed {
+    match region.elongation >= part * CORRIDOR_ELONGATION {
         true => RegionKind::Corridor,
         false => RegionKind::Room,
     }
@@ -92,15 +97,10 @@ fn kind(region: &Region, config: &TopologyConfig) -> RegionKind {
 
 fn doors(plan: &Plan, gaps: &[Gap], config: &TopologyConfig) -> Vec<Door> {
     let door = |gap: &Gap| {
-        let [a, b] = gap.basins.map(|basin| plan.regions[basin as usize]);
+        let [a, b] = gap.regions.map(|basin| plan.regions[basin]);
         let is_door = a != b && a != NONE && b != NONE && gap.width >= config.narrowest_door;
-        is_door.then(|| Door {
-            regions: [a.min(b) as usize, a.max(b) as usize],
-            posts: gap.posts,
-            width: gap.width,
-            centre: gap.centre,
-            is_framed: gap.is_framed,
-        })
+        let regions = [a.min(b) as usize, a.max(b) as usize];
+        is_door.then_some(Door { regions, ..*gap })
     };
     gaps.iter().filter_map(door).collect()
 }

@@ -56,8 +56,8 @@ struct Union {
 }
 
 impl Union {
-    fn unite(&mut self, [a, b]: [u32; 2]) {
-        let [a, b] = [self.sets.name_of(a), self.sets.name_of(b)];
+    fn unite(&mut self, basins: [usize; 2]) {
+        let [a, b] = basins.map(|basin| self.sets.name_of(basin as u32));
         if a != b {
             self.sets.unite(a, b);
             self.areas[a as usize] += self.areas[b as usize];
@@ -67,9 +67,9 @@ impl Union {
     /// Basins that only the rim of what was seen parts are one.
     fn over_rims(&mut self, gaps: &[&Gap]) {
         let framed = gaps.iter().filter(|gap| gap.is_framed);
-        let framed: BTreeSet<[u32; 2]> = framed.map(|gap| gap.basins).collect();
-        for gap in gaps.iter().filter(|gap| !framed.contains(&gap.basins)) {
-            self.unite(gap.basins);
+        let framed: BTreeSet<[usize; 2]> = framed.map(|gap| gap.regions).collect();
+        for gap in gaps.iter().filter(|gap| !framed.contains(&gap.regions)) {
+            self.unite(gap.regions);
         }
     }
 
@@ -81,7 +81,7 @@ impl Union {
         while let Some(turn) = queue.pop() {
             let Reverse((_, _, at)) = turn;
             match self.turn(gaps, at, least) {
-                Some(now) if now == turn => self.unite(gaps[at].basins),
+                Some(now) if now == turn => self.unite(gaps[at].regions),
                 // The set has grown meanwhile.
                 later => queue.extend(later),
             }
@@ -92,7 +92,7 @@ impl Union {
     /// widest first. `None` where it parts nothing, or nothing that is too small.
     fn turn(&mut self, gaps: &[&Gap], at: usize, least: f64) -> Option<Turn> {
         let gap = gaps[at];
-        let [a, b] = gap.basins.map(|basin| self.sets.name_of(basin));
+        let [a, b] = gap.regions.map(|basin| self.sets.name_of(basin as u32));
         let area = self.areas[a as usize].min(self.areas[b as usize]);
         // Bits of numbers that are not negative are in the order of the numbers.
         let turn = Reverse((area.to_bits(), Reverse(gap.width.to_bits()), at));

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix2, Point2, RowVector2, Vector2};
 
 use super::cover::Cover;
-use super::{Sighting, VectorConfig, Wall};
+use super::{BEYOND, GAP, GATE, LEAST_LENGTH, MOST_OFFSET, Sighting, THICKNESS, Wall};
 use crate::geom::{Segment, sin_cos, symmetrize, wrap};
 
 /// What a sighting errs beyond its own covariance, for the pose errs too: rad and m.
@@ -117,20 +117,20 @@ impl Entry {
     }
 
     /// Squared Mahalanobis distance of a piece that belongs to this wall; `None` where it does not.
-    pub(super) fn misfit(&self, sighting: &Sighting, config: &VectorConfig) -> Option<f64> {
+    pub(super) fn misfit(&self, sighting: &Sighting) -> Option<f64> {
         let seen = self.compare(sighting)?;
-        self.misfit_of(&seen, config)
+        self.misfit_of(&seen)
     }
 
-    fn misfit_of(&self, seen: &Seen, config: &VectorConfig) -> Option<f64> {
+    fn misfit_of(&self, seen: &Seen) -> Option<f64> {
         let gap = (seen.extent[0] - self.extent[1]).max(self.extent[0] - seen.extent[1]);
         let aside = seen.residual.y.abs();
-        if gap > config.gap || aside > config.most_offset {
+        if gap > GAP || aside > MOST_OFFSET {
             return None;
         }
         let spread = seen.jacobian * self.cov * seen.jacobian.transpose() + seen.noise;
         let d2 = (seen.residual.transpose() * spread.try_inverse()? * seen.residual)[0];
-        (d2 <= config.gate || aside <= config.thickness).then_some(d2)
+        (d2 <= GATE || aside <= THICKNESS).then_some(d2)
     }
 
     /// Takes in a piece that belongs to it.
@@ -181,22 +181,22 @@ impl Entry {
     }
 
     /// Whether another wall is a part of this one.
-    pub(super) fn belongs_with(&self, other: &Self, config: &VectorConfig) -> bool {
+    pub(super) fn belongs_with(&self, other: &Self) -> bool {
         // The shorter one is compared with the longer: its direction is less certain.
         let (long, short) = match self.length() >= other.length() {
             true => (self, other),
             false => (other, self),
         };
         let seen = long.compare(&short.as_sighting());
-        seen.is_some_and(|seen| long.misfit_of(&seen, config).is_some())
+        seen.is_some_and(|seen| long.misfit_of(&seen).is_some())
     }
 
     /// Whether another wall lies beside this one over at least half of its length, too near to be
     /// another wall.
-    pub(super) fn lies_beside(&self, other: &Self, config: &VectorConfig) -> bool {
+    pub(super) fn lies_beside(&self, other: &Self) -> bool {
         self.compare(&other.as_sighting()).is_some_and(|seen| {
             let overlap = seen.extent[1].min(self.extent[1]) - seen.extent[0].max(self.extent[0]);
-            seen.residual.y.abs() <= config.most_offset && overlap >= 0.5 * other.length()
+            seen.residual.y.abs() <= MOST_OFFSET && overlap >= 0.5 * other.length()
         })
     }
 
@@ -217,7 +217,7 @@ impl Entry {
 
     /// Beams that went on for `beyond` metres behind it wear it away, but not where this scan saw
     /// it.
-    pub(super) fn see_through(&mut self, beams: &[[Point2<f64>; 2]], scan: u32, beyond: f64) {
+    pub(super) fn see_through(&mut self, beams: &[[Point2<f64>; 2]], scan: u32) {
         if self.last_seen == scan && self.sightings < 2 {
             return;
         }
@@ -232,7 +232,7 @@ impl Entry {
             let part = (self.offset - (from - self.anchor).dot(&normal)) / across;
             let behind = (1.0 - part) * length;
             let along = (from + way * part - self.anchor).dot(&tangent);
-            let is_through = part > 0.0 && behind > beyond;
+            let is_through = part > 0.0 && behind > BEYOND;
             let is_within = along >= self.extent[0] && along <= self.extent[1];
             (is_through && is_within).then_some(along)
         };
@@ -241,15 +241,15 @@ impl Entry {
     }
 
     /// What remains of it: itself, shorter, in two, or nothing.
-    pub(super) fn split(self, config: &VectorConfig, next_id: &mut u32, parts: &mut Vec<Self>) {
-        let stretches = self.cover.stretches(config.gap);
+    pub(super) fn split(self, next_id: &mut u32, parts: &mut Vec<Self>) {
+        let stretches = self.cover.stretches(GAP);
         for (number, stretch) in stretches.into_iter().enumerate() {
             // Ends are finer than parts, unless parts were cut away.
             let extent = [
                 self.extent[0].max(stretch[0]),
                 self.extent[1].min(stretch[1]),
             ];
-            if extent[1] - extent[0] < 0.5 * config.least_length {
+            if extent[1] - extent[0] < 0.5 * LEAST_LENGTH {
                 continue;
             }
             let mut part = self.clone();

@@ -101,7 +101,7 @@ impl Contest {
             _ if entrant.planner == Planner::Outline => {
                 own.or(Some(NoPath::BudgetSpent { iterations }))
             }
-            _ if self.apart == Some(true) => Some(self.query.unreachable()),
+            _ if self.apart == Some(true) => Some(NoPath::Unreachable(self.query.goal)),
             _ => own.or(Some(NoPath::BudgetSpent { iterations })),
         }
     }

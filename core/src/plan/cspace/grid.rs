@@ -114,10 +114,10 @@ impl GridSpace {
     #[must_use]
     pub fn cell_of(&self, index: usize) -> CellIndex {
         let width = self.rect.width().max(1);
-        CellIndex {
-            col: self.rect.min.col + (index % width) as i32,
-            row: self.rect.min.row + (index / width) as i32,
-        }
+        CellIndex::new(
+            self.rect.min.col + (index % width) as i32,
+            self.rect.min.row + (index / width) as i32,
+        )
     }
 
     /// The cell under a point, if it is covered.
@@ -194,10 +194,7 @@ impl GridSpace {
         let mut found = vec![];
         for dr in -cells..=cells {
             for dc in -cells..=cells {
-                let cell = CellIndex {
-                    col: col.saturating_add(dc),
-                    row: row.saturating_add(dr),
-                };
+                let cell = CellIndex::new(col.saturating_add(dc), row.saturating_add(dr));
                 let Some(index) = self.index_of(cell).filter(|&i| self.room_of(i) >= 0.0) else {
                     continue;
                 };

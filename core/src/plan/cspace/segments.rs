@@ -42,17 +42,14 @@ pub enum SpaceError {
     },
     /// Bounds without area.
     #[error(
-        "bounds from ({x0}, {y0}) to ({x1}, {y1}) m hold nothing: expected finite, lower left below upper right"
+        "bounds from ({}, {}) to ({}, {}) m hold nothing: expected finite, lower left below upper right",
+        .low.x, .low.y, .high.x, .high.y
     )]
     Bounds {
-        /// Lower left x, m.
-        x0: f64,
-        /// Lower left y, m.
-        y0: f64,
-        /// Upper right x, m.
-        x1: f64,
-        /// Upper right y, m.
-        y1: f64,
+        /// Lower left, m.
+        low: Point2<f64>,
+        /// Upper right, m.
+        high: Point2<f64>,
     },
     /// A distance that cannot be kept.
     #[error("distance to keep is {keep} m, expected finite and not negative")]
@@ -79,8 +76,7 @@ impl SegmentSpace {
         }
         let (low, high) = bounds;
         if !(finite(low) && finite(high) && low < high && (high - low).min() > 0.0) {
-            let (x0, y0, x1, y1) = (low.x, low.y, high.x, high.y);
-            return Err(SpaceError::Bounds { x0, y0, x1, y1 });
+            return Err(SpaceError::Bounds { low, high });
         }
         if !(keep >= 0.0 && keep.is_finite()) {
             return Err(SpaceError::Keep { keep });

@@ -2,7 +2,10 @@
 
 use nalgebra::Point2;
 
+use super::{GridSpace, Unknown};
 use crate::map::{CellRect, Grid};
+use crate::plan::path::NoPath;
+use crate::plan::query::Query;
 
 /// The rectangle of everything the grid holds and of all `points`, with `spare` cells around;
 /// `None` where a point is not finite or lies more than `farthest` cells off.
@@ -33,4 +36,26 @@ pub fn rect_around(
         rect = rect.around(CellRect::of(cell));
     }
     Some(rect.grown(spare))
+}
+
+/// A goal farther than this off a grid is no goal, m.
+const FARTHEST_OFF: f64 = 50.0;
+/// Cells around a grid that may be driven through.
+const SPARE_CELLS: i32 = 20;
+
+impl GridSpace {
+    /// Looks at all that the grid holds, and at start and goal.
+    ///
+    /// # Errors    [`NoPath::GoalBlocked`] where one of them is far off the grid.
+    pub(in crate::plan) fn of_query(
+        grid: &Grid,
+        query: &Query,
+        keep: f64,
+        unknown: Unknown,
+    ) -> Result<Self, NoPath> {
+        let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
+        let rect = rect_around(grid, &[query.start, query.goal], SPARE_CELLS, farthest);
+        let rect = rect.ok_or(NoPath::GoalBlocked(query.goal))?;
+        Ok(Self::new(grid, rect, keep, unknown))
+    }
 }

@@ -116,10 +116,10 @@ fn the_room_that_is_shown_is_that_of_the_space() {
             .enumerate()
             .filter(|(_, byte)| (1..255).contains(*byte))
         {
-            let cell = CellIndex {
-                col: block.col * size + at as i32 % size,
-                row: block.row * size + at as i32 / size,
-            };
+            let cell = CellIndex::new(
+                block.col * size + at as i32 % size,
+                block.row * size + at as i32 / size,
+            );
             let room = space.room_of(space.index_of(cell).unwrap());
             let found = f64::from(byte - 1) * shown.step;
             assert_eq!(*byte > 1, room > 0.0, "{cell:?}");

@@ -14,17 +14,15 @@
 use super::OutlineSearch;
 use crate::geom::Pose2;
 use crate::map::Grid;
-use crate::plan::cspace::{ConfigSpace, GridSpace, rect_around};
+use crate::plan::cspace::{ConfigSpace, GridSpace};
 use crate::plan::path::{NoPath, Planner};
 use crate::plan::query::Query;
-use crate::plan::route::{FARTHEST_OFF, Route, RouteConfig, RouteFailure};
+use crate::plan::route::{Route, RouteConfig, RouteFailure};
 use crate::plan::search::Planning;
 use crate::robot::RobotModel;
 
 /// Most states to expand at one margin.
 const MOST_STATES: usize = 60_000;
-/// Cells around start and goal that may be driven through.
-const SPARE_CELLS: i32 = 20;
 
 /// Plans from a pose to `query.goal` for the robot's outline.
 ///
@@ -39,35 +37,24 @@ pub fn plan_outline_route(
 ) -> Result<Route, RouteFailure> {
     let planner = Planner::Outline;
     let start = from.position();
-    let mut failure = RouteFailure {
-        reason: NoPath::NotOffered { planner },
-        iterations: 0,
-        tree: vec![],
-    };
-    let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
-    let Some(rect) = rect_around(grid, &[start, goal], SPARE_CELLS, farthest) else {
-        failure.reason = NoPath::GoalBlocked {
-            x: goal.x,
-            y: goal.y,
-        };
-        return Err(failure);
-    };
-    let mut space = GridSpace::new(grid, rect, 0.0, config.unknown);
+    let query = Query { start, goal };
+    let mut failure = RouteFailure::from(NoPath::NotOffered { planner });
+    let mut space = GridSpace::of_query(grid, &query, 0.0, config.unknown)?;
+    let mut iterations = 0;
     let where_it_stands = [0.0, -0.5 * grid.resolution()];
     for (at, &margin) in config.margins.iter().chain(&where_it_stands).enumerate() {
-        let seems_to_touch = matches!(failure.reason, NoPath::StartBlocked { .. });
+        let seems_to_touch = matches!(failure.reason, NoPath::StartBlocked(_));
         let outline = robot.outline(margin);
         let Some(outline) = outline.filter(|_| at < config.margins.len() || seems_to_touch) else {
             return Err(failure);
         };
         space = space.with_keep(outline.radius_within());
         let goal = space.nearest_free(goal, config.goal_reach).unwrap_or(goal);
-        let query = Query { start, goal };
         if space.is_free(start) && space.is_free(goal) && space.are_apart(start, goal) {
-            failure.reason = query.unreachable();
+            failure.reason = NoPath::Unreachable(goal);
             continue;
         }
-        let heading = Some(from.heading());
+        let (query, heading) = (Query { start, goal }, Some(from.heading()));
         let mut search = match OutlineSearch::new(&space, outline, query, heading) {
             Ok(search) => search,
             Err(reason) => {
@@ -76,24 +63,23 @@ pub fn plan_outline_route(
             }
         };
         let is_cut_off = !(0..MOST_STATES).any(|_| !search.expand_next(&space));
-        failure.iterations += search.iterations;
+        iterations += search.iterations;
+        let tree = search.edges();
         if let Some(path) = search.path() {
             return Ok(Route {
                 raw: path.clone(),
                 pieces: vec![],
                 path,
-                tree: search.edges(),
+                tree,
                 by: planner,
-                iterations: failure.iterations,
                 margin,
             });
         }
-        let iterations = failure.iterations;
-        failure.tree = search.edges();
-        failure.reason = match is_cut_off {
+        let reason = match is_cut_off {
             true => NoPath::BudgetSpent { iterations },
             false => NoPath::Exhausted { iterations },
         };
+        failure = RouteFailure { reason, tree };
     }
     Err(failure)
 }

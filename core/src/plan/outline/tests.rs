@@ -85,7 +85,7 @@ fn plan_outline(
     match search.path() {
         Some(path) => Ok(path),
         // What the disc within cannot reach, the outline cannot.
-        None if space.are_apart(query.start, query.goal) => Err(query.unreachable()),
+        None if space.are_apart(query.start, query.goal) => Err(NoPath::Unreachable(query.goal)),
         None if search.open.is_empty() => Err(NoPath::Exhausted {
             iterations: search.iterations,
         }),

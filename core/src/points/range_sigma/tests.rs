@@ -62,15 +62,11 @@ fn truth(growth: Growth) -> Vector2<f64> {
 #[test]
 fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
     for growth in [Growth::Linear, Growth::Square] {
-        let config = SigmaConfig {
-            growth,
-            ..SigmaConfig::default()
-        };
         let runs = 200;
         let (mut nees, mut chi) = (0.0, 0.0);
         for seed in 0..runs {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let fit = estimate_sigma(&[&scans(growth, 0.0, &mut rng)], &config).unwrap();
+            let fit = estimate_sigma(&[&scans(growth, 0.0, &mut rng)], growth).unwrap();
             let error = fit.coefficients - truth(growth);
             nees += error.dot(&(fit.cov.try_inverse().unwrap() * error));
             chi += fit.chi_squared / (fit.bins.len() as f64 - 2.0);
@@ -90,10 +86,7 @@ fn true_growth_is_found_and_the_stated_error_is_the_real_one() {
 #[test]
 fn outliers_are_skipped() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let fit = estimate_sigma(
-        &[&scans(Growth::Linear, 0.01, &mut rng)],
-        &SigmaConfig::default(),
-    );
+    let fit = estimate_sigma(&[&scans(Growth::Linear, 0.01, &mut rng)], Growth::Linear);
     let fit = fit.unwrap();
     for range in [1.0, 4.0, 7.0] {
         let expect = 0.01 + 0.004 * range;
@@ -114,22 +107,18 @@ fn outliers_are_skipped() {
 fn poor_recordings_are_refused() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let good = scans(Growth::Linear, 0.0, &mut rng);
-    let config = SigmaConfig::default();
-    let message = |scans: &[Scan], config: &SigmaConfig| {
-        estimate_sigma(&[scans], config).unwrap_err().to_string()
+    let message = |scans: &[Scan]| {
+        estimate_sigma(&[scans], Growth::Linear)
+            .unwrap_err()
+            .to_string()
     };
-    assert!(message(&[], &config).contains("0 bins"));
-    assert!(message(&good[..2], &config).contains("0 bins"));
+    assert!(message(&[]).contains("0 bins"));
+    assert!(message(&good[..2]).contains("0 bins"));
     let mut uneven = good.clone();
     uneven[7].ranges.pop();
-    assert!(message(&uneven, &config).starts_with("scan 7 has 199 beams and the first has 200"));
+    assert!(message(&uneven).starts_with("scan 7 has 199 beams and the first has 200"));
     let same = vec![good[0].clone(); 40];
-    assert!(message(&same, &config).contains("do not differ"));
-    let narrow = SigmaConfig {
-        bin: f64::NAN,
-        ..config
-    };
-    assert!(message(&good, &narrow).contains("bin is NaN"));
+    assert!(message(&same).contains("do not differ"));
 }
 
 #[test]
@@ -143,7 +132,7 @@ fn stretches_are_not_compared_with_one_another() {
         *range -= 0.2;
     }
     let stretches: Vec<&[Scan]> = here.chunks(2).chain(there.chunks(2)).collect();
-    let fit = estimate_sigma(&stretches, &SigmaConfig::default()).unwrap();
+    let fit = estimate_sigma(&stretches, Growth::Linear).unwrap();
     assert!(
         fit.bins.iter().all(|bin| bin.clipped == 0),
         "{:?}",
@@ -158,11 +147,7 @@ fn stretches_are_not_compared_with_one_another() {
 #[test]
 fn what_is_to_be_used_is_the_fit_and_never_nothing() {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let fit = estimate_sigma(
-        &[&scans(Growth::Linear, 0.0, &mut rng)],
-        &SigmaConfig::default(),
-    )
-    .unwrap();
+    let fit = estimate_sigma(&[&scans(Growth::Linear, 0.0, &mut rng)], Growth::Linear).unwrap();
     let mut used = fit.to_use();
     assert!((used.at(3.0) - fit.at(3.0)).abs() < 1e-15);
     used.constant = -1.0;

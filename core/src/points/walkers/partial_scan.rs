@@ -10,7 +10,7 @@
 
 use nalgebra::Point2;
 
-use super::{Beam, Margin, Points, Walkers};
+use super::{BEHIND, Beam, Margin, Points, Walkers};
 use crate::geom::Pose2;
 use crate::robot::Stamp;
 
@@ -48,7 +48,7 @@ impl Walkers {
         past.now_from_then = robot_at_scan_from_robot.inverse();
         let has_come = |beam: &&Beam| {
             let margin = Margin {
-                behind: self.config.behind + SIGMAS * beam.sigma,
+                behind: BEHIND + SIGMAS * beam.sigma,
                 turn_drift: TURN_DRIFT,
             };
             past.looked_past(beam.end_in_robot, &margin)

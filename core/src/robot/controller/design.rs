@@ -1,7 +1,6 @@
 //! From the figures of the motors to the gains of the controller.
 //!
-//! In: a [`DriveTrain`], the period, and a [`ControllerConfig`]. Out: [`Gains`], or why there are
-//! none.
+//! In: a [`DriveTrain`] and the period. Out: [`Gains`], or why there are none.
 //!
 //! 1. The five-state model must be controllable: for each eigenvalue λ of A the rows of [λI - A, B]
 //!    are independent (Hautus). What is not is named by its state.
@@ -27,41 +26,26 @@ use crate::robot::{DriveTrain, MotorError, MotorModel};
 /// Pivots of [λI - A, B] below this part of the largest are taken for 0.
 const UNCONTROLLABLE: f64 = 1e-9;
 
-/// What the controller is to achieve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ControllerConfig {
-    /// Acceptable error of ΔΨ, rad. Default 0.05, five counts; smaller keeps straighter and takes
-    /// more voltage.
-    pub difference: f64,
-    /// Acceptable error of a speed, rad/s. Default 0.3.
-    pub speed: f64,
-    /// Acceptable error of a current, A. Default 1.
-    pub current: f64,
-    /// Acceptable integral of the error of ΔΨ, rad s. Default 0.02; smaller ends lasting errors
-    /// sooner and swings sooner.
-    pub difference_integral: f64,
-    /// Acceptable integral of the error of Ψ'_L, rad. Default 0.1; as above.
-    pub speed_integral: f64,
-    /// Voltage that is worth an acceptable error, as a part of the battery's. Default 0.28.
-    pub voltage: f64,
-    /// How fast the load may wander, as the observer assumes: part of the stalled motor's torque
-    /// per √s. Default 0.3; more follows loads sooner and lets more of the counts' steps through.
-    pub load_drift: f64,
-}
-
-impl Default for ControllerConfig {
-    fn default() -> Self {
-        Self {
-            difference: 0.05,
-            speed: 0.3,
-            current: 1.0,
-            difference_integral: 0.02,
-            speed_integral: 0.1,
-            voltage: 0.28,
-            load_drift: 0.3,
-        }
-    }
-}
+/// Acceptable error of ΔΨ, rad: five counts; smaller keeps straighter and takes more voltage.
+const DIFFERENCE: f64 = 0.05;
+/// Acceptable error of a speed, rad/s.
+const SPEED: f64 = 0.3;
+/// Acceptable error of a current, A.
+const CURRENT: f64 = 1.0;
+/// Acceptable integral of the error of ΔΨ, rad s; smaller ends lasting errors sooner and swings
+/// sooner.
+const DIFFERENCE_INTEGRAL: f64 = 0.02;
+/// Acceptable integral of the error of Ψ'_L, rad; as above.
+const SPEED_INTEGRAL: f64 = 0.1;
+/// Voltage that is worth an acceptable error, as a part of the battery's.
+const VOLTAGE: f64 = 0.28;
+/// How fast the load may wander, as the observer assumes: part of the stalled motor's torque per
+/// √s; more follows loads sooner and lets more of the counts' steps through.
+const LOAD_DRIFT: f64 = 0.3;
+/// Of (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ').
+#[rustfmt::skip]
+const ACCEPTABLE: [f64; 7] =
+    [DIFFERENCE, SPEED, CURRENT, SPEED, CURRENT, DIFFERENCE_INTEGRAL, SPEED_INTEGRAL];
 
 /// Why there is no controller for these motors.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -70,7 +54,7 @@ pub enum DesignError {
     /// A figure of the motors.
     #[error(transparent)]
     Motor(#[from] MotorError),
-    /// A figure of the configuration, or the period.
+    /// The period, or the encoder.
     #[error("controller: {0}")]
     Config(#[from] OutOfBounds),
     /// No voltage moves one of the modes.
@@ -126,27 +110,25 @@ impl Gains {
         train: &DriveTrain,
         period: f64,
         radians_per_count: f64,
-        config: &ControllerConfig,
     ) -> Result<Self, DesignError> {
         train.validate()?;
-        config.check(period, radians_per_count)?;
+        check(&[
+            ("period", period, POSITIVE),
+            ("radians_per_count", radians_per_count, POSITIVE),
+        ])?;
         check_controllable(train)?;
         let (a, b) = with_integrators(train, period);
-        let q = SMatrix::<f64, 7, 7>::from_diagonal(&SVector::from(config.state_weights()));
-        let r = Matrix2::from_diagonal(&SVector::from(config.voltage_weights(train)));
+        let weight = |acceptable: f64| 1.0 / (acceptable * acceptable);
+        let q = SMatrix::<f64, 7, 7>::from_diagonal(&SVector::from(ACCEPTABLE.map(weight)));
+        let r = Matrix2::from_diagonal_element(weight(VOLTAGE * train.battery));
         let feedback = regulator_gain(&a, &b, &q, &r).map_err(|source| DesignError::Gain {
             of: "feedback",
             source,
         })?;
         let observer = |motor: &MotorModel, of| {
             let stalled = motor.torque_constant * train.battery / motor.resistance;
-            observer(
-                motor,
-                period,
-                radians_per_count,
-                config.load_drift * stalled,
-            )
-            .map_err(|source| DesignError::Gain { of, source })
+            observer(motor, period, radians_per_count, LOAD_DRIFT * stalled)
+                .map_err(|source| DesignError::Gain { of, source })
         };
         Ok(Self {
             feedback,
@@ -156,40 +138,6 @@ impl Gains {
             ],
             period,
         })
-    }
-}
-
-impl ControllerConfig {
-    fn check(&self, period: f64, radians_per_count: f64) -> Result<(), OutOfBounds> {
-        check(&[
-            ("difference", self.difference, POSITIVE),
-            ("speed", self.speed, POSITIVE),
-            ("current", self.current, POSITIVE),
-            ("difference_integral", self.difference_integral, POSITIVE),
-            ("speed_integral", self.speed_integral, POSITIVE),
-            ("voltage", self.voltage, POSITIVE),
-            ("load_drift", self.load_drift, POSITIVE),
-            ("period", period, POSITIVE),
-            ("radians_per_count", radians_per_count, POSITIVE),
-        ])
-    }
-
-    fn state_weights(&self) -> [f64; 7] {
-        [
-            self.difference,
-            self.speed,
-            self.current,
-            self.speed,
-            self.current,
-            self.difference_integral,
-            self.speed_integral,
-        ]
-        .map(|acceptable| 1.0 / (acceptable * acceptable))
-    }
-
-    fn voltage_weights(&self, train: &DriveTrain) -> [f64; 2] {
-        let acceptable = self.voltage * train.battery;
-        [1.0 / (acceptable * acceptable); 2]
     }
 }
 

@@ -169,15 +169,14 @@ mod tests {
     /// Bits behind the point of states and voltages.
     const STATE_BITS: u32 = 16;
     use crate::robot::RobotModel;
-    use crate::robot::controller::{ControllerConfig, Observer};
+    use crate::robot::controller::Observer;
 
     const PERIOD: f64 = 0.01;
 
     fn designed() -> (RobotModel, Gains, FixedGains) {
         let model = RobotModel::rp6();
         let per_count = model.radians_per_count();
-        let config = ControllerConfig::default();
-        let gains = Gains::design(&model.drive, PERIOD, per_count, &config).unwrap();
+        let gains = Gains::design(&model.drive, PERIOD, per_count).unwrap();
         let fixed = FixedGains::new(&model.drive, &gains, per_count).unwrap();
         (model, gains, fixed)
     }

@@ -10,7 +10,7 @@ const PERIOD: f64 = 1e-3;
 const COUNT: f64 = std::f64::consts::TAU / 625.0;
 
 fn design(train: &DriveTrain) -> Result<Gains, DesignError> {
-    Gains::design(train, PERIOD, COUNT, &ControllerConfig::default())
+    Gains::design(train, PERIOD, COUNT)
 }
 
 #[test]
@@ -127,12 +127,8 @@ fn bad_figures_are_named() {
     train = DriveTrain::rp6();
     train.battery = 0.0;
     assert!(message(train).starts_with("drive train: battery is 0"));
-    let config = ControllerConfig {
-        voltage: 0.0,
-        ..ControllerConfig::default()
-    };
-    let error = Gains::design(&DriveTrain::rp6(), PERIOD, COUNT, &config).unwrap_err();
-    assert!(error.to_string().starts_with("controller: voltage is 0"));
+    let error = Gains::design(&DriveTrain::rp6(), 0.0, COUNT).unwrap_err();
+    assert!(error.to_string().starts_with("controller: period is 0"));
 }
 
 #[test]
@@ -146,8 +142,7 @@ fn saturation_gives_way_in_common_first() {
 #[test]
 fn a_battery_that_sags_lowers_the_limit_and_none_raises_it() {
     let train = DriveTrain::rp6();
-    let mut controller =
-        DriveController::new(&train, PERIOD, COUNT, &ControllerConfig::default()).unwrap();
+    let mut controller = DriveController::new(&train, PERIOD, COUNT).unwrap();
     let far_too_fast = [Wish {
         speed: 1e3,
         acceleration: 0.0,

@@ -3,7 +3,7 @@
 use super::{DRIVEN, Group};
 use crate::bounds::PART;
 use crate::control::Avoidance;
-use crate::plan::{FrontierChoice, Planner, Shortening, SmoothConfig};
+use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
     CENTIMETRES, DEGREES, Field, METRES, NUMBER, PERCENT, SECONDS, SQUARE_METRES, Setting, one_of,
@@ -34,8 +34,7 @@ rows! { DRIVING = OF_DRIVING;
         "On: the first path comes from RRT-Connect, which finds one many times sooner. Off: RRT* as published.";
     "pilot.shortening", "Shortening", one_of::<Shortening>(), [pilot.route.shortening].basic(),
         "What is done to the path that was found. Pulled tight: the shortest through the same gaps, in more legs.";
-    "pilot.rounding", "Round corners", switch(),
-        [get |s| Some(s.pilot.route.rounding.is_some().number()), set |s, v| s.pilot.route.rounding = (v > 0.5).then(SmoothConfig::default)].basic(),
+    "pilot.rounding", "Round corners", switch(), [pilot.route.is_rounded].basic(),
         "Corners become arcs that are driven without a stop, by pure pursuit (Coulter 1992), as far as half of the margin to walls allows.";
     "pilot.pace", "Pace", real([0.05, 1.0], PERCENT), [pilot.follow.pace].basic(),
         "Part of the robot's highest speeds that is used. Larger: faster, and farther off the path.";

@@ -62,7 +62,7 @@ impl Estimator for InPriorMap {
                 localiser.update(&mut self.state, &loosened.collect::<Vec<_>>())?;
             }
             Localiser::Surfaces(localiser) => {
-                let surfaces = oriented_points(&scan.points, &scan.config.matcher.oriented);
+                let surfaces = oriented_points(&scan.points);
                 let mean = turned.iter().sum::<f64>() / turned.len().max(1) as f64;
                 localiser.update(&mut self.state, &surfaces, mean);
             }
