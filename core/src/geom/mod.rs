@@ -9,7 +9,7 @@ mod pose2;
 mod ring;
 mod segment;
 
-pub use angle::{sin_cos, wrap};
+pub use angle::{sin_cos, unit_vector, wrap};
 pub use chi2::chi2_quantile;
 pub use covariance::{CHI2_2DOF_99, PoseEstimate, symmetrize};
 pub use footprint::Footprint;
