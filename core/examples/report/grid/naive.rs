@@ -46,10 +46,8 @@ impl NaiveGrid {
     pub(super) fn differences(&self, grid: &Grid) -> [usize; 3] {
         let mut all: HashSet<Cell> = self.odds.keys().copied().collect();
         if let Some(rect) = grid.rect_where(|odds| odds != 0.0) {
-            let rows = rect.min.row..rect.max.row;
-            let cells =
-                rows.flat_map(|row| (rect.min.col..rect.max.col).map(move |col| (col, row)));
-            all.extend(cells.filter(|cell| odds_in(grid, *cell) != 0.0));
+            let known = rect.cells().filter(|cell| grid.log_odds(*cell) != 0.0);
+            all.extend(known.map(|CellIndex { col, row }| (col, row)));
         }
         let sure: Vec<_> = all.difference(&self.unsure).collect();
         let differs = |cell: &&&Cell| {
