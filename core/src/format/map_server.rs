@@ -83,10 +83,9 @@ impl FromStr for MapMode {
     type Err = UnknownMapMode;
 
     fn from_str(name: &str) -> Result<Self, UnknownMapMode> {
-        let found = Self::ALL.iter().find(|(known, _)| *known == name);
-        found
-            .map(|(_, mode)| *mode)
-            .ok_or_else(|| UnknownMapMode(name.to_owned()))
+        let found = Self::ALL.into_iter().find(|(known, _)| *known == name);
+        let mode = found.map(|(_, mode)| mode);
+        mode.ok_or_else(|| UnknownMapMode(name.to_owned()))
     }
 }
 

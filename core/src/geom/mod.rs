@@ -15,5 +15,5 @@ pub use covariance::{CHI2_2DOF_99, PoseEstimate, symmetrize};
 pub use footprint::Footprint;
 pub use line::Line;
 pub use pose2::Pose2;
-pub use ring::sides_of;
+pub use ring::{bounds, sides_of};
 pub use segment::Segment;

@@ -19,8 +19,8 @@ pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError>
         return Err(CarmenError::Binary { line, column, byte });
     }
     // A comment may be in any encoding, and nobody reads it.
-    let read = bytes.get(..if is_comment { 0 } else { bytes.len() });
-    Ok(std::str::from_utf8(read.unwrap_or_default()).unwrap_or(""))
+    let read: &[u8] = if is_comment { b"" } else { bytes };
+    Ok(std::str::from_utf8(read).unwrap_or(""))
 }
 
 /// The fields of one message, counted for the error message.
