@@ -22,7 +22,8 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
-use slamlab_core::experiment::{Experiment, ExperimentConfig, Figures};
+use serde_json::json;
+use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::floor_plan;
 use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
@@ -80,18 +81,16 @@ struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Errand {
     Explore,
     Goto,
 }
 
-fn duration(text: &str) -> Result<f64, String> {
-    let seconds = text
-        .parse()
-        .ok()
-        .filter(|s: &f64| s.is_finite() && *s > 0.0);
-    seconds.ok_or_else(|| "expected a finite number of seconds above 0".to_owned())
+fn duration(text: &str) -> Result<f64, &'static str> {
+    let is_duration = |s: &f64| s.is_finite() && *s > 0.0;
+    let seconds = text.parse().ok().filter(is_duration);
+    seconds.ok_or("expected a finite number of seconds above 0")
 }
 
 fn main() -> ExitCode {
@@ -106,11 +105,8 @@ fn main() -> ExitCode {
 
 fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
-    let given = |option, path: &Option<PathBuf>| path.clone().map(|path| (option, path));
-    let read = given("--prior-map", &args.prior_map).into_iter();
-    let read = read
-        .chain(given("--preset", &args.changes.preset))
-        .collect();
+    let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
+    let read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
     options::check(read, args.outputs.paths())?;
     let world = load_world(args)?;
     let mode = match args.mode {
@@ -119,13 +115,7 @@ fn run(args: &Args) -> Result<()> {
         Errand::Goto => Mode::GoTo(goal_in_map(args, &world)?),
     };
     let sensor = args.sensor.unwrap_or(world.sensor);
-    let setup = Setup {
-        world: world.name.clone(),
-        sensor,
-        seed: args.seed.unwrap_or(world.seed),
-        mode: args.mode,
-        method,
-    };
+    let (name, seed) = (world.name.clone(), args.seed.unwrap_or(world.seed));
     let robot = world.robot.model();
     let area = reachable_area(&world, robot.radius(), 0.05);
     let mut settings = Settings::of(sensor.model(), &robot);
@@ -137,7 +127,7 @@ fn run(args: &Args) -> Result<()> {
     let mut config = ExperimentConfig {
         method,
         mode,
-        ..ExperimentConfig::of(&settings, world, robot, setup.seed)
+        ..ExperimentConfig::of(&settings, world, robot, seed)
     };
     if let Some(path) = &args.prior_map {
         let start = args.start.unwrap_or(config.world.start);
@@ -152,17 +142,43 @@ fn run(args: &Args) -> Result<()> {
     write_files(args, &experiment)?;
     let figures = experiment.figures(&area);
     let finished = matches!(experiment.session().status(), Status::Finished(_));
-    let reason = match experiment.session().status().is_over() {
-        true => experiment.session().status().to_string(),
-        false => format!("given up after {} simulated seconds", args.max_seconds),
+    let reason = if experiment.session().status().is_over() {
+        experiment.session().status().to_string()
+    } else {
+        format!("given up after {} simulated seconds", args.max_seconds)
     };
-    let mut report = report(&setup, &figures, wall_seconds, finished, &reason);
-    let cov = experiment
-        .session()
-        .estimate()
-        .cov
-        .fixed_view::<2, 2>(0, 0)
-        .into_owned();
+    let mode_name = if args.mode == Errand::Explore {
+        "explore"
+    } else {
+        "goto"
+    };
+    let mut report = json!({
+        "world": name,
+        "sensor": sensor.name(),
+        "seed": seed,
+        "mode": mode_name,
+        "method": method.name(),
+        "finished": finished,
+        "reason": reason,
+        "sim_seconds": figures.sim_seconds,
+        "wall_seconds": wall_seconds,
+        "real_time_factor": figures.sim_seconds / wall_seconds,
+        "explored_fraction": figures.explored_fraction,
+        "contacts": figures.contacts.total(),
+        "contacts_wall": figures.contacts.walls,
+        "contacts_drove_into_person": figures.contacts.drove_into_mover,
+        "contacts_person_walked_in": figures.contacts.mover_walked_in,
+        "position_error_m": figures.position_error,
+        "heading_error_deg": figures.heading_error.to_degrees(),
+        "odometry_error_m": figures.odometry_error,
+        "ate_rmse_m": figures.ate_rmse,
+        "nees_mean": figures.nees_mean,
+        "features": figures.features,
+        "distance_m": figures.distance,
+        "state_hash": format!("{:016x}", figures.state_hash),
+    });
+    let cov = experiment.session().estimate().cov;
+    let cov = cov.fixed_view::<2, 2>(0, 0).into_owned();
     // Along the most uncertain direction, as the filter itself says.
     report["position_sigma_m"] = cov.symmetric_eigenvalues().max().max(0.0).sqrt().into();
     if let Mode::GoTo(goal) = mode {
@@ -205,15 +221,6 @@ fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {
     Ok(())
 }
 
-/// What was run.
-struct Setup {
-    world: String,
-    sensor: SensorKind,
-    seed: u64,
-    mode: Errand,
-    method: Method,
-}
-
 fn load_world(args: &Args) -> Result<World> {
     let name = args.world.as_str();
     if let Some(world) = worlds::builtin(name) {
@@ -239,12 +246,7 @@ fn load_world(args: &Args) -> Result<World> {
 fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
     let in_world = match &args.goal {
         Some(text) => {
-            let numbers: Vec<f64> = text
-                .split(',')
-                .filter_map(|number| number.trim().parse::<f64>().ok())
-                .filter(|number| number.is_finite())
-                .collect();
-            let (&[x, y], 2) = (numbers.as_slice(), text.split(',').count()) else {
+            let Some([x, y]) = prior_map::numbers(text) else {
                 bail!("--goal is `{text}`, expected two finite numbers `x,y` in metres")
             };
             Point2::new(x, y)
@@ -254,42 +256,4 @@ fn goal_in_map(args: &Args, world: &World) -> Result<Point2<f64>> {
         })?,
     };
     Ok(world.start.inverse() * in_world)
-}
-
-fn report(
-    setup: &Setup,
-    figures: &Figures,
-    wall_seconds: f64,
-    finished: bool,
-    reason: &str,
-) -> serde_json::Value {
-    let mode = match setup.mode {
-        Errand::Explore => "explore",
-        Errand::Goto => "goto",
-    };
-    serde_json::json!({
-        "world": setup.world,
-        "sensor": setup.sensor.name(),
-        "seed": setup.seed,
-        "mode": mode,
-        "method": setup.method.name(),
-        "finished": finished,
-        "reason": reason,
-        "sim_seconds": figures.sim_seconds,
-        "wall_seconds": wall_seconds,
-        "real_time_factor": figures.sim_seconds / wall_seconds,
-        "explored_fraction": figures.explored_fraction,
-        "contacts": figures.contacts.total(),
-        "contacts_wall": figures.contacts.walls,
-        "contacts_drove_into_person": figures.contacts.drove_into_mover,
-        "contacts_person_walked_in": figures.contacts.mover_walked_in,
-        "position_error_m": figures.position_error,
-        "heading_error_deg": figures.heading_error.to_degrees(),
-        "odometry_error_m": figures.odometry_error,
-        "ate_rmse_m": figures.ate_rmse,
-        "nees_mean": figures.nees_mean,
-        "features": figures.features,
-        "distance_m": figures.distance,
-        "state_hash": format!("{:016x}", figures.state_hash),
-    })
 }

@@ -84,11 +84,8 @@ fn main() -> ExitCode {
 fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let method: Method = arguments.method.parse().context("--method")?;
     check(arguments)?;
-    let truth = arguments
-        .relations
-        .as_deref()
-        .map(read_relations)
-        .transpose()?;
+    let truth = arguments.relations.as_deref().map(read_relations);
+    let truth = truth.transpose()?;
     let start = Instant::now();
     let log = read_log(&arguments.log)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
@@ -105,36 +102,30 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         (None, Method::PriorMap) => bail!("--method prior-map needs a map: --prior-map FILE"),
         (Some(_), _) => bail!(
             "--prior-map needs --method prior-map, not {}",
-            method.name()
+            arguments.method
         ),
         (None, _) => {}
     }
     let mut replay = Replay::new(log, method, &settings)?;
     let mut scan_ms = Vec::with_capacity(scans);
-    loop {
-        let began = Instant::now();
-        let more = replay.step()?;
-        if !more {
-            break;
-        }
+    let mut began = Instant::now();
+    while replay.step()? {
         scan_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        began = Instant::now();
     }
     for note in replay.take_notes() {
         eprintln!("{}: {note}", arguments.log.display());
     }
     let fits = replay.session().slam().view().prior_map_fit;
     if fits.is_some_and(PriorMapFit::is_misfit) {
-        eprintln!(
-            "{}: at its end, what is seen does not stand in the prior map",
-            arguments.log.display()
-        );
+        let log = arguments.log.display();
+        eprintln!("{log}: at its end, what is seen does not stand in the prior map");
     }
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
-    let relations = truth
-        .map(|truth| measure(&truth, &trajectory))
-        .transpose()?;
+    let relations = truth.map(|truth| measure(&truth, &trajectory));
+    let relations = relations.transpose()?;
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
     save(arguments, &replay, &trajectory, fit.as_ref())?;
     let figures = json!({
@@ -153,22 +144,20 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
     let mut out = std::io::stdout().lock();
-    if arguments.json {
-        writeln!(out, "{figures}")
-    } else {
-        writeln!(out, "{figures:#}")
-    }
-    .context("cannot write to standard output")
+    let printed = match arguments.json {
+        true => writeln!(out, "{figures}"),
+        false => writeln!(out, "{figures:#}"),
+    };
+    printed.context("cannot write to standard output")
 }
 
 /// Finds what would go wrong at the end of a long run before it begins.
 fn check(arguments: &Arguments) -> anyhow::Result<()> {
-    let given = |option, path: &Option<PathBuf>| path.clone().map(|path| (option, path));
-    let mut read = vec![("--log", arguments.log.clone())];
-    read.extend(given("--relations", &arguments.relations));
-    read.extend(given("--preset", &arguments.changes.preset));
+    let (relations, preset) = (&arguments.relations, &arguments.changes.preset);
+    let mut read = options::given([("--relations", relations), ("--preset", preset)]);
+    read.push(("--log", arguments.log.clone()));
     let mut written = arguments.outputs.paths();
-    written.extend(given("--fit", &arguments.fit));
+    written.extend(options::given([("--fit", &arguments.fit)]));
     options::check(read, written)
 }
 
@@ -189,10 +178,8 @@ fn save(
             name: format!("fitted to {}", arguments.log.display()),
             settings: settings.map(|(key, n)| (key.to_owned(), n)).collect(),
         };
-        files.push((
-            path.clone(),
-            preset::write(&preset, &fitted_lines(fit)).into(),
-        ));
+        let text = preset::write(&preset, &fitted_lines(fit));
+        files.push((path.clone(), text.into()));
     }
     options::write(&files)
 }
@@ -221,21 +208,20 @@ fn fitted(fit: &DriveFit) -> Value {
 
 /// Reads in chunks, so that the text is never in memory as a whole.
 fn read_log(path: &Path) -> anyhow::Result<Log> {
-    use std::io::Read;
+    use std::io::BufRead;
     let name = || format!("log {}", path.display());
-    let mut file = std::fs::File::open(path).with_context(name)?;
+    let file = std::fs::File::open(path).with_context(name)?;
+    let mut file = std::io::BufReader::with_capacity(1 << 16, file);
     let mut reader = LogReader::default();
-    let mut chunk = vec![0; 1 << 16];
     loop {
-        let count = file.read(&mut chunk).with_context(name)?;
-        if count == 0 {
-            break;
+        let chunk = file.fill_buf().with_context(name)?;
+        if chunk.is_empty() {
+            return reader.finish().with_context(name);
         }
-        reader
-            .push(chunk.get(..count).unwrap_or(&[]))
-            .with_context(name)?;
+        reader.push(chunk).with_context(name)?;
+        let count = chunk.len();
+        file.consume(count);
     }
-    reader.finish().with_context(name)
 }
 
 fn read_relations(path: &Path) -> anyhow::Result<Vec<Relation>> {

@@ -51,11 +51,8 @@ fn straight(outcome: &mut Outcome, robot: &RobotModel) -> Result<()> {
         open_end = open_end.min(open.heading_error.abs().to_degrees());
     }
     outcome.at_most("closed_loop_heading_drift_over_5_m_deg", closed_end, 0.5);
-    outcome.at_most(
-        "closed_loop_worst_heading_error_over_5_m_deg",
-        closed_worst,
-        0.5,
-    );
+    let key = "closed_loop_worst_heading_error_over_5_m_deg";
+    outcome.at_most(key, closed_worst, 0.5);
     outcome.at_least("open_loop_heading_drift_over_5_m_deg", open_end, 10.0);
     Ok(())
 }
@@ -66,13 +63,9 @@ fn load(outcome: &mut Outcome, robot: &RobotModel) -> Result<()> {
     let (mut speed_error, mut heading_error, mut open_error) = (0.0_f64, 0.0_f64, f64::INFINITY);
     for mismatch in MISMATCHES {
         for (left, right) in [(torque, 0.0), (0.0, torque)] {
-            let loads = vec![LoadStep {
-                at: 2.0,
-                left,
-                right,
-            }];
+            let at = 2.0;
             let trial = Trial {
-                loads,
+                loads: vec![LoadStep { at, left, right }],
                 ..with_mismatch(robot, 0.2, mismatch)
             };
             let closed = trial.run(Loop::Closed)?;
@@ -82,12 +75,9 @@ fn load(outcome: &mut Outcome, robot: &RobotModel) -> Result<()> {
         }
     }
     // An encoder count in a second, and a count's worth of heading.
-    outcome.at_most(
-        "speed_error_after_load_step_m_per_s",
-        speed_error,
-        robot.metres_per_tick,
-    );
-    let count = (robot.metres_per_tick / robot.track_width).to_degrees();
+    let tick = robot.metres_per_tick;
+    outcome.at_most("speed_error_after_load_step_m_per_s", speed_error, tick);
+    let count = (tick / robot.track_width).to_degrees();
     outcome.at_most("heading_error_after_load_step_deg", heading_error, count);
     outcome.figure("open_loop_speed_error_after_load_step_m_per_s", open_error);
     Ok(())
@@ -160,11 +150,8 @@ fn speed(outcome: &mut Outcome, robot: &RobotModel, seeds: u64) -> Result<()> {
     };
     let begin = Instant::now();
     let samples = trial.run(Loop::Closed)?.len() as f64;
-    let seconds = begin.elapsed().as_secs_f64();
-    outcome.figure(
-        "motors_and_controller_real_time_factor",
-        samples * DRIVE_PERIOD / seconds,
-    );
+    let factor = samples * DRIVE_PERIOD / begin.elapsed().as_secs_f64();
+    outcome.figure("motors_and_controller_real_time_factor", factor);
     Ok(())
 }
 

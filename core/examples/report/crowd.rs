@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::{Value, json};
+use serde_json::Value;
 use slamlab_core::control::Avoidance;
 use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::geom::Segment;
@@ -24,7 +24,7 @@ use slamlab_core::sim::{
 
 use super::errand::errand;
 use super::{Args, Outcome};
-use crate::ride::{Ride, world_named};
+use crate::ride::{Ride, summary, world_named};
 use crate::statistics::{median, place_between};
 
 const SEEDS: u64 = 20;
@@ -61,18 +61,14 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         for (errand, runs) in &runs {
             for (number, (way, _)) in WAYS.into_iter().enumerate() {
                 let own: Vec<Ride> = runs.iter().map(|both| both[number]).collect();
-                *contacts.entry(way).or_default() +=
-                    own.iter().map(|run| run.contacts).sum::<u32>();
+                let touched = own.iter().map(|run| run.contacts).sum::<u32>();
+                *contacts.entry(way).or_default() += touched;
                 figures.insert(format!("{errand}_{way}"), summary(&own));
             }
-            let both_done = runs
-                .iter()
-                .filter(|both| both.iter().all(|run| run.is_done));
+            let both_done = (runs.iter()).filter(|both| both.iter().all(|run| run.is_done));
             let ratio = median(both_done.map(|[kept, around]| around.seconds / kept.seconds));
-            figures.insert(
-                format!("{errand}_time_with_over_without_median"),
-                ratio.into(),
-            );
+            let key = format!("{errand}_time_with_over_without_median");
+            figures.insert(key, ratio.into());
         }
         outcome.figure(name, Value::Object(figures));
     }
@@ -145,15 +141,4 @@ fn person(world: &World, rng: &mut ChaCha8Rng) -> Mover {
         radius: 0.2,
         pause: rng.random_range(0.0..3.0),
     }
-}
-
-fn summary(runs: &[Ride]) -> Value {
-    json!({
-        "runs": runs.len(),
-        "done": runs.iter().filter(|run| run.is_done).count(),
-        "simulated_s_median": median(runs.iter().map(|run| run.seconds)),
-        "way_m_median": median(runs.iter().map(|run| run.way)),
-        "contacts": runs.iter().map(|run| run.contacts).sum::<u32>(),
-        "people_who_walked_in": runs.iter().map(|run| run.walked_in).sum::<u32>(),
-    })
 }

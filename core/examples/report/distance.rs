@@ -44,20 +44,17 @@ fn exactness(outcome: &mut Outcome, grids: u64) {
         let (width, height) = (rng.random_range(1..=128), rng.random_range(1..=128));
         let density = [0.0, 0.0005, 0.01, 0.5][seed as usize % 4];
         let sources = random(width * height, density, &mut rng);
-        let field = DistanceField::new(square(width, height), CELL, &sources);
+        let field = DistanceField::new(rect(width, height), CELL, &sources);
         let placed: Vec<_> = (0..sources.len()).filter(|at| sources[*at]).collect();
         for at in 0..sources.len() {
+            let (col, row) = (at % width, at / width);
             let squared = placed.iter().map(|s| {
-                let (dx, dy) = (
-                    (s % width).abs_diff(at % width),
-                    (s / width).abs_diff(at / width),
-                );
+                let (dx, dy) = ((s % width).abs_diff(col), (s / width).abs_diff(row));
                 dx * dx + dy * dy
             });
-            let expected = squared
-                .min()
-                .map_or(f64::INFINITY, |s| (s as f64).sqrt() * CELL);
-            let found = field.at(CellIndex::new((at % width) as i32, (at / width) as i32));
+            let nearest = squared.min();
+            let expected = nearest.map_or(f64::INFINITY, |s| (s as f64).sqrt() * CELL);
+            let found = field.at(CellIndex::new(col as i32, row as i32));
             cells += 1;
             if found != expected {
                 most = most.max((found - expected).abs());
@@ -71,17 +68,14 @@ fn exactness(outcome: &mut Outcome, grids: u64) {
 }
 
 fn growth(outcome: &mut Outcome) {
-    let mut rows = vec![];
+    let (mut table, mut logs) = (vec![], vec![]);
     for side in SIDES {
         let cells = (side * side) as f64;
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         let sources = random(side * side, DENSITY, &mut rng);
+        let square = rect(side, side);
         let transform = least_seconds(|| {
-            black_box(DistanceField::new(
-                square(side, side),
-                CELL,
-                black_box(&sources),
-            ));
+            black_box(DistanceField::new(square, CELL, black_box(&sources)));
         });
         let mut out = vec![0.0_f32; side * side];
         let pass = least_seconds(|| {
@@ -90,22 +84,17 @@ fn growth(outcome: &mut Outcome) {
             }
             black_box(&mut out);
         });
-        rows.push((cells, 1e9 * transform / cells, 1e9 * pass / cells));
+        let (ns, streaming) = (1e9 * transform / cells, 1e9 * pass / cells);
+        let row = json!({ "cells": cells, "ns_per_cell": ns, "streaming_ns_per_cell": streaming });
+        table.push(row);
+        logs.push((cells.ln(), (cells * ns).ln()));
     }
-    let table: Vec<_> = rows
-        .iter()
-        .map(|(cells, ns, pass)| json!({ "cells": cells, "ns_per_cell": ns, "streaming_ns_per_cell": pass }))
-        .collect();
     outcome.figure("growth", table);
-    let logs: Vec<_> = rows
-        .iter()
-        .map(|(n, ns, _)| (n.ln(), (n * ns).ln()))
-        .collect();
     let exponent = fit_line(&logs).1;
     outcome.at_most("time_over_cells_exponent", exponent, MOST_EXPONENT);
 }
 
-fn square(width: usize, height: usize) -> CellRect {
+fn rect(width: usize, height: usize) -> CellRect {
     CellRect {
         min: CellIndex { col: 0, row: 0 },
         max: CellIndex::new(width as i32, height as i32),

@@ -68,16 +68,12 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         }
     }
     let few = seeds.div_ceil(2);
+    let band = chi2_mean_band(3.0, few as f64);
     for tour in OTHERS.iter().filter(is_wanted) {
         let runs = all_seeds(tour, args.first_seed, few, &[EkfConfig::default()])?;
         let listeners: Vec<&Listener> = runs.iter().flatten().collect();
         let key = |quantity: &str| format!("{}_{quantity}", tour.world);
-        summarise(
-            &mut outcome,
-            &key,
-            &listeners,
-            chi2_mean_band(3.0, few as f64),
-        );
+        summarise(&mut outcome, &key, &listeners, band);
     }
     Ok(outcome)
 }
@@ -85,11 +81,9 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
 /// The lesson: `n` runs of each form.
 fn lesson(outcome: &mut Outcome, first_seed: u64, n: u64) -> Result<()> {
     let forms = [Consistency::FirstEstimates, Consistency::Plain];
+    let known = heading::LOST.to_degrees();
     outcome.figure("circles_runs", n);
-    outcome.figure(
-        "circles_heading_sigma_known_deg",
-        heading::LOST.to_degrees(),
-    );
+    outcome.figure("circles_heading_sigma_known_deg", known);
     for (form, name) in forms.into_iter().zip(FORMS) {
         let runs = (first_seed..first_seed + n).map(|seed| heading::run(form, seed));
         let runs = runs.collect::<Result<Vec<Belief>>>()?;
@@ -103,8 +97,7 @@ fn lesson(outcome: &mut Outcome, first_seed: u64, n: u64) -> Result<()> {
                 let band = |degrees| chi2_mean_band(degrees, n as f64);
                 outcome.within(&key("heading_anees"), of_heading, band(1.0));
                 outcome.within(&key("pose_anees"), of_pose, band(3.0));
-                let least = heading::LOST.to_degrees();
-                outcome.at_least(&key("heading_sigma_deg"), sigma, least);
+                outcome.at_least(&key("heading_sigma_deg"), sigma, known);
             }
             Consistency::Plain => {
                 outcome.at_least(&key("heading_anees"), of_heading, 3.0);
@@ -143,39 +136,26 @@ fn summarise(
     let mean = |of: &dyn Fn(&Listener) -> f64| listeners.iter().map(|l| of(l)).sum::<f64>() / n;
     let most = |of: &dyn Fn(&Listener) -> f64| listeners.iter().map(|l| of(l)).fold(0.0, f64::max);
     let total = |of: &dyn Fn(&Listener) -> usize| listeners.iter().map(|l| of(l)).sum::<usize>();
-    let anees = average(listeners, |l| &l.nees);
-    let of_heading = average(listeners, |l| &l.heading_nees);
-    let later = anees.get(FIRST_SCANS..).unwrap_or_default();
-    let over_scans = later.iter().sum::<f64>() / later.len() as f64;
-    let inside = later
-        .iter()
-        .filter(|v| (band[0]..=band[1]).contains(*v))
-        .count();
+    let mean_of = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let later = average(listeners, |l| &l.nees);
+    let over_scans = mean_of(&later);
+    let is_inside = |v: &&f64| (band[0]..=band[1]).contains(*v);
+    let inside = later.iter().filter(is_inside).count() as f64 / later.len() as f64;
     let at_end = mean(&|l| l.nees.last().copied().unwrap_or(f64::NAN));
     outcome.figure(key("anees"), over_scans);
-    let later_heading = of_heading.get(FIRST_SCANS..).unwrap_or_default();
-    outcome.figure(
-        key("heading_anees"),
-        later_heading.iter().sum::<f64>() / later_heading.len() as f64,
-    );
+    let of_heading = average(listeners, |l| &l.heading_nees);
+    outcome.figure(key("heading_anees"), mean_of(&of_heading));
     outcome.figure(key("anees_at_end"), at_end);
     outcome.figure(key("duplicate_walls"), total(&|l| l.duplicates));
-    outcome.figure(
-        key("anees_scans_in_band_fraction"),
-        inside as f64 / later.len() as f64,
-    );
-    let tenth = (later.len() / 10).max(1);
-    let profile: Vec<f64> = later
-        .chunks(tenth)
-        .map(|part| part.iter().sum::<f64>() / part.len() as f64)
-        .collect();
+    outcome.figure(key("anees_scans_in_band_fraction"), inside);
+    let tenths = later.chunks((later.len() / 10).max(1));
+    let profile: Vec<f64> = tenths.map(mean_of).collect();
     outcome.figure(key("anees_by_tenth_of_the_way"), profile);
-    let worst = most(&|l| l.nees.iter().sum::<f64>() / l.nees.len() as f64);
-    outcome.figure(key("worst_seed_mean_nees"), worst);
-    let degrees = total(&|l| l.nis_degrees);
+    outcome.figure(key("worst_seed_mean_nees"), most(&|l| mean_of(&l.nees)));
+    let nis = listeners.iter().map(|l| l.nis).sum::<f64>();
     outcome.figure(
         key("nis_per_degree"),
-        listeners.iter().map(|l| l.nis).sum::<f64>() / degrees as f64,
+        nis / total(&|l| l.nis_degrees) as f64,
     );
     outcome.figure(key("ate_rmse_mean_m"), mean(&|l| l.ate));
     outcome.figure(key("ate_rmse_worst_m"), most(&|l| l.ate));
@@ -201,39 +181,36 @@ fn summarise(
     over_scans
 }
 
-/// The mean over the seeds at each scan, as far as all runs go.
+/// The mean over the seeds at each scan after the first metre, as far as all runs go.
 fn average(listeners: &[&Listener], of: impl Fn(&Listener) -> &Vec<f64>) -> Vec<f64> {
     let scans = listeners.iter().map(|l| of(l).len()).min().unwrap_or(0);
     let at = |scan: usize| {
         let values = listeners.iter().filter_map(|l| of(l).get(scan));
-        values.sum::<f64>()
+        values.sum::<f64>() / listeners.len() as f64
     };
-    (0..scans)
-        .map(|scan| at(scan) / listeners.len() as f64)
-        .collect()
+    (FIRST_SCANS..scans).map(at).collect()
 }
 
 /// All forms on each seed, spread over the cores.
 fn all_seeds(
-    tour: &'static Tour,
+    tour: &Tour,
     first: u64,
     seeds: u64,
     configs: &[EkfConfig],
 ) -> Result<Vec<Vec<Listener>>> {
     let workers = thread::available_parallelism().map_or(1, |n| n.get() as u64);
-    let handles: Vec<_> = (0..workers)
-        .map(|worker| {
-            let own = (worker..seeds).step_by(workers as usize);
-            let configs = configs.to_vec();
-            thread::spawn(move || {
-                own.map(|seed| drive(tour, first + seed, &configs))
-                    .collect::<Result<Vec<_>>>()
-            })
-        })
-        .collect();
-    let mut runs = vec![];
-    for handle in handles {
-        runs.extend(handle.join().map_err(|_| anyhow!("a run panicked"))??);
-    }
-    Ok(runs)
+    let work = |worker| {
+        let own = (worker..seeds).step_by(workers as usize);
+        let runs = own.map(|seed| drive(tour, first + seed, configs));
+        runs.collect::<Result<Vec<_>>>()
+    };
+    thread::scope(|scope| {
+        let start = |worker| scope.spawn(move || work(worker));
+        let handles: Vec<_> = (0..workers).map(start).collect();
+        let mut runs = vec![];
+        for handle in handles {
+            runs.extend(handle.join().map_err(|_| anyhow!("a run panicked"))??);
+        }
+        Ok(runs)
+    })
 }

@@ -25,6 +25,10 @@ use crate::statistics::quantile;
 
 const STEP_SIZES: [usize; 3] = [100, 200, 500];
 const LINES_IN_A_STEP: usize = 10;
+const METHODS: [(&str, AssociationMethod); 2] = [
+    ("nearest", AssociationMethod::Nearest),
+    ("joint", AssociationMethod::Joint),
+];
 
 pub(crate) fn measure(_: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
@@ -60,10 +64,10 @@ fn whole_update(outcome: &mut Outcome) -> Result<()> {
 /// Point 2.
 fn steps(outcome: &mut Outcome) -> Result<()> {
     for n in STEP_SIZES {
-        let nearest = 1e3 * step_seconds(n, AssociationMethod::Nearest)?;
-        let joint = 1e3 * step_seconds(n, AssociationMethod::Joint)?;
-        outcome.figure(format!("step_of_10_lines_at_{n}_nearest_ms"), nearest);
-        outcome.figure(format!("step_of_10_lines_at_{n}_joint_ms"), joint);
+        for (name, method) in METHODS {
+            let ms = 1e3 * step_seconds(n, method)?;
+            outcome.figure(format!("step_of_10_lines_at_{n}_{name}_ms"), ms);
+        }
     }
     Ok(())
 }
@@ -81,10 +85,7 @@ fn step_seconds(n: usize, method: AssociationMethod) -> Result<f64> {
 
 /// Point 3.
 fn allocations(outcome: &mut Outcome) -> Result<()> {
-    for (name, method) in [
-        ("nearest", AssociationMethod::Nearest),
-        ("joint", AssociationMethod::Joint),
-    ] {
+    for (name, method) in METHODS {
         let mut slam = mapped(200, method)?;
         let seen: Vec<_> = (0..LINES_IN_A_STEP).map(wall).collect();
         for _ in 0..10 {

@@ -14,16 +14,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Result, bail};
-use serde_json::{Map, Value, json};
+use anyhow::{Result, ensure};
+use serde_json::{Map, Value};
 use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::pilot::Mode;
 use slamlab_core::plan::FrontierChoice;
 use slamlab_core::sim::{ReachableArea, SensorKind, reachable_area, worlds};
 
-use super::{Args, Outcome};
+use super::{Args, Outcome, chosen};
 use crate::clock::cpu_seconds;
-use crate::ride::{Ride, world_named};
+use crate::ride::{Ride, summary, world_named};
 use crate::statistics::median;
 
 const SEEDS: u64 = 20;
@@ -39,21 +39,20 @@ const SHORTER: f64 = 0.8;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let names = args.worlds(worlds::NAMES.into_iter().filter(|n| *n != SKIPPED))?;
-    let seeds = args.seeds(SEEDS);
     let strategies = strategies(&args.strategies)?;
-    let sensors = sensors(args.sensor.as_deref())?;
+    let sensors = chosen("sensor", args.sensor.as_slice(), ["lidar", "rangers"])?;
     let mut outcome = Outcome::default();
     let mut total = Totals::default();
     for name in names {
         let mut figures = Map::new();
-        for sensor in sensors.iter().copied() {
+        for sensor in &sensors {
+            let sensor: SensorKind = sensor.parse()?;
             if sensor == SensorKind::Rangers && !RANGER_WORLDS.contains(&name) {
                 continue;
             }
             let scene = Scene::of(name, sensor)?;
-            let rows: Vec<Row> = (seeds.clone())
-                .map(|seed| scene.row(&strategies, seed))
-                .collect::<Result<_>>()?;
+            let rows = args.seeds(SEEDS).map(|seed| scene.row(&strategies, seed));
+            let rows: Vec<Row> = rows.collect::<Result<_>>()?;
             figures.insert(sensor.name().into(), total.take(sensor, &rows));
         }
         outcome.figure(name, Value::Object(figures));
@@ -62,33 +61,19 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-/// The one that was asked for, or both.
-fn sensors(asked: Option<&str>) -> Result<Vec<SensorKind>> {
-    let both = [SensorKind::Lidar, SensorKind::Rangers];
-    let is_asked = |sensor: &SensorKind| asked.is_none_or(|name| name == sensor.name());
-    let sensors: Vec<SensorKind> = both.into_iter().filter(is_asked).collect();
-    if sensors.is_empty() {
-        bail!(
-            "no sensor `{}`; expected lidar or rangers",
-            asked.unwrap_or_default()
-        );
-    }
-    Ok(sensors)
-}
-
 /// Those that were asked for, or all.
 fn strategies(asked: &[String]) -> Result<Vec<Strategy>> {
     let all = FrontierChoice::ALL.map(|(label, choice, _)| (label, choice));
-    let known = all.map(|(label, _)| label);
-    if let Some(name) = asked.iter().find(|name| !known.contains(&name.as_str())) {
-        bail!("no strategy `{name}`; expected one of {}", known.join(", "));
-    }
+    let names = chosen("strategy", asked, all.map(|(label, _)| label))?;
     let own = label(FrontierChoice::default());
-    if !asked.is_empty() && !asked.iter().any(|name| name == own) {
-        bail!("the requirements are on `{own}`: name it as well");
-    }
-    let is_asked = |(label, _): &Strategy| asked.is_empty() || asked.iter().any(|a| a == label);
-    Ok(all.into_iter().filter(is_asked).collect())
+    ensure!(
+        names.contains(&own),
+        "the requirements are on `{own}`: name it as well"
+    );
+    Ok(all
+        .into_iter()
+        .filter(|(label, _)| names.contains(label))
+        .collect())
 }
 
 /// A strategy, by name.
@@ -116,17 +101,8 @@ impl Scene {
             let began = cpu_seconds();
             let run = self.explore(choice, seed)?;
             let (name, sensor, took) = (self.name, self.sensor.name(), cpu_seconds() - began);
-            let Ride {
-                is_done,
-                explored,
-                way,
-                seconds,
-                contacts,
-                ..
-            } = run;
             eprintln!(
-                "{name} {sensor} seed {seed} {label}: {explored:.4} explored, {way:.1} m, {seconds:.0} s, {contacts} contacts, \
-                 ended {is_done}; {took:.1} s of processor time"
+                "{name} {sensor} seed {seed} {label}: {run:?}; {took:.1} s of processor time"
             );
             runs.insert(label, run);
         }
@@ -167,21 +143,15 @@ impl Totals {
         let mut figures = Map::new();
         let labels: BTreeSet<&str> = rows.iter().flat_map(|row| row.keys().copied()).collect();
         for label in labels {
-            let runs: Vec<Ride> = rows
-                .iter()
-                .filter_map(|row| row.get(label).copied())
-                .collect();
-            figures.insert(label.into(), summary(&runs));
+            let runs = rows.iter().filter_map(|row| row.get(label).copied());
+            figures.insert(label.into(), summary(&runs.collect::<Vec<_>>()));
         }
         // The requirements are on what the robot does by default.
         let own = label(FrontierChoice::default());
         let by = |choice| median_ratio(rows, own, label(choice));
-        let ratio = by(FrontierChoice::Nearest);
+        let (ratio, by_room) = (by(FrontierChoice::Nearest), by(FrontierChoice::RoomByRoom));
         figures.insert("way_over_nearest_frontier_median".into(), ratio.into());
-        figures.insert(
-            "way_over_room_by_room_median".into(),
-            by(FrontierChoice::RoomByRoom).into(),
-        );
+        figures.insert("way_over_room_by_room_median".into(), by_room.into());
         let own = || rows.iter().filter_map(|row| row.get(own));
         self.contacts += own().map(|run| run.contacts).sum::<u32>();
         self.not_ended += own().filter(|run| !run.is_done).count();
@@ -205,27 +175,9 @@ impl Totals {
     }
 }
 
-/// What the runs of one strategy in one world have in common.
-fn summary(runs: &[Ride]) -> Value {
-    let of = |value: fn(&Ride) -> f64| runs.iter().map(value);
-    let sum = |value: fn(&Ride) -> u32| runs.iter().map(value).sum::<u32>();
-    json!({
-        "runs": runs.len(),
-        "ended_by_itself": runs.iter().filter(|run| run.is_done).count(),
-        "explored_median": median(of(|run| run.explored)),
-        "explored_least": of(|run| run.explored).fold(1.0, f64::min),
-        "way_m_median": median(of(|run| run.way)),
-        "simulated_s_median": median(of(|run| run.seconds)),
-        "contacts": sum(|run| run.contacts),
-        "people_who_walked_in": sum(|run| run.walked_in),
-    })
-}
-
 /// The way of one strategy by that of another in the same run, where both were driven.
 fn median_ratio(rows: &[Row], one: &str, other: &str) -> f64 {
-    let pairs = rows
-        .iter()
-        .filter_map(|row| row.get(one).zip(row.get(other)));
+    let pairs = (rows.iter()).filter_map(|row| row.get(one).zip(row.get(other)));
     median(pairs.map(|(one, other)| one.way / other.way))
 }
 

@@ -16,10 +16,10 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use anyhow::Result;
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::{Pose2, sin_cos};
+use slamlab_core::geom::{Pose2, unit_vector};
 use slamlab_core::map::{Evidence, FreeCells, Grid, GridConfig};
 use slamlab_core::sim::Caster;
 use stats_alloc::Region;
@@ -87,16 +87,22 @@ fn equality(outcome: &mut Outcome, name: &str, config: &GridConfig, scans: &[See
 
 /// Point 2, first part.
 fn memory(outcome: &mut Outcome, scans: &[Seen]) -> Result<()> {
-    let config = GridConfig::default();
     let region = Region::new(ALLOCATOR);
-    let grid = drawn_anew(&config, scans)?;
-    let bytes = bytes(&region);
-    let all = grid.blocks_since(0).flat_map(|(_, cells)| cells);
-    let known = all.filter(|odds| **odds != 0.0).count();
-    let area = known as f64 * config.resolution * config.resolution;
+    let mut grid = Grid::new(GridConfig::default())?;
+    for seen in scans {
+        grid.draw(black_box(&seen.evidence), &seen.pose);
+    }
+    let (bytes, area) = (bytes(&region), mapped_area(&grid));
     outcome.figure("office_mapped_m2", area);
     outcome.figure("office_bytes_per_mapped_m2", bytes / area);
     Ok(())
+}
+
+/// Area of the known cells, m².
+fn mapped_area(grid: &Grid) -> f64 {
+    let all = grid.blocks_since(0).flat_map(|(_, cells)| cells);
+    let known = all.filter(|odds| **odds != 0.0).count();
+    known as f64 * grid.resolution() * grid.resolution()
 }
 
 /// Point 3.
@@ -108,14 +114,6 @@ fn against_peers(outcome: &mut Outcome, peers: &Peers) -> Result<()> {
         at_most: 0.6,
     };
     peers.race(outcome, &grid)
-}
-
-fn drawn_anew(config: &GridConfig, scans: &[Seen]) -> Result<Grid> {
-    let mut grid = Grid::new(*config)?;
-    for seen in scans {
-        grid.draw(black_box(&seen.evidence), &seen.pose);
-    }
-    Ok(grid)
 }
 
 fn scans() -> Result<Vec<Seen>> {
@@ -142,12 +140,9 @@ fn scan_from(caster: &Caster, pose: &Pose2, range: f64) -> Evidence {
     let mut evidence = Evidence::default();
     let origin = *pose * Point2::origin();
     for beam in 0..BEAMS {
-        let (sin, cos) = sin_cos(TAU * beam as f64 / BEAMS as f64);
-        let way = Vector2::new(cos, sin);
+        let way = unit_vector(TAU * beam as f64 / BEAMS as f64);
         let direction = (*pose * Point2::from(way)) - origin;
-        let hit = caster
-            .cast(origin, direction, range)
-            .map(|hit| hit.distance);
+        let hit = caster.cast(origin, direction, range).map(|h| h.distance);
         let end = Point2::from(way * hit.unwrap_or(range));
         evidence.free.push([Point2::origin(), end]);
         evidence.hits.extend(hit.map(|_| end));

@@ -72,10 +72,10 @@ pub(crate) fn run(consistency: Consistency, seed: u64) -> Result<Belief> {
             ..Odometry::standing(Stamp(scan as u64))
         })?;
         let robot_from_map: Pose2 = truth.inverse();
-        let seen: Vec<_> = walls
+        let sightings = walls
             .iter()
-            .filter_map(|w| sighting(&robot_from_map, w, &mut rng))
-            .collect();
+            .filter_map(|w| sighting(&robot_from_map, w, &mut rng));
+        let seen: Vec<_> = sightings.collect();
         slam.update(&seen, &SweepTiming::at_once(Stamp(scan as u64)))?;
     }
     let estimate = slam.estimate();
@@ -89,14 +89,8 @@ pub(crate) fn run(consistency: Consistency, seed: u64) -> Result<Belief> {
 
 /// A room of six walls, no two parallel, around the circle that the robot drives to its left.
 fn room() -> Vec<Segment> {
-    let corners: [(f64, f64); 6] = [
-        (-4.0, -2.0),
-        (1.0, -3.0),
-        (5.0, 0.0),
-        (4.0, 5.0),
-        (-1.0, 6.0),
-        (-5.0, 3.0),
-    ];
+    #[rustfmt::skip]
+    let corners = [(-4.0, -2.0), (1.0, -3.0), (5.0, 0.0), (4.0, 5.0), (-1.0, 6.0), (-5.0, 3.0)];
     sides(&corners.map(|(x, y)| Point2::new(x, y))).collect()
 }
 

@@ -8,15 +8,16 @@
 use std::f64::consts::FRAC_PI_4;
 
 use anyhow::{Context, Result};
-use nalgebra::{Point2, Vector2};
+use nalgebra::Vector2;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::features::fit_line;
-use slamlab_core::geom::{sin_cos, wrap};
+use slamlab_core::geom::wrap;
 use slamlab_core::points::Beam;
 
 use crate::Args;
 use crate::outcome::Outcome;
+use crate::scenes::hit;
 use crate::statistics::{chi2_mean_band, normal};
 
 const ALPHA: f64 = 3.0 * FRAC_PI_4;
@@ -57,20 +58,10 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
 fn wall(seed: u64) -> Vec<Beam> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [first, last] = SEEN.map(|t| libm::atan2(t, R));
-    (0..BEAMS)
-        .map(|i| {
-            let off_normal = first + (last - first) * f64::from(i) / f64::from(BEAMS - 1);
-            let range = R / libm::cos(off_normal) + SIGMA * normal(&mut rng);
-            let (sin, cos) = sin_cos(ALPHA + off_normal);
-            Beam {
-                beam_idx: i as usize,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::new(range * cos, range * sin),
-                range,
-                sigma: SIGMA,
-                is_hit: true,
-                quality: None,
-            }
-        })
-        .collect()
+    let mut beam = |i| {
+        let off_normal = first + (last - first) * f64::from(i) / f64::from(BEAMS - 1);
+        let range = R / libm::cos(off_normal) + SIGMA * normal(&mut rng);
+        hit(i as usize, ALPHA + off_normal, range, SIGMA)
+    };
+    (0..BEAMS).map(&mut beam).collect()
 }

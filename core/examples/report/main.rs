@@ -58,7 +58,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, bail};
 use clap::Parser;
 use serde_json::Value;
 
@@ -177,13 +177,16 @@ fn run((name, measure): &Entry, args: &Args, print: impl Fn(&Value)) -> u8 {
 
 impl Args {
     fn check(&self) -> Result<()> {
-        ensure!(self.seeds != Some(0), "--seeds is 0, expected at least 1");
-        ensure!(self.trials != Some(0), "--trials is 0, expected at least 1");
-        ensure!(
-            self.queries != Some(0),
-            "--queries is 0, expected at least 1"
-        );
-        Ok(())
+        let queries = self.queries.map(|queries| queries as u64);
+        let counts = [
+            ("seeds", self.seeds),
+            ("trials", self.trials),
+            ("queries", queries),
+        ];
+        match counts.iter().find(|(_, count)| *count == Some(0)) {
+            Some((option, _)) => bail!("--{option} is 0, expected at least 1"),
+            None => Ok(()),
+        }
     }
 
     /// The seeds of a report that has so many where `--seeds` does not say otherwise.
@@ -194,13 +197,21 @@ impl Args {
 
     /// Those worlds of a report that `--world` asks for; all where it asks for none.
     fn worlds(&self, all: impl IntoIterator<Item = &'static str>) -> Result<Vec<&'static str>> {
-        let all: Vec<&str> = all.into_iter().collect();
-        if let Some(name) = self.worlds.iter().find(|w| !all.contains(&w.as_str())) {
-            let names = all.join(", ");
-            bail!("not measured in a world `{name}`; expected one of {names}");
-        }
-        let is_asked =
-            |name: &&str| self.worlds.is_empty() || self.worlds.iter().any(|w| w == name);
-        Ok(all.into_iter().filter(is_asked).collect())
+        chosen("world", &self.worlds, all)
     }
+}
+
+/// Those that were asked for by name; all where none was.
+fn chosen(
+    kind: &str,
+    asked: &[String],
+    all: impl IntoIterator<Item = &'static str>,
+) -> Result<Vec<&'static str>> {
+    let mut names: Vec<&str> = all.into_iter().collect();
+    if let Some(name) = asked.iter().find(|name| !names.contains(&name.as_str())) {
+        let names = names.join(", ");
+        bail!("not measured: {kind} `{name}`; expected one of {names}");
+    }
+    names.retain(|name| asked.is_empty() || asked.iter().any(|one| one == name));
+    Ok(names)
 }

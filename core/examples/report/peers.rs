@@ -36,10 +36,10 @@ impl Peers {
             .with_context(|| format!("cannot read {}", path.display()))?;
         let lines = text.lines().filter(|line| !line.starts_with('#'));
         let lines: Vec<_> = lines.filter_map(line).collect();
+        let path = path.display();
         ensure!(
             !lines.is_empty(),
-            "{} has no line `peer workload median_ms`",
-            path.display()
+            "{path} has no line `peer workload median_ms`"
         );
         Ok(Self { lines })
     }
@@ -47,15 +47,11 @@ impl Peers {
     /// Adds the times of both and what they are in each other, which must be at most what the race
     /// allows.
     pub(crate) fn race(&self, outcome: &mut Outcome, race: &Race) -> Result<()> {
-        let (ours, theirs) = (
-            self.line(race.workload, race.ours)?,
-            self.line(race.workload, race.theirs)?,
-        );
+        let ours = self.line(race.workload, race.ours)?;
+        let theirs = self.line(race.workload, race.theirs)?;
+        let times = format!("{}_ms_{}", race.workload, theirs.peer);
+        outcome.figure(times, vec![ours.ms, theirs.ms]);
         let key = format!("{}_in_{}", ours.peer, theirs.peer);
-        outcome.figure(
-            format!("{}_ms_{}", race.workload, theirs.peer),
-            serde_json::json!([ours.ms, theirs.ms]),
-        );
         outcome.at_most(&key, ours.ms / theirs.ms, race.at_most);
         Ok(())
     }

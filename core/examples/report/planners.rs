@@ -52,9 +52,11 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut totals = Totals::default();
     for name in args.worlds(worlds::NAMES)? {
         let scene = Scene::of(name)?;
-        let began = cpu_seconds();
+        let mut say = Progressed {
+            world: name,
+            since: cpu_seconds(),
+        };
         let asked = Asked::draw(&scene, count);
-        let mut say = Progressed::new(name, began);
         say.done("optima", asked.queries.len());
         let mut figures = serde_json::Map::new();
         figures.insert("walls".into(), scene.space.segments().len().into());
@@ -96,10 +98,6 @@ struct Progressed {
 }
 
 impl Progressed {
-    fn new(world: &'static str, since: f64) -> Self {
-        Self { world, since }
-    }
-
     fn done(&mut self, what: &str, queries: usize) {
         let now = cpu_seconds();
         let took = now - std::mem::replace(&mut self.since, now);
@@ -117,22 +115,14 @@ struct Worst {
 
 impl Worst {
     fn require(&self, outcome: &mut Outcome) {
-        let worst = |values: &[f64]| quantile(values, 1.0);
-        outcome.at_most(
-            "informed_1s_length_over_optimum_median_in_worst_world",
-            worst(&self.informed_median),
-            1.02,
-        );
-        outcome.at_most(
-            "informed_1s_length_over_optimum_p90_in_worst_world",
-            worst(&self.informed_p90),
-            1.02,
-        );
-        outcome.at_most(
-            "rrt_shortened_length_over_optimum_median_in_worst_world",
-            worst(&self.shortened_median),
-            1.05,
-        );
+        for (planner, part, lengths, most) in [
+            ("informed_1s", "median", &self.informed_median, 1.02),
+            ("informed_1s", "p90", &self.informed_p90, 1.02),
+            ("rrt_shortened", "median", &self.shortened_median, 1.05),
+        ] {
+            let key = format!("{planner}_length_over_optimum_{part}_in_worst_world");
+            outcome.at_most(&key, quantile(lengths, 1.0), most);
+        }
     }
 }
 
@@ -147,13 +137,13 @@ struct Totals {
 
 impl Totals {
     fn require(&self, outcome: &mut Outcome) {
-        outcome.at_most("paths_that_collide", self.collisions as f64, 0.0);
-        outcome.at_most("solvable_queries_without_path", self.unsolved as f64, 0.0);
-        outcome.at_most(
-            "disagreements_of_graph_and_flood",
-            self.disagreements as f64,
-            0.0,
-        );
-        outcome.at_most("unsolvable_queries_not_said_so", self.unsaid as f64, 0.0);
+        for (key, count) in [
+            ("paths_that_collide", self.collisions),
+            ("solvable_queries_without_path", self.unsolved),
+            ("disagreements_of_graph_and_flood", self.disagreements),
+            ("unsolvable_queries_not_said_so", self.unsaid),
+        ] {
+            outcome.at_most(key, count as f64, 0.0);
+        }
     }
 }

@@ -1,9 +1,12 @@
 //! A simulated robot from the beginning of a task to its end.
 
 use anyhow::{Context, Result};
+use serde_json::{Value, json};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::pilot::Status;
 use slamlab_core::sim::{ReachableArea, World, worlds};
+
+use crate::statistics::median;
 
 /// What became of a task.
 #[derive(Clone, Copy, Debug)]
@@ -21,19 +24,52 @@ impl Ride {
     /// Drives until the task is over, or for so many simulated seconds.
     pub(crate) fn of(config: ExperimentConfig, longest: f64, area: &ReachableArea) -> Result<Self> {
         let mut experiment = Experiment::new(config)?;
-        while !experiment.session().status().is_over() && experiment.seconds() < longest {
-            experiment.step()?;
-        }
+        let is_done = carry_out(&mut experiment, longest, |_| Ok(()))?;
         let figures = experiment.figures(area);
         let contacts = figures.contacts;
         Ok(Self {
-            is_done: matches!(experiment.session().status(), Status::Finished(_)),
+            is_done,
             explored: figures.explored_fraction,
             way: figures.distance,
             seconds: figures.sim_seconds,
             contacts: contacts.walls + contacts.drove_into_mover,
             walked_in: contacts.mover_walked_in,
         })
+    }
+}
+
+/// What rides in one world have in common.
+pub(crate) fn summary(rides: &[Ride]) -> Value {
+    let of = |value: fn(&Ride) -> f64| rides.iter().map(value);
+    let sum = |value: fn(&Ride) -> u32| rides.iter().map(value).sum::<u32>();
+    json!({
+        "runs": rides.len(),
+        "done": sum(|ride| ride.is_done.into()),
+        "explored_median": median(of(|ride| ride.explored)),
+        "explored_least": of(|ride| ride.explored).fold(1.0, f64::min),
+        "way_m_median": median(of(|ride| ride.way)),
+        "simulated_s_median": median(of(|ride| ride.seconds)),
+        "contacts": sum(|ride| ride.contacts),
+        "people_who_walked_in": sum(|ride| ride.walked_in),
+    })
+}
+
+/// Lets the robot go on until its task is over, or for so many simulated seconds; tells whether it
+/// is done. `see` is called after each step.
+pub(crate) fn carry_out(
+    experiment: &mut Experiment,
+    longest: f64,
+    mut see: impl FnMut(&Experiment) -> Result<()>,
+) -> Result<bool> {
+    let begin = experiment.seconds();
+    loop {
+        // A step first: a task before has ended.
+        experiment.step()?;
+        see(experiment)?;
+        let status = experiment.session().status();
+        if status.is_over() || experiment.seconds() - begin >= longest {
+            return Ok(matches!(status, Status::Finished(_)));
+        }
     }
 }
 

@@ -12,12 +12,12 @@ use anyhow::{Context, Result};
 use nalgebra::Point2;
 use serde_json::{Value, json};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::pilot::{Mode, Status};
+use slamlab_core::pilot::Mode;
 use slamlab_core::plan::Shortening;
 use slamlab_core::sim::SensorKind;
 
 use super::{Args, Outcome};
-use crate::ride::world_named;
+use crate::ride::{carry_out, world_named};
 use crate::statistics::median;
 
 const SEEDS: u64 = 10;
@@ -34,16 +34,13 @@ const VARIANTS: [(&str, Shortening, bool); 4] = [
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
-    let seeds = args.seeds(SEEDS);
     let (mut contacts, mut missed) = (0.0, 0);
     for world in WORLDS {
         let mut figures = serde_json::Map::new();
         let mut medians = vec![];
         for (name, shortening, is_rounded) in VARIANTS {
-            let rides: Vec<Ride> = seeds
-                .clone()
-                .map(|seed| ride(world, seed, shortening, is_rounded))
-                .collect::<Result<_>>()?;
+            let rides = (args.seeds(SEEDS)).map(|seed| ride(world, seed, shortening, is_rounded));
+            let rides: Vec<Ride> = rides.collect::<Result<_>>()?;
             let seconds = median(rides.iter().map(|r| r.seconds));
             contacts += rides.iter().map(|r| r.contacts).sum::<f64>();
             missed += rides.iter().map(|r| r.missed).sum::<usize>();
@@ -51,11 +48,8 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             medians.push(seconds);
         }
         outcome.figure(world, Value::Object(figures));
-        outcome.at_most(
-            &format!("{world}_rounded_over_chords_seconds"),
-            medians[2] / medians[0],
-            1.0,
-        );
+        let key = format!("{world}_rounded_over_chords_seconds");
+        outcome.at_most(&key, medians[2] / medians[0], 1.0);
     }
     outcome.at_most("contacts", contacts, 0.0);
     outcome.at_most("errands_missed", missed as f64, 0.0);
@@ -92,16 +86,7 @@ fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Res
     let mut missed = 0;
     for goal in [there, Point2::origin(), there] {
         experiment.set_mode(Mode::GoTo(goal));
-        let begin = experiment.seconds();
-        // A step first: the errand before has ended.
-        experiment.step()?;
-        while !experiment.session().status().is_over() && experiment.seconds() - begin < LONGEST {
-            experiment.step()?;
-        }
-        missed += usize::from(!matches!(
-            experiment.session().status(),
-            Status::Finished(_)
-        ));
+        missed += usize::from(!carry_out(&mut experiment, LONGEST, |_| Ok(()))?);
     }
     Ok(Ride {
         seconds: experiment.seconds(),

@@ -30,13 +30,11 @@ const NAMED: usize = 20;
 type Fault = (&'static str, fn(&Shown) -> bool);
 
 const FAULTS: [Fault; 5] = [
-    ("drove_into_wall", |shown| shown.contacts.walls > 0),
-    ("drove_into_person", |shown| {
-        shown.contacts.drove_into_mover > 0
-    }),
-    ("could_not_turn", |shown| shown.could_not_turn),
-    ("could_not_leave", |shown| shown.could_not_leave),
-    ("ran_without_scans", |shown| shown.ran_blind),
+    ("drove_into_wall", |it| it.contacts.walls > 0),
+    ("drove_into_person", |it| it.contacts.drove_into_mover > 0),
+    ("could_not_turn", |it| it.could_not_turn),
+    ("could_not_leave", |it| it.could_not_leave),
+    ("ran_without_scans", |it| it.ran_blind),
 ];
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::{Segment, sides_of, sin_cos};
+use slamlab_core::geom::{Segment, sides_of, sin_cos, unit_vector};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
 
@@ -29,27 +29,14 @@ impl Scene {
         let (mut beams, mut truth) = (vec![], vec![]);
         for beam_idx in 0..BEAMS {
             let bearing = TAU * beam_idx as f64 / BEAMS as f64;
-            let (sin, cos) = sin_cos(bearing + turn);
-            let (range, wall) = hit(&walls, &pillars, sensor, Vector2::new(cos, sin));
+            let (range, wall) = nearest(&walls, &pillars, sensor, unit_vector(bearing + turn));
             let is_wild = rng.random_bool(WILD);
             let noisy = range + sigma * normal(&mut rng);
             let wild = rng.random_range(0.3..1.0) * range;
             let seen = if is_wild { wild } else { noisy }.max(0.05);
-            let (sin, cos) = sin_cos(bearing);
-            let direction = Vector2::new(cos, sin);
-            truth.push(
-                wall.filter(|_| !is_wild)
-                    .map(|wall| (wall, Point2::from(direction * range))),
-            );
-            beams.push(Beam {
-                beam_idx,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::from(direction * seen),
-                range: seen,
-                sigma,
-                is_hit: true,
-                quality: None,
-            });
+            let at = Point2::from(unit_vector(bearing) * range);
+            truth.push(wall.filter(|_| !is_wild).map(|wall| (wall, at)));
+            beams.push(hit(beam_idx, bearing, seen, sigma));
         }
         let points = Points {
             stamp: Stamp(0),
@@ -65,36 +52,40 @@ impl Scene {
     }
 }
 
+/// A beam from the middle of the robot on which something came back.
+pub(crate) fn hit(beam_idx: usize, bearing: f64, range: f64, sigma: f64) -> Beam {
+    Beam {
+        beam_idx,
+        origin_in_robot: Point2::origin(),
+        end_in_robot: Point2::from(unit_vector(bearing) * range),
+        range,
+        sigma,
+        is_hit: true,
+        quality: None,
+    }
+}
+
 fn walls(rng: &mut ChaCha8Rng) -> Vec<Segment> {
     let (w, h) = (rng.random_range(3.0..7.0), rng.random_range(3.0..7.0));
     let (cut_x, cut_y) = (rng.random_range(0.5..1.5), rng.random_range(0.5..1.5));
-    let room = [
-        (0.0, 0.0),
-        (w, 0.0),
-        (w, h - cut_y),
-        (w - cut_x, h),
-        (0.0, h),
-    ];
+    let (x, y) = (w - cut_x, h - cut_y);
+    let room = [(0.0, 0.0), (w, 0.0), (w, y), (x, h), (0.0, h)];
     let mut walls: Vec<_> = sides(&room.map(|(x, y)| Point2::new(x, y))).collect();
     for _ in 0..rng.random_range(1..4) {
-        let centre = Point2::new(
-            rng.random_range(0.2..0.8) * w,
-            rng.random_range(0.2..0.8) * h,
-        );
+        let (x, y) = (rng.random_range(0.2..0.8), rng.random_range(0.2..0.8));
+        let centre = Point2::new(x * w, y * h);
         let (a, b) = (rng.random_range(0.15..0.6), rng.random_range(0.15..0.6));
         let (sin, cos) = sin_cos(rng.random_range(0.0..TAU));
-        let corner = |x: f64, y: f64| {
+        let corner = |(x, y): (f64, f64)| {
             centre + Vector2::new(x * a * cos - y * b * sin, x * a * sin + y * b * cos)
         };
-        walls.extend(sides(&[
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-        ]));
+        walls.extend(sides(&SQUARE.map(corner)));
     }
     walls
 }
+
+/// Corners of a square of side 2 around the origin.
+pub(crate) const SQUARE: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
 
 /// The sides of a polygon.
 pub(crate) fn sides(corners: &[Point2<f64>]) -> impl Iterator<Item = Segment> {
@@ -103,12 +94,12 @@ pub(crate) fn sides(corners: &[Point2<f64>]) -> impl Iterator<Item = Segment> {
 
 /// Centres and radii.
 fn pillars(rng: &mut ChaCha8Rng) -> Vec<(Point2<f64>, f64)> {
-    (0..rng.random_range(1..3))
-        .map(|_| {
-            let centre = Point2::new(rng.random_range(0.5..5.0), rng.random_range(0.5..5.0));
-            (centre, rng.random_range(0.1..0.3))
-        })
-        .collect()
+    let count = rng.random_range(1..3);
+    let mut pillar = |_| {
+        let centre = Point2::new(rng.random_range(0.5..5.0), rng.random_range(0.5..5.0));
+        (centre, rng.random_range(0.1..0.3))
+    };
+    (0..count).map(&mut pillar).collect()
 }
 
 /// Inside of the room (whose lower left 2.5 m are never cut), clear of everything.
@@ -128,7 +119,7 @@ fn place(walls: &[Segment], pillars: &[(Point2<f64>, f64)], rng: &mut ChaCha8Rng
 }
 
 /// Distance along a ray to what it hits first, and the number of the wall if that is one.
-fn hit(
+fn nearest(
     walls: &[Segment],
     pillars: &[(Point2<f64>, f64)],
     origin: Point2<f64>,

@@ -66,10 +66,8 @@ impl Score {
                     *counts.entry(piece).or_insert(0_usize) += 1;
                 }
             }
-            let owner = counts
-                .iter()
-                .max_by_key(|(_, n)| **n)
-                .map(|(piece, _)| *piece);
+            let most = counts.iter().max_by_key(|(_, n)| **n);
+            let owner = most.map(|(piece, _)| *piece);
             if let Some(owner) = owner {
                 lines_of_piece[owner] += 1;
             }
@@ -97,15 +95,13 @@ impl Score {
     /// By name; each a fraction of 1.
     pub(crate) fn ratios(&self) -> BTreeMap<&'static str, f64> {
         let ratio = |part: usize, whole: usize| part as f64 / whole as f64;
-        let left_alone = self.negatives - self.claimed_negatives;
+        let decided_rightly = self.right + self.negatives - self.claimed_negatives;
+        let decided = self.positives + self.negatives;
         BTreeMap::from([
             ("tpr", ratio(self.right, self.positives)),
             ("fpr", ratio(self.claimed_negatives, self.negatives)),
             ("ppv", ratio(self.right, self.right + self.wrong)),
-            (
-                "acc",
-                ratio(self.right + left_alone, self.positives + self.negatives),
-            ),
+            ("acc", ratio(decided_rightly, decided)),
             ("over_segmented_pieces", ratio(self.over, self.pieces)),
             ("missed_pieces", ratio(self.missed, self.pieces)),
             ("under_segmented_lines", ratio(self.under, self.lines)),
@@ -119,12 +115,10 @@ fn claims(scene: &Scene, found: &LineFeature) -> Vec<usize> {
     let n = beams.len();
     let (first, last) = (found.first_beam, found.last_beam);
     let n_between = (last + n - first) % n + 1;
-    (0..n_between)
-        .map(|step| (first + step) % n)
-        .filter(|&beam| {
-            found.line.signed_distance(beams[beam].end_in_robot).abs() <= 5.0 * scene.sigma
-        })
-        .collect()
+    let off = |beam: usize| found.line.signed_distance(beams[beam].end_in_robot);
+    let between = (0..n_between).map(|step| (first + step) % n);
+    let is_near = |beam: &usize| off(*beam).abs() <= 5.0 * scene.sigma;
+    between.filter(is_near).collect()
 }
 
 /// Step 1, and the number of pieces. The scan is a full circle.
@@ -139,10 +133,8 @@ fn kinds(scene: &Scene) -> (Vec<Kind>, usize) {
         wall(seen[i]) != wall(before)
     });
     let (mut kinds, mut n_pieces) = (vec![Kind::Negative; n], 0);
-    let start = start.unwrap_or(0);
-    let order: Vec<usize> = (0..seen.len())
-        .map(|i| seen[(start + i) % seen.len()])
-        .collect();
+    let mut order = seen;
+    order.rotate_left(start.unwrap_or(0));
     for piece in order.chunk_by(|&a, &b| wall(a) == wall(b) && (b + n - a) % n <= 3) {
         let at = |beam: &usize| truth[*beam].map(|(_, point)| point);
         let length = match (piece.first().and_then(at), piece.last().and_then(at)) {
@@ -150,13 +142,9 @@ fn kinds(scene: &Scene) -> (Vec<Kind>, usize) {
             _ => 0.0,
         };
         let is_large = piece.len() >= MIN_BEAMS && length >= MIN_LENGTH;
-        for &beam in piece {
-            kinds[beam] = if is_large {
-                Kind::Piece(n_pieces)
-            } else {
-                Kind::Small
-            };
-        }
+        let own = Kind::Piece(n_pieces);
+        let kind = if is_large { own } else { Kind::Small };
+        piece.iter().for_each(|&beam| kinds[beam] = kind);
         n_pieces += usize::from(is_large);
     }
     (kinds, n_pieces)

@@ -20,7 +20,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
-use serde_json::{Map, Value, json};
+use serde_json::json;
 use slamlab_core::features::{AcceptConfig, LineConfig, LineExtractor};
 use slamlab_core::points::SpacingModel;
 
@@ -59,11 +59,8 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
                 }
             }
         }
-        let table: Map<String, Value> = scores
-            .iter()
-            .map(|(name, ratios)| ((*name).to_owned(), json!(ratios)))
-            .collect();
-        outcome.figure(format!("sigma_{centimetres}_cm"), table);
+        let table: BTreeMap<_, _> = scores.into_iter().collect();
+        outcome.figure(format!("sigma_{centimetres}_cm"), json!(table));
     }
     for (key, table) in not_better {
         outcome.figure(key, json!(table));
@@ -88,21 +85,17 @@ fn is_better(quantity: &str, ours: f64, theirs: f64) -> bool {
 
 /// The first four share what they keep; the first is ours.
 fn rules(sigma: f64) -> [(&'static str, LineConfig); 5] {
+    let noise_aware = LineConfig {
+        accept: AcceptConfig::all(7, 0.5),
+        ..LineConfig::default()
+    };
+    let mut pilch = LineConfig::pilch(SpacingModel::even(BEAMS as f64));
+    pilch.accept.min_length = 0.5;
     [
-        (
-            "noise_aware",
-            LineConfig {
-                accept: AcceptConfig::all(7, 0.5),
-                ..LineConfig::default()
-            },
-        ),
+        ("noise_aware", noise_aware),
         ("classic", LineConfig::classic(0.1)),
         ("classic_3_sigma", LineConfig::classic(3.0 * sigma)),
-        ("pilch", {
-            let mut config = LineConfig::pilch(SpacingModel::even(BEAMS as f64));
-            config.accept.min_length = 0.5;
-            config
-        }),
+        ("pilch", pilch),
         ("noise_aware_gated", LineConfig::default()),
     ]
 }

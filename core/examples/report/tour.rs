@@ -18,7 +18,7 @@ use anyhow::Result;
 use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::estimation::{EkfConfig, EkfSlam, LandmarkId, SweepTiming, ate_rmse};
+use slamlab_core::estimation::{EkfConfig, EkfSlam, Landmark, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
 use slamlab_core::geom::{Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
@@ -59,53 +59,31 @@ impl Tour {
 }
 
 /// Once around the ring, and 10 m of the second lap.
+#[rustfmt::skip]
 pub(crate) const LOOP: Tour = Tour {
     world: "loop",
     waypoints: &[
-        (2.5, 1.0),
-        (11.5, 0.8),
-        (13.0, 0.8),
-        (20.0, 1.0),
-        (20.0, 12.0),
-        (19.4, 13.9),
-        (10.0, 14.2),
-        (1.0, 14.0),
-        (1.0, 1.0),
-        (2.5, 1.0),
-        (12.0, 0.8),
+        (2.5, 1.0), (11.5, 0.8), (13.0, 0.8), (20.0, 1.0),
+        (20.0, 12.0), (19.4, 13.9), (10.0, 14.2), (1.0, 14.0),
+        (1.0, 1.0), (2.5, 1.0), (12.0, 0.8),
     ],
     errands: 0,
 };
 
-/// Into seven of the eight rooms and back to the start.
+/// Into seven of the eight rooms and back to the start; a row for each, from the corridor into it.
+#[rustfmt::skip]
 pub(crate) const OFFICE: Tour = Tour {
     world: "office",
     waypoints: &[
         (1.0, 6.0),
-        (2.3, 6.0),
-        (2.3, 4.0),
-        (2.3, 6.0),
-        (5.4, 6.0),
-        (5.4, 8.0),
-        (5.4, 6.0),
-        (6.9, 6.0),
-        (6.9, 4.2),
-        (6.9, 6.0),
-        (9.3, 6.0),
-        (9.3, 4.2),
-        (9.3, 6.0),
-        (10.7, 6.0),
-        (10.7, 7.9),
-        (10.7, 6.0),
-        (13.3, 6.0),
-        (13.3, 7.8),
-        (13.3, 6.0),
-        (14.1, 6.0),
-        (14.1, 4.2),
-        (14.1, 6.0),
-        (1.7, 6.0),
-        (1.7, 8.0),
-        (1.7, 6.0),
+        (2.3, 6.0), (2.3, 4.0), (2.3, 6.0),
+        (5.4, 6.0), (5.4, 8.0), (5.4, 6.0),
+        (6.9, 6.0), (6.9, 4.2), (6.9, 6.0),
+        (9.3, 6.0), (9.3, 4.2), (9.3, 6.0),
+        (10.7, 6.0), (10.7, 7.9), (10.7, 6.0),
+        (13.3, 6.0), (13.3, 7.8), (13.3, 6.0),
+        (14.1, 6.0), (14.1, 4.2), (14.1, 6.0),
+        (1.7, 6.0), (1.7, 8.0), (1.7, 6.0),
         (1.0, 6.0),
     ],
     errands: 0,
@@ -171,13 +149,10 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
         extractor: LineExtractor::new(LineConfig::default()),
         lines: vec![],
         truth: vec![],
-        filters: listeners(configs, seed)?,
+        filters: listeners(configs)?,
     };
-    let mut route: VecDeque<_> = tour
-        .waypoints
-        .iter()
-        .map(|&(x, y)| Point2::new(x, y))
-        .collect();
+    let waypoints = tour.waypoints.iter();
+    let mut route: VecDeque<_> = waypoints.map(|&(x, y)| Point2::new(x, y)).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut errands, mut rest) = (tour.errands, 0);
     for _ in 0..MOST_STEPS {
@@ -201,18 +176,12 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
         "{} {seed}: the tour did not end",
         tour.world
     );
-    Ok(drive.finish())
+    Ok(drive.finish(seed))
 }
 
 /// A filter for each of the settings, and what is recorded of it.
-fn listeners(configs: &[EkfConfig], seed: u64) -> Result<Vec<(EkfSlam, Listener)>> {
-    let with = |config: &EkfConfig| {
-        let listener = Listener {
-            seed,
-            ..Listener::default()
-        };
-        Ok((EkfSlam::new(*config)?, listener))
-    };
+fn listeners(configs: &[EkfConfig]) -> Result<Vec<(EkfSlam, Listener)>> {
+    let with = |config: &EkfConfig| Ok((EkfSlam::new(*config)?, Listener::default()));
     configs.iter().map(with).collect()
 }
 
@@ -263,11 +232,8 @@ impl Drive {
         let world_from_robot = self.sim.truth();
         let truth = self.start.inverse() * world_from_robot;
         self.truth.push(truth.position());
-        let wall_of_line: Vec<_> = self
-            .lines
-            .iter()
-            .map(|line| true_wall(&self.walls, &world_from_robot, line))
-            .collect();
+        let wall_of = |line| true_wall(&self.walls, &world_from_robot, line);
+        let wall_of_line: Vec<_> = self.lines.iter().map(wall_of).collect();
         let timing = SweepTiming::at(points.stamp, scan);
         for (slam, listener) in &mut self.filters {
             slam.update(&self.lines, &timing)?;
@@ -276,16 +242,18 @@ impl Drive {
         Ok(())
     }
 
-    fn finish(self) -> Vec<Listener> {
+    fn finish(self, seed: u64) -> Vec<Listener> {
         let (truth, walls, start) = (self.truth, self.walls, self.start);
-        let finish = |(slam, mut listener): (EkfSlam, Listener)| {
-            listener.ate = ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN);
+        let finish = |(slam, listener): (EkfSlam, Listener)| {
             let ends = listener.track.last().zip(truth.last());
-            listener.end_error =
-                ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).norm());
-            listener.confirmed = slam.landmarks().filter(|l| l.is_confirmed).count();
-            listener.duplicates = listener.count_duplicates(&slam, &walls, &start);
-            listener
+            Listener {
+                seed,
+                ate: ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN),
+                end_error: ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).norm()),
+                confirmed: slam.landmarks().filter(|l| l.is_confirmed).count(),
+                duplicates: listener.count_duplicates(&slam, &walls, &start),
+                ..listener
+            }
         };
         self.filters.into_iter().map(finish).collect()
     }
@@ -340,23 +308,20 @@ impl Listener {
     fn count_duplicates(&self, slam: &EkfSlam, walls: &[Wall], start: &Pose2) -> usize {
         let touching = EkfConfig::default().association.max_gap;
         // Where along its wall each landmark lies.
-        let known: Vec<(usize, f64, f64)> = slam
-            .landmarks()
-            .filter(|landmark| landmark.is_confirmed)
-            .filter_map(|landmark| {
-                let wall = self.wall(landmark.id)?;
-                let tangent = walls.get(wall)?.segment.vector().normalize();
-                let ends = landmark.ends.map(|end| tangent.dot(&(*start * end).coords));
-                Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
-            })
-            .collect();
-        let pairs = known
-            .iter()
-            .enumerate()
+        let confirmed = slam.landmarks().filter(|landmark| landmark.is_confirmed);
+        let stretch = |landmark: Landmark| {
+            let wall = self.wall(landmark.id)?;
+            let tangent = walls.get(wall)?.segment.vector().normalize();
+            let ends = landmark.ends.map(|end| tangent.dot(&(*start * end).coords));
+            Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
+        };
+        let known: Vec<(usize, f64, f64)> = confirmed.filter_map(stretch).collect();
+        let pairs = (known.iter().enumerate())
             .flat_map(|(i, a)| known.iter().skip(i + 1).map(move |b| (a, b)));
-        pairs
-            .filter(|(a, b)| a.0 == b.0 && a.1.max(b.1) - a.2.min(b.2) <= touching)
-            .count()
+        let touch = |(a, b): &(&(usize, f64, f64), &(usize, f64, f64))| {
+            a.0 == b.0 && a.1.max(b.1) - a.2.min(b.2) <= touching
+        };
+        pairs.filter(touch).count()
     }
 }
 
@@ -370,9 +335,9 @@ fn true_wall(walls: &[Wall], world_from_robot: &Pose2, line: &LineFeature) -> Op
         let towards = way.normalize();
         let distances = walls.iter().enumerate().filter_map(|(index, wall)| {
             let distance = wall.segment.hit_by_ray(origin, towards)?;
-            let is_seen_through =
+            let is_glass_before =
                 wall.material == Material::Glass && distance < way.norm() - BEFORE;
-            (!is_seen_through).then_some((index, distance))
+            (!is_glass_before).then_some((index, distance))
         });
         let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
         let wall = walls.get(nearest)?.segment.vector().normalize();
@@ -393,8 +358,7 @@ fn on_one_line(walls: &[Wall], a: usize, b: usize) -> bool {
     let (wall, other) = (&wall.segment, &other.segment);
     let along = wall.vector().normalize();
     let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
-    let turn = wrap(libm::asin(
-        along.perp(&other.vector().normalize()).clamp(-1.0, 1.0),
-    ));
+    let sine = along.perp(&other.vector().normalize()).clamp(-1.0, 1.0);
+    let turn = libm::asin(sine);
     a == b || (turn.abs() < 1e-3 && off(other.a) < 0.01 && off(other.b) < 0.01)
 }

@@ -22,20 +22,16 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::sim::{Fan, SensorKind};
 
 use super::{Args, Outcome};
-use crate::ride::world_named;
+use crate::ride::{carry_out, world_named};
+use crate::statistics::{median, quantile};
 
 const SEEDS: u64 = 3;
 const LAPS: usize = 10;
 /// A place in each room, world frame, m; the corridor lies between.
+#[rustfmt::skip]
 const ROOMS: [(f64, f64); 8] = [
-    (2.3, 2.5),
-    (6.2, 1.8),
-    (9.5, 1.5),
-    (14.2, 3.9),
-    (14.0, 10.0),
-    (10.8, 10.6),
-    (6.8, 8.2),
-    (2.0, 8.5),
+    (2.3, 2.5), (6.2, 1.8), (9.5, 1.5), (14.2, 3.9),
+    (14.0, 10.0), (10.8, 10.6), (6.8, 8.2), (2.0, 8.5),
 ];
 /// An errand that takes longer has failed, s.
 const LONGEST: f64 = 300.0;
@@ -103,7 +99,16 @@ impl Run {
         for _ in 0..LAPS {
             for (x, y) in ROOMS {
                 let goal = experiment.map_from_world() * Point2::new(x, y);
-                go(&mut experiment, goal, &mut witness)?;
+                experiment.set_mode(Mode::GoTo(goal));
+                let mut steps = 0;
+                carry_out(&mut experiment, LONGEST, |experiment| {
+                    steps += 1;
+                    if steps % 10 == 1 && steps > 1 {
+                        witness.cast_beams(experiment)
+                    } else {
+                        Ok(())
+                    }
+                })?;
             }
             counts.push(long(&map_of(&experiment)).len());
         }
@@ -111,41 +116,22 @@ impl Run {
         let walls: Vec<Segment> = walls.map(|wall| wall.segment).collect();
         let truth = witness.segments(&walls);
         let world_from_map = experiment.map_from_world().inverse();
-        let map: Vec<Segment> = map_of(&experiment)
-            .iter()
-            .map(|s| world_from_map * *s)
-            .collect();
-        let mut errors: Vec<f64> = points_on(&map).map(|p| nearest(&walls, p)).collect();
-        errors.sort_by(f64::total_cmp);
+        let map = map_of(&experiment);
+        let map: Vec<Segment> = map.iter().map(|s| world_from_map * *s).collect();
+        let errors: Vec<f64> = points_on(&map).map(|p| nearest(&walls, p)).collect();
         ensure!(!errors.is_empty(), "seed {seed}: the map is empty");
-        let near: Vec<bool> = points_on(&truth)
-            .map(|p| nearest(&map, p) <= 0.05)
-            .collect();
+        let is_near = |p: &Point2<f64>| nearest(&map, *p) <= 0.05;
+        let near = points_on(&truth).filter(is_near).count();
         Ok(Self {
             counts,
             all: map.len(),
             landmarks: experiment.session().slam().view().landmarks.len(),
-            error_p95: errors[errors.len() * 95 / 100],
-            error_median: errors[errors.len() / 2],
-            covered: near.iter().filter(|near| **near).count() as f64 / near.len() as f64,
+            error_p95: quantile(&errors, 0.95),
+            error_median: median(&errors),
+            covered: near as f64 / points_on(&truth).count() as f64,
             truth,
         })
     }
-}
-
-fn go(experiment: &mut Experiment, goal: Point2<f64>, witness: &mut Witness) -> Result<()> {
-    experiment.set_mode(Mode::GoTo(goal));
-    let begin = experiment.seconds();
-    experiment.step()?;
-    let mut steps = 0;
-    while !experiment.session().status().is_over() && experiment.seconds() - begin < LONGEST {
-        experiment.step()?;
-        steps += 1;
-        if steps % 10 == 0 {
-            witness.cast_beams(experiment)?;
-        }
-    }
-    Ok(())
 }
 
 fn map_of(experiment: &Experiment) -> Vec<Segment> {
@@ -200,19 +186,14 @@ impl Witness {
         let mut segments = vec![];
         for (number, wall) in walls.iter().enumerate() {
             let parts = self.met.range((number, 0)..(number + 1, 0));
-            let parts = parts
-                .filter(|(_, met)| **met >= MET)
-                .map(|((_, part), _)| *part);
-            let mut stretch: Option<[f64; 2]> = None;
-            let mut stretches = vec![];
-            for part in parts {
-                let (low, high) = (part as f64 * PART, (part + 1) as f64 * PART);
-                match &mut stretch {
+            let mut stretches: Vec<[f64; 2]> = vec![];
+            for ((_, part), _) in parts.filter(|(_, met)| **met >= MET) {
+                let (low, high) = (*part as f64 * PART, (part + 1) as f64 * PART);
+                match stretches.last_mut() {
                     Some(last) if low - last[1] <= GAP => last[1] = high,
-                    _ => stretches.extend(stretch.replace([low, high])),
+                    _ => stretches.push([low, high]),
                 }
             }
-            stretches.extend(stretch);
             let along = wall.vector() / wall.length();
             let at = |way: f64| wall.a + along * way.min(wall.length());
             segments.extend(stretches.iter().map(|s| Segment::new(at(s[0]), at(s[1]))));

@@ -88,8 +88,7 @@ impl Outputs {
             ("--og-map", &self.og_map),
             ("--carmen", &self.carmen),
         ];
-        let given = |(option, path): (_, &Option<PathBuf>)| Some((option, path.clone()?));
-        all.into_iter().filter_map(given).collect()
+        given(all)
     }
 
     /// The files of a run.
@@ -122,6 +121,16 @@ impl Outputs {
         }
         Ok(files)
     }
+}
+
+/// Of options with files those that were given.
+pub(crate) fn given<const N: usize>(
+    options: [(&'static str, &Option<PathBuf>); N],
+) -> Vec<(&'static str, PathBuf)> {
+    let given = options.into_iter();
+    given
+        .filter_map(|(option, path)| Some((option, path.clone()?)))
+        .collect()
 }
 
 /// Refuses what cannot be written, and what is written over another file of the run; before the

@@ -36,21 +36,22 @@ pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
         files.push((image, bytes));
     }
     let names: Vec<_> = files.iter().map(|(p, _)| p.to_string_lossy()).collect();
-    let files: Vec<(&str, &[u8])> = names
-        .iter()
-        .zip(&files)
-        .map(|(name, (_, bytes))| (name.as_ref(), bytes.as_slice()))
-        .collect();
+    let bytes = files.iter().map(|(_, bytes)| bytes.as_slice());
+    let files: Vec<(&str, &[u8])> = names.iter().map(AsRef::as_ref).zip(bytes).collect();
     BuildingFile::read(&files, svg_unit).with_context(is_none)
 }
 
 /// A pose from `x,y,heading`, the heading in degrees.
 pub(crate) fn pose(text: &str) -> Result<Pose2> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x, y, degrees]) if [x, y, degrees].iter().all(|n| n.is_finite()) => {
-            Ok(Pose2::new(x, y, degrees.to_radians()))
-        }
-        _ => bail!("`{text}` is no pose; expected three finite numbers `x,y,heading`"),
-    }
+    let Some([x, y, degrees]) = numbers(text) else {
+        bail!("`{text}` is no pose; expected three finite numbers `x,y,heading`")
+    };
+    Ok(Pose2::new(x, y, degrees.to_radians()))
+}
+
+/// So many finite numbers, apart by commas.
+pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let number = |word: &str| word.trim().parse().ok().filter(|n: &f64| n.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    numbers?.try_into().ok()
 }

@@ -55,13 +55,8 @@ fn measure(inputs: &Inputs, n: usize) -> Result<()> {
         off = Vector2::new(slam.pose[0] - end[0], slam.pose[1] - end[1]).norm();
     }
     let extra = format!("pose_err_m={off:.4} ({} steps)", walk.motions.len());
-    let workload = format!("ekfslam_step_N{n}");
-    emit(
-        "slamlab(point-landmarks)",
-        &workload,
-        median(&mut steps),
-        &extra,
-    );
+    let (peer, workload) = ("slamlab(point-landmarks)", format!("ekfslam_step_N{n}"));
+    emit(peer, &workload, median(&mut steps), &extra);
     Ok(())
 }
 
@@ -83,15 +78,11 @@ struct Seen {
 impl Walk {
     fn read(inputs: &Inputs, n: usize) -> Result<Self> {
         let motions = inputs.table::<4>(&format!("ekf_{n}_controls.csv"))?;
-        let motions: Vec<_> = motions
-            .into_iter()
-            .map(|[_, x, y, turn]| [x, y, turn])
-            .collect();
+        let motions = motions.into_iter().map(|[_, x, y, turn]| [x, y, turn]);
+        let motions: Vec<_> = motions.collect();
         let truth = inputs.table::<3>(&format!("ekf_{n}_truth.csv"))?;
-        ensure!(
-            truth.len() == motions.len() + 1,
-            "truth and controls differ in length"
-        );
+        let fits = truth.len() == motions.len() + 1;
+        ensure!(fits, "truth and controls differ in length");
         let mut seen: Vec<Vec<Seen>> = truth.iter().map(|_| vec![]).collect();
         for [step, landmark, range, bearing] in inputs.table::<4>(&format!("ekf_{n}_obs.csv"))? {
             let at = seen.get_mut(step as usize);
@@ -101,11 +92,8 @@ impl Walk {
                 bearing,
             });
         }
-        let in_order = seen[0].iter().enumerate().all(|(i, s)| s.landmark == i);
-        ensure!(
-            in_order && seen[0].len() == n,
-            "step 0 does not see all landmarks in order"
-        );
+        let in_order = (seen[0].iter().map(|s| s.landmark)).eq(0..n);
+        ensure!(in_order, "step 0 does not see all landmarks in order");
         Ok(Self {
             motions,
             seen,
@@ -189,13 +177,9 @@ impl PointSlam {
         let [a, b] = &mut self.gain;
         self.cov.product(&columns, a, b);
         let mut z = Matrix2::from_diagonal(&Vector2::from(SEEN.map(|s| s * s)));
-        for (state, h) in &columns {
-            z += Matrix2::new(
-                h[0] * a[*state],
-                h[0] * b[*state],
-                h[1] * a[*state],
-                h[1] * b[*state],
-            );
+        for (state, h) in columns {
+            let (a, b) = (a[state], b[state]);
+            z += Matrix2::new(h[0] * a, h[0] * b, h[1] * a, h[1] * b);
         }
         let Some(l) = z.cholesky().map(|c| c.unpack()) else {
             return false;
@@ -210,14 +194,9 @@ impl PointSlam {
             *state += shift(a, b);
         }
         self.pose[2] = wrap(self.pose[2]);
-        let pairs = a[ROBOT..]
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .zip(b[ROBOT..].as_chunks::<2>().0);
-        for (landmark, (a, b)) in self.landmarks.iter_mut().zip(pairs) {
-            landmark[0] += shift(&a[0], &b[0]);
-            landmark[1] += shift(&a[1], &b[1]);
+        let coordinates = self.landmarks.as_flattened_mut().iter_mut();
+        for (coordinate, (a, b)) in coordinates.zip(a[ROBOT..].iter().zip(&b[ROBOT..])) {
+            *coordinate += shift(a, b);
         }
         self.cov.subtract(a, b);
         true

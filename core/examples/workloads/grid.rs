@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Vector2};
-use slamlab_core::geom::{Pose2, sin_cos};
+use slamlab_core::geom::{Pose2, unit_vector};
 use slamlab_core::map::{CellState, Evidence, FreeCells, Grid, GridConfig};
 
 use crate::inputs::Inputs;
@@ -22,8 +22,7 @@ const REPEATS: usize = 5;
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     let scans = inputs.rows::<{ 3 + BEAMS }>("map_scans_1000x360.csv")?;
     let directions: Vec<_> = (0..BEAMS)
-        .map(|beam| sin_cos(TAU * beam as f64 / BEAMS as f64 - PI))
-        .map(|(sin, cos)| Vector2::new(cos, sin))
+        .map(|beam| unit_vector(TAU * beam as f64 / BEAMS as f64 - PI))
         .collect();
     for (name, free_cells) in [
         ("crossed", FreeCells::Crossed),
@@ -45,17 +44,12 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
             Ok(())
         })?;
         let grid = drawn.context("nothing was drawn")?;
-        let occupied = grid
-            .blocks_since(0)
-            .flat_map(|(_, cells)| cells)
-            .filter(|odds| grid.state_of(**odds) == CellState::Occupied)
-            .count();
-        emit(
-            &format!("slamlab-Grid({name})"),
-            "gridmap_1000x360_2000x2000",
-            ms,
-            &format!("occupied_cells={occupied} (no-return beams clear 30 m)"),
-        );
+        let cells = grid.blocks_since(0).flat_map(|(_, cells)| cells);
+        let is_occupied = |odds: &&f32| grid.state_of(**odds) == CellState::Occupied;
+        let occupied = cells.filter(is_occupied).count();
+        let peer = format!("slamlab-Grid({name})");
+        let extra = format!("occupied_cells={occupied} (no-return beams clear 30 m)");
+        emit(&peer, "gridmap_1000x360_2000x2000", ms, &extra);
     }
     Ok(())
 }

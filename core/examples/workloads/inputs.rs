@@ -4,57 +4,55 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use nalgebra::Point2;
+use slamlab_core::geom::Segment;
 
 /// The folder of inputs.
 pub(crate) struct Inputs {
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
 }
 
 impl Inputs {
-    pub(crate) fn in_folder(folder: PathBuf) -> Self {
-        Self { folder }
-    }
-
     /// The rows of a file of comma-separated numbers, each with at least `N` of them. Lines that
     /// begin with `#` are headers.
     pub(crate) fn rows<const N: usize>(&self, name: &str) -> Result<Vec<Vec<f64>>> {
-        let path = self.folder.join(name);
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("cannot read {}", path.display()))?;
-        let lines = text.lines().enumerate();
+        let text = self.text(name)?;
+        let lines = (1..).zip(text.lines());
         let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        lines
-            .map(|(index, line)| {
-                let row = row(line).with_context(|| format!("{name}, line {}", index + 1))?;
-                ensure!(
-                    row.len() >= N,
-                    "{name}, line {}: {} numbers, expected at least {N}",
-                    index + 1,
-                    row.len()
-                );
-                Ok(row)
-            })
-            .collect()
+        let read = |(number, line): (usize, &str)| {
+            let row = row(line).with_context(|| format!("{name}, line {number}"))?;
+            let n = row.len();
+            ensure!(
+                n >= N,
+                "{name}, line {number}: {n} numbers, expected at least {N}"
+            );
+            Ok(row)
+        };
+        lines.map(read).collect()
     }
 
-    /// The lines of a text file.
-    pub(crate) fn lines(&self, name: &str) -> Result<Vec<String>> {
+    /// A text file.
+    pub(crate) fn text(&self, name: &str) -> Result<String> {
         let path = self.folder.join(name);
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("cannot read {}", path.display()))?;
-        Ok(text.lines().map(str::to_owned).collect())
+        std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
     }
 
     /// As [`Self::rows`], but exactly `N` numbers in each row.
     pub(crate) fn table<const N: usize>(&self, name: &str) -> Result<Vec<[f64; N]>> {
-        let rows = self.rows::<N>(name)?;
-        rows.into_iter()
-            .map(|row| {
-                let n = row.len();
-                let row = row.try_into().ok();
-                row.with_context(|| format!("{name}: a row of {n} numbers, expected {N}"))
-            })
-            .collect()
+        let exact = |row: Vec<f64>| {
+            let n = row.len();
+            let row = row.try_into().ok();
+            row.with_context(|| format!("{name}: a row of {n} numbers, expected {N}"))
+        };
+        self.rows::<N>(name)?.into_iter().map(exact).collect()
+    }
+
+    /// The segments of a file, by the coordinates of their ends.
+    pub(crate) fn segments(&self, name: &str) -> Result<Vec<Segment>> {
+        let rows = self.table::<4>(name)?.into_iter();
+        let segment =
+            |[ax, ay, bx, by]: [f64; 4]| Segment::new(Point2::new(ax, ay), Point2::new(bx, by));
+        Ok(rows.map(segment).collect())
     }
 }
 

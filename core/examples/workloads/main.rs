@@ -39,7 +39,7 @@ use inputs::Inputs;
 type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 
 /// All workloads, by name.
-const WORKLOADS: &[Entry] = &[
+const WORKLOADS: [Entry; 5] = [
     ("ekf_step", ekf_step::run),
     ("grid", grid::run),
     ("plan", plan::run),
@@ -59,12 +59,12 @@ struct Args {
 
 fn main() -> Result<()> {
     let args = Args::parse();
-    let inputs = Inputs::in_folder(args.inputs);
-    for name in &args.workloads {
-        if !WORKLOADS.iter().any(|(known, _)| known == name) {
-            let known: Vec<_> = WORKLOADS.iter().map(|(name, _)| *name).collect();
-            bail!("no workload `{name}`; there are {}", known.join(", "));
-        }
+    let inputs = Inputs {
+        folder: args.inputs,
+    };
+    let known = WORKLOADS.map(|(name, _)| name);
+    if let Some(name) = (args.workloads.iter()).find(|name| !known.contains(&name.as_str())) {
+        bail!("no workload `{name}`; there are {}", known.join(", "));
     }
     let wanted = |name: &str| args.workloads.is_empty() || args.workloads.iter().any(|w| w == name);
     for (name, run) in WORKLOADS.iter().filter(|(name, _)| wanted(name)) {

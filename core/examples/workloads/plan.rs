@@ -6,7 +6,7 @@
 //! graph gives the optimum that lengths are compared with.
 
 use anyhow::{Context, Result, ensure};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::Segment;
@@ -29,45 +29,18 @@ enum After {
     Tighten,
 }
 
+use After::{Nothing, Shorten, Tighten};
+use Planner::{InformedRrtStar, Rrt, RrtConnect, RrtStar, Visibility};
+
 /// Planner, its iterations, queries, and what is done with the path.
 const RUNS: &[(&str, Planner, usize, usize, After)] = &[
-    (
-        "RRTConnect",
-        Planner::RrtConnect,
-        100_000,
-        1000,
-        After::Nothing,
-    ),
-    (
-        "RRTConnect,shortened",
-        Planner::RrtConnect,
-        100_000,
-        1000,
-        After::Shorten,
-    ),
-    (
-        "RRTConnect,tight",
-        Planner::RrtConnect,
-        100_000,
-        1000,
-        After::Tighten,
-    ),
-    ("RRT", Planner::Rrt, 100_000, 1000, After::Nothing),
-    ("RRTstar2000", Planner::RrtStar, 2000, 100, After::Nothing),
-    (
-        "InformedRRTstar2000",
-        Planner::InformedRrtStar,
-        2000,
-        100,
-        After::Nothing,
-    ),
-    (
-        "Visibility",
-        Planner::Visibility,
-        usize::MAX,
-        1000,
-        After::Nothing,
-    ),
+    ("RRTConnect", RrtConnect, 100_000, 1000, Nothing),
+    ("RRTConnect,shortened", RrtConnect, 100_000, 1000, Shorten),
+    ("RRTConnect,tight", RrtConnect, 100_000, 1000, Tighten),
+    ("RRT", Rrt, 100_000, 1000, Nothing),
+    ("RRTstar2000", RrtStar, 2000, 100, Nothing),
+    ("InformedRRTstar2000", InformedRrtStar, 2000, 100, Nothing),
+    ("Visibility", Visibility, usize::MAX, 1000, Nothing),
 ];
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
@@ -76,15 +49,10 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
 }
 
 fn over_walls(inputs: &Inputs) -> Result<()> {
-    let walls: Vec<Segment> = (inputs.table::<4>("world_office.csv")?.into_iter())
-        .map(|[ax, ay, bx, by]| Segment::new(Point2::new(ax, ay), Point2::new(bx, by)))
-        .collect();
-    let queries: Vec<Query> = (inputs.table::<4>("plan_queries_1000.csv")?.into_iter())
-        .map(|[ax, ay, bx, by]| Query {
-            start: Point2::new(ax, ay),
-            goal: Point2::new(bx, by),
-        })
-        .collect();
+    let walls = inputs.segments("world_office.csv")?;
+    let ways = inputs.segments("plan_queries_1000.csv")?.into_iter();
+    let query = |Segment { a: start, b: goal }| Query { start, goal };
+    let queries: Vec<Query> = ways.map(query).collect();
     let bounds = (Point2::origin(), Point2::new(SIDE, SIDE));
     let space = SegmentSpace::new(walls, KEEP, bounds)?;
     let optima: Vec<f64> = queries.iter().map(|query| optimum(&space, query)).collect();
@@ -95,20 +63,22 @@ fn over_walls(inputs: &Inputs) -> Result<()> {
 }
 
 fn optimum(space: &SegmentSpace, query: &Query) -> f64 {
-    let sampler = || Sampler::anywhere(space);
-    let search = Search::new(
-        Planner::Visibility,
-        space,
-        *query,
-        RrtConfig::default(),
-        sampler,
-    );
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let found = search.ok().and_then(|mut search| {
-        search.step(space, &mut rng, usize::MAX);
-        search.path()
-    });
-    found.map_or(f64::NAN, |path| path.length())
+    let path = find(Visibility, space, query, usize::MAX, &mut rng);
+    path.ok().flatten().map_or(f64::NAN, |path| path.length())
+}
+
+fn find(
+    planner: Planner,
+    space: &SegmentSpace,
+    query: &Query,
+    iterations: usize,
+    rng: &mut ChaCha8Rng,
+) -> Result<Option<Path>> {
+    let sampler = || Sampler::anywhere(space);
+    let mut search = Search::new(planner, space, *query, RrtConfig::default(), sampler)?;
+    search.step(space, rng, iterations);
+    Ok(search.path())
 }
 
 fn measure(
@@ -121,13 +91,10 @@ fn measure(
     for (number, query) in queries.iter().enumerate().take(*count) {
         let mut rng = ChaCha8Rng::seed_from_u64(number as u64);
         let begin = cpu_ms();
-        let sampler = || Sampler::anywhere(space);
-        let mut search = Search::new(*planner, space, *query, RrtConfig::default(), sampler)?;
-        search.step(space, &mut rng, *iterations);
-        let path = search.path().map(|path| match after {
-            After::Nothing => path,
-            After::Shorten => shorten(&path, space),
-            After::Tighten => pull_tight(&shorten(&path, space), space),
+        let path = find(*planner, space, query, *iterations, &mut rng)?.map(|path| match after {
+            Nothing => path,
+            Shorten => shorten(&path, space),
+            Tighten => pull_tight(&shorten(&path, space), space),
         });
         times.push(cpu_ms() - begin);
         if let Some(path) = path {
@@ -142,41 +109,28 @@ fn measure(
     let mean = times.iter().sum::<f64>() / asked;
     let middle = median(&mut times);
     let late = times[times.len() * 95 / 100];
-    let (long, ratio, over) = (
-        median(&mut lengths),
-        median(&mut straight),
-        median(&mut excess),
-    );
+    let (long, ratio) = (median(&mut lengths), median(&mut straight));
+    let over = median(&mut excess);
     let worst = excess.last().copied().unwrap_or(f64::NAN);
     let extra = format!(
         "ok={solved:.1}% mean_ms={mean:.4} p95_ms={late:.4} median_len_m={long:.2} len/straight={ratio:.3} \
          len/optimum={over:.4} worst={worst:.4}"
     );
-    emit(
-        &format!("slamlab-{name}"),
-        "plan_office_per_query",
-        middle,
-        &extra,
-    );
+    let peer = format!("slamlab-{name}");
+    emit(&peer, "plan_office_per_query", middle, &extra);
     Ok(())
 }
 
 /// Every leg against every wall.
 fn check(path: &Path, query: &Query, space: &SegmentSpace) -> Result<()> {
     let ends = (path.points.first(), path.points.last());
-    ensure!(
-        ends == (Some(&query.start), Some(&query.goal)),
-        "a path from {ends:?} for {query:?}"
-    );
+    let is_whole = ends == (Some(&query.start), Some(&query.goal));
+    ensure!(is_whole, "a path from {ends:?} for {query:?}");
     for leg in path.legs() {
-        let walls = space.segments().iter();
-        let nearest = walls
-            .map(|w| w.distance_to(&leg))
-            .fold(f64::INFINITY, f64::min);
-        ensure!(
-            nearest > KEEP - 1e-9,
-            "{leg:?} comes {nearest} m near a wall"
-        );
+        let distances = space.segments().iter().map(|w| w.distance_to(&leg));
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        let keeps_off = nearest > KEEP - 1e-9;
+        ensure!(keeps_off, "{leg:?} comes {nearest} m near a wall");
     }
     Ok(())
 }
@@ -203,36 +157,29 @@ impl ConfigSpace for CellsOnly {
 }
 
 fn over_cells(inputs: &Inputs) -> Result<()> {
-    let rows = inputs.lines("grid_office_1000.txt")?;
-    let width = rows.first().map_or(0, String::len);
-    let open: Vec<bool> = rows
-        .iter()
-        .flat_map(|row| row.bytes().map(|cell| cell == b'0'))
-        .collect();
+    let text = inputs.text("grid_office_1000.txt")?;
+    let width = text.lines().next().map_or(0, str::len);
+    let cells = text.lines().flat_map(str::bytes);
+    let open: Vec<bool> = cells.map(|cell| cell == b'0').collect();
     let (mut times, mut cells) = (vec![], 0.0);
     let lattice = Lattice::from_cells(Point2::origin(), 1.0, width, &open);
-    for [ax, ay, bx, by] in inputs.table::<4>("astar_queries_100.csv")? {
-        let centre = |x: f64, y: f64| Point2::new(x + 0.5, y + 0.5);
+    let to_centre = Vector2::new(0.5, 0.5);
+    for Segment { a, b } in inputs.segments("astar_queries_100.csv")? {
         let query = Query {
-            start: centre(ax, ay),
-            goal: centre(bx, by),
+            start: a + to_centre,
+            goal: b + to_centre,
         };
         let begin = cpu_ms();
         let mut search = AStar::new(lattice.clone(), &query);
         while search.iterate(&CellsOnly) {}
-        let path = search
-            .path()
-            .with_context(|| format!("{query:?} was not solved"))?;
+        let path = search.path();
+        let path = path.with_context(|| format!("{query:?} was not solved"))?;
         times.push(cpu_ms() - begin);
         cells += path.length();
     }
     let mean = times.iter().sum::<f64>() / times.len() as f64;
     let extra = format!("mean_ms={mean:.2} total_cost_cells={cells:.1} (no corner cutting)");
-    emit(
-        "slamlab-AStar",
-        "astar_grid1000_per_query",
-        median(&mut times),
-        &extra,
-    );
+    let (workload, middle) = ("astar_grid1000_per_query", median(&mut times));
+    emit("slamlab-AStar", workload, middle, &extra);
     Ok(())
 }

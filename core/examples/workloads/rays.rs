@@ -7,8 +7,8 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
-use nalgebra::{Point2, Vector2};
-use slamlab_core::geom::{Segment, sin_cos};
+use nalgebra::Point2;
+use slamlab_core::geom::unit_vector;
 use slamlab_core::sim::{Caster, Fan, Material, Wall};
 
 use crate::inputs::Inputs;
@@ -21,9 +21,9 @@ const REPEATS: usize = 5;
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     let places = inputs.table::<3>("ray_poses_1000.csv")?;
-    let walls = inputs.table::<4>("world_office.csv")?;
-    let walls = walls.into_iter().map(|[ax, ay, bx, by]| Wall {
-        segment: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
+    let walls = inputs.segments("world_office.csv")?;
+    let walls = walls.into_iter().map(|segment| Wall {
+        segment,
         material: Material::Opaque,
     });
     let caster = Caster::new(walls.collect());
@@ -73,9 +73,8 @@ fn single_rays(caster: &Caster, places: &[[f64; 3]]) -> Result<()> {
         sum = Sum::default();
         for [x, y, heading] in places {
             for beam in 0..BEAMS {
-                let (sin, cos) = sin_cos(heading + beam as f64 * TAU / BEAMS as f64);
-                let hit = caster.cast(Point2::new(*x, *y), Vector2::new(cos, sin), MAX_RANGE);
-                if let Some(hit) = hit {
+                let direction = unit_vector(heading + beam as f64 * TAU / BEAMS as f64);
+                if let Some(hit) = caster.cast(Point2::new(*x, *y), direction, MAX_RANGE) {
                     sum.add(hit.distance);
                 }
             }

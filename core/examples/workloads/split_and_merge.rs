@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use anyhow::{Result, ensure};
 use nalgebra::{Point2, Vector2};
 use slamlab_core::features::{AcceptConfig, LineConfig, LineExtractor};
-use slamlab_core::geom::{Pose2, Segment, sin_cos};
+use slamlab_core::geom::{Pose2, Segment, unit_vector};
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::{Scan, Stamp};
 
@@ -30,10 +30,7 @@ const BATCH: usize = 25;
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     let scans = inputs.rows::<{ 3 + BEAMS }>("map_scans_1000x360.csv")?;
-    let walls = inputs.table::<4>("world_hall.csv")?;
-    let walls: Vec<_> = (walls.into_iter())
-        .map(|[ax, ay, bx, by]| Segment::new(Point2::new(ax, ay), Point2::new(bx, by)))
-        .collect();
+    let walls = inputs.segments("world_hall.csv")?;
     let scenes: Vec<_> = scans.iter().map(|row| scene(row, &walls)).collect();
     let is_whole = scenes.iter().all(|scene| scene.points.beams.len() == BEAMS);
     ensure!(is_whole, "a scan has lost beams on the way to points");
@@ -115,8 +112,7 @@ fn scene(row: &[f64], walls: &[Segment]) -> Scene {
     let points = Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default());
     let truth = (scan.bearings.iter().zip(&scan.ranges))
         .map(|(bearing, range)| {
-            let (sin, cos) = sin_cos(*bearing);
-            let direction = Vector2::new(cos, sin);
+            let direction = unit_vector(*bearing);
             let (range, wall) = nearest(walls, &pose, direction).filter(|_| range.is_finite())?;
             Some((wall, Point2::from(direction * range)))
         })

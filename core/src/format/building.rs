@@ -32,7 +32,6 @@ use nalgebra::Point2;
 use crate::format::map_server::OccupancyMap;
 use crate::geom::{Pose2, Segment, sides_of};
 use crate::map::outlines;
-use crate::robot::RobotModel;
 use crate::sim::{Shape, World};
 use room::Room;
 
@@ -93,27 +92,23 @@ fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
     }
     let radius = World::new("", Pose2::identity()).robot.model().radius() + CLEARANCE;
     let is_floor = |cell: &i8| (0..=FLOOR_UPTO).contains(cell);
-    let room = Room::new(
-        map.width,
-        map.resolution,
-        map.cells.iter().map(|cell| !is_floor(cell)).collect(),
-    );
+    let stands = map.cells.iter().map(|cell| !is_floor(cell)).collect();
+    let room = Room::new(map.width, map.resolution, stands);
     let from_map = map.origin.inverse() * Point2::origin();
-    let in_map = match room.clearance(from_map) >= radius {
-        true => from_map,
-        false => room.roomiest(radius)?,
+    let has_room = room.clearance(from_map) >= radius;
+    let in_map = if has_room {
+        from_map
+    } else {
+        room.roomiest(radius)?
     };
     let start = map.origin * in_map;
     Ok(Pose2::new(start.x, start.y, 0.0))
 }
 
 fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
-    let cells = map.cells.len();
-    if cells > MOST_CELLS {
-        return Err(BuildingError::TooLarge {
-            cells,
-            most: MOST_CELLS,
-        });
+    let (cells, most) = (map.cells.len(), MOST_CELLS);
+    if cells > most {
+        return Err(BuildingError::TooLarge { cells, most });
     }
     Ok(())
 }
@@ -136,9 +131,8 @@ pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, Buildin
 
 /// The sides of polygons, in the direction of their corners.
 pub fn sides(polygons: &[Vec<Point2<f64>>]) -> impl Iterator<Item = Segment> {
-    polygons
-        .iter()
-        .flat_map(|polygon| sides_of(polygon).map(|(&a, &b)| Segment::new(a, b)))
+    let sides = polygons.iter().flat_map(|polygon| sides_of(polygon));
+    sides.map(|(&a, &b)| Segment::new(a, b))
 }
 
 fn fenced(world: World, corners: [Point2<f64>; FENCE_SIDES]) -> World {
@@ -150,7 +144,6 @@ fn fenced(world: World, corners: [Point2<f64>; FENCE_SIDES]) -> World {
 
 /// # Errors    [`BuildingError::World`].
 fn checked(world: World) -> Result<World, BuildingError> {
-    let robot: RobotModel = world.robot.model();
-    world.validate(robot.radius())?;
+    world.validate(world.robot.model().radius())?;
     Ok(world)
 }

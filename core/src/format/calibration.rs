@@ -14,6 +14,7 @@
 //! not.
 
 use super::FieldError;
+use super::field_error::number;
 use crate::robot::{Adc, CalibrationPair, Characteristic, CharacteristicError, Fit, Variable};
 
 /// Most pairs that are read.
@@ -55,10 +56,8 @@ pub enum CalibrationFileError {
 ///
 /// # Errors    [`CalibrationFileError`], with the line. Never panics, whatever the bytes.
 pub fn read(bytes: &[u8]) -> Result<Vec<CalibrationPair>, CalibrationFileError> {
-    Ok(read_lines(bytes)?
-        .into_iter()
-        .map(|(_, pair)| pair)
-        .collect())
+    let lines = read_lines(bytes)?.into_iter();
+    Ok(lines.map(|(_, pair)| pair).collect())
 }
 
 /// Reads pairs and fits a characteristic to them.
@@ -152,13 +151,11 @@ impl Columns {
         let second = ["volts", "millivolts", "adc"];
         let second = second.into_iter().find(|name| *name == volts);
         let (Some(metres), Some(second)) = (metres, second) else {
-            let expected = "range_m, range_cm or range_mm, and volts, millivolts or adc";
-            return Err(FieldError::new(
-                line,
-                "the header",
-                &format!("{range}, {volts}"),
-                expected,
-            ));
+            let (found, expected) = (
+                format!("{range}, {volts}"),
+                "range_m, range_cm or range_mm, and volts, millivolts or adc",
+            );
+            return Err(FieldError::new(line, "the header", &found, expected));
         };
         Ok(Self { metres, second })
     }
@@ -173,11 +170,6 @@ impl Columns {
             _ => number,
         }
     }
-}
-
-fn number(line: usize, field: &str, text: &str) -> Result<f64, FieldError> {
-    let number = text.parse().ok().filter(|n: &f64| n.is_finite());
-    number.ok_or_else(|| FieldError::new(line, field, text, "a finite number"))
 }
 
 #[cfg(test)]

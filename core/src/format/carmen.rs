@@ -62,11 +62,7 @@ impl BeamFan {
     /// 1°; 360: in steps of 0.5°); an odd number has both ends (181: -90° to 90°).
     #[must_use]
     pub fn half_circle(beams: usize) -> Self {
-        let gaps = if beams.is_multiple_of(2) {
-            beams
-        } else {
-            beams - 1
-        };
+        let gaps = beams - beams % 2;
         Self {
             first: -std::f64::consts::FRAC_PI_2,
             step: std::f64::consts::PI / gaps.max(1) as f64,
@@ -119,9 +115,8 @@ impl CarmenLog {
     /// Readings of a scan as recorded, m.
     #[must_use]
     pub fn readings(&self, scan: &CarmenScan) -> &[f32] {
-        self.readings
-            .get(scan.start..scan.start + scan.beams)
-            .unwrap_or(&[])
+        let readings = self.readings.get(scan.start..scan.start + scan.beams);
+        readings.unwrap_or_default()
     }
 
     /// Seconds from the first scan to the last.
@@ -146,26 +141,17 @@ impl CarmenLog {
     pub fn scan(&self, scan: &CarmenScan) -> Scan {
         let no_return = self.no_return_from.min(scan.max_range);
         let readings = self.readings(scan);
-        let ranges = readings
-            .iter()
-            .map(|&range| {
-                if range >= no_return {
-                    f32::INFINITY
-                } else if range > 0.0 {
-                    range
-                } else {
-                    f32::NAN
-                }
-            })
-            .collect();
-        let bearings = (0..readings.len())
-            .map(|i| scan.fan.first + i as f64 * scan.fan.step)
-            .collect();
+        let range = |range: &f32| match *range {
+            range if range >= no_return => f32::INFINITY,
+            range if range > 0.0 => range,
+            _ => f32::NAN,
+        };
+        let bearing = |i| scan.fan.first + i as f64 * scan.fan.step;
         Scan {
             stamp: self.stamp(scan),
             robot_from_sensor: scan.robot_from_sensor,
-            bearings,
-            ranges,
+            bearings: (0..readings.len()).map(bearing).collect(),
+            ranges: readings.iter().map(range).collect(),
             sigmas: vec![0.01; readings.len()],
             bearing_sigma: 0.25 * scan.fan.step.abs(),
             max_range: f64::from(no_return),

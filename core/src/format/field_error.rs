@@ -1,5 +1,8 @@
 //! How readers of text files name what they cannot read.
 
+use std::fmt::Display;
+use std::str::FromStr;
+
 /// A part of a text file that is not what it should be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {field} is `{found}`, expected {expected}")]
@@ -17,22 +20,41 @@ pub struct FieldError {
 impl FieldError {
     pub(super) fn new(
         line: usize,
-        field: impl Into<String>,
+        field: impl Display,
         found: &str,
-        expected: impl Into<String>,
+        expected: impl Display,
     ) -> Self {
         Self {
             line,
-            field: field.into(),
+            field: field.to_string(),
             found: short(found),
-            expected: expected.into(),
+            expected: expected.to_string(),
         }
     }
 
     /// A line with another number of fields than it needs.
-    pub(super) fn count(line: usize, found: usize, expected: impl Into<String>) -> Self {
+    pub(super) fn count(line: usize, found: usize, expected: impl Display) -> Self {
         Self::new(line, "the number of fields", &found.to_string(), expected)
     }
+}
+
+/// What a word says, if it fits.
+pub(super) fn read<T: FromStr>(
+    line: usize,
+    field: impl Display,
+    word: &str,
+    expected: &str,
+    fits: impl Fn(&T) -> bool,
+) -> Result<T, FieldError> {
+    let value = word.parse().ok().filter(fits);
+    value.ok_or_else(|| FieldError::new(line, field, word, expected))
+}
+
+/// The finite number that a word says.
+pub(super) fn number(line: usize, field: impl Display, word: &str) -> Result<f64, FieldError> {
+    read(line, field, word, "a finite number", |n: &f64| {
+        n.is_finite()
+    })
 }
 
 /// The beginning of a word: as much as an error repeats.

@@ -54,14 +54,10 @@ fn constants(model: &RobotModel, period: f64) -> String {
     let thousandths = |value: f64| whole(value * 1e3);
     let q16 = |value: f64| whole(value * 65_536.0);
     let (length, width) = (thousandths(model.length), thousandths(model.width));
-    let (track_width, count) = (
-        thousandths(model.track_width),
-        whole(model.metres_per_tick * 1e9),
-    );
-    let (max_speed, battery) = (
-        thousandths(model.max_speed),
-        thousandths(model.drive.battery),
-    );
+    let track_width = thousandths(model.track_width);
+    let count = whole(model.metres_per_tick * 1e9);
+    let max_speed = thousandths(model.max_speed);
+    let battery = thousandths(model.drive.battery);
     let speed = q16(counts(model.max_speed * period));
     let turn = q16(counts(half * model.max_turn_rate * period));
     let acceleration = q16(counts(model.max_acceleration * period * period));
@@ -115,17 +111,12 @@ fn arrays(fixed: &FixedGains) -> String {
     );
     array("INPUT[2][3]", of_motors(|m| braced(&m.input)));
     array("OBSERVER_GAIN[2][4]", of_motors(|m| braced(&m.gain)));
-    array(
-        "HOLDING_CURRENT[2][2]",
-        of_motors(|m| braced(&m.holding_current)),
-    );
-    array(
-        "HOLDING_VOLTAGE[2][2]",
-        of_motors(|m| braced(&m.holding_voltage)),
-    );
+    let (current, voltage) = ("HOLDING_CURRENT[2][2]", "HOLDING_VOLTAGE[2][2]");
+    array(current, of_motors(|m| braced(&m.holding_current)));
+    array(voltage, of_motors(|m| braced(&m.holding_voltage)));
     array(
         "FEEDBACK[2][7]",
-        fixed.feedback.iter().map(|row| braced(row)).collect(),
+        fixed.feedback.map(|row| braced(&row)).to_vec(),
     );
     text
 }

@@ -17,9 +17,11 @@ pub use dxf::dxf;
 pub use geojson::geojson;
 pub use svg::svg;
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::Point2;
 
-use crate::geom::Segment;
+use crate::geom::{self, Segment};
 use crate::map::Wall;
 
 /// Why walls cannot be written.
@@ -39,17 +41,15 @@ pub enum FloorPlanError {
 
 /// Lower left and upper right corner of what holds all walls.
 fn bounds(walls: &[Wall]) -> Result<(Point2<f64>, Point2<f64>), FloorPlanError> {
-    let mut bounds: Option<(Point2<f64>, Point2<f64>)> = None;
-    for wall in walls {
-        for end in [wall.segment.a, wall.segment.b] {
-            if !(end.x.is_finite() && end.y.is_finite()) {
-                return Err(FloorPlanError::NotFinite { id: wall.id });
-            }
-            let (low, high) = bounds.unwrap_or((end, end));
-            bounds = Some((low.inf(&end), high.sup(&end)));
-        }
+    let is_finite = |end: &Point2<f64>| end.x.is_finite() && end.y.is_finite();
+    if let Some(wall) = walls.iter().find(|wall| !ends(wall).iter().all(is_finite)) {
+        return Err(FloorPlanError::NotFinite { id: wall.id });
     }
-    bounds.ok_or(FloorPlanError::Empty)
+    geom::bounds(walls.iter().flat_map(ends)).ok_or(FloorPlanError::Empty)
+}
+
+fn ends(wall: &Wall) -> [Point2<f64>; 2] {
+    [wall.segment.a, wall.segment.b]
 }
 
 /// Where a length is written: its middle beside the wall, on the side that the wall was seen from,
@@ -71,13 +71,11 @@ impl Label {
         }
         let left = nalgebra::Vector2::new(-along.y, along.x) / length;
         let turned = libm::atan2(along.y, along.x);
-        let is_upright = turned.abs() <= std::f64::consts::FRAC_PI_2 + 1e-9;
+        let is_upright = turned.abs() <= FRAC_PI_2 + 1e-9;
+        let upright = turned - PI.copysign(turned);
         Some(Self {
             at: a + along * 0.5 + left * height,
-            direction: match is_upright {
-                true => turned,
-                false => turned - std::f64::consts::PI.copysign(turned),
-            },
+            direction: if is_upright { turned } else { upright },
             text: format!("{length:.2}"),
         })
     }

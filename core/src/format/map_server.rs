@@ -83,10 +83,9 @@ impl FromStr for MapMode {
     type Err = UnknownMapMode;
 
     fn from_str(name: &str) -> Result<Self, UnknownMapMode> {
-        let found = Self::ALL.iter().find(|(known, _)| *known == name);
-        found
-            .map(|(_, mode)| *mode)
-            .ok_or_else(|| UnknownMapMode(name.to_owned()))
+        let found = Self::ALL.into_iter().find(|(known, _)| *known == name);
+        let mode = found.map(|(_, mode)| mode);
+        mode.ok_or_else(|| UnknownMapMode(name.to_owned()))
     }
 }
 
@@ -147,22 +146,19 @@ impl OccupancyMap {
     /// # Errors    [`MapServerError`]: a grid without a known cell, or whose known cells lie too
     /// far apart.
     pub fn of_grid(grid: &Grid, mode: MapMode) -> Result<Self, MapServerError> {
-        let rect = known_rect(grid, mode).ok_or(MapServerError::Empty)?;
-        let (width, height) = (rect.width(), rect.height());
-        if width * height > MOST_CELLS {
-            return Err(MapServerError::TooLarge { width, height });
-        }
+        let rect = known_rect(grid, |odds| match mode {
+            MapMode::Trinary => grid.state_of(odds) != CellState::Unknown,
+            MapMode::Scale | MapMode::Raw => odds != 0.0,
+        })?;
         let resolution = grid.resolution();
         let corner = |cell: i32| f64::from(cell) * resolution;
-        let cells = |row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row });
-        let rows = rect.min.row..rect.max.row;
         Ok(Self {
-            width,
-            height,
+            width: rect.width(),
+            height: rect.height(),
             resolution,
             origin: Pose2::new(corner(rect.min.col), corner(rect.min.row), 0.0),
-            cells: rows
-                .flat_map(cells)
+            cells: rect
+                .cells()
                 .map(|cell| occupancy(grid, cell, mode))
                 .collect(),
         })
@@ -181,11 +177,17 @@ fn occupancy(grid: &Grid, cell: CellIndex, mode: MapMode) -> i8 {
     }
 }
 
-/// The smallest rectangle that holds all cells of which the mode has something to say; `None` of a
-/// grid without any.
-fn known_rect(grid: &Grid, mode: MapMode) -> Option<CellRect> {
-    grid.rect_where(|odds| match mode {
-        MapMode::Trinary => grid.state_of(odds) != CellState::Unknown,
-        MapMode::Scale | MapMode::Raw => odds != 0.0,
-    })
+/// The smallest rectangle that holds all known cells.
+///
+/// # Errors    [`MapServerError::Empty`], [`MapServerError::TooLarge`].
+pub(super) fn known_rect(
+    grid: &Grid,
+    is_known: impl Fn(f32) -> bool,
+) -> Result<CellRect, MapServerError> {
+    let rect = grid.rect_where(is_known).ok_or(MapServerError::Empty)?;
+    let (width, height) = (rect.width(), rect.height());
+    if width * height > MOST_CELLS {
+        return Err(MapServerError::TooLarge { width, height });
+    }
+    Ok(rect)
 }

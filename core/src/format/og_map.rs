@@ -13,10 +13,11 @@ use std::fmt::Write as _;
 
 use nalgebra::Point2;
 
-use super::map_server::{NOTHING_KNOWN, OccupancyMap};
+use super::field_error::{number, read};
+use super::map_server::{MapServerError, NOTHING_KNOWN, OccupancyMap, known_rect};
 use super::{FieldError, MOST_CELLS};
 use crate::geom::Pose2;
-use crate::map::{CellIndex, Grid};
+use crate::map::Grid;
 
 /// A map as it stands in the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,12 +37,9 @@ pub struct OgMap {
 impl From<OgMap> for OccupancyMap {
     /// Percentages instead of probabilities; one half is where nothing is known.
     fn from(map: OgMap) -> Self {
-        let percentage = |p: f64| {
-            if p == 0.5 {
-                NOTHING_KNOWN
-            } else {
-                (100.0 * p).round() as i8
-            }
+        let percentage = |p: f64| match p {
+            0.5 => NOTHING_KNOWN,
+            p => (100.0 * p).round() as i8,
         };
         Self {
             width: map.width,
@@ -53,62 +51,30 @@ impl From<OgMap> for OccupancyMap {
     }
 }
 
-/// Why a map cannot be written, or bytes are none.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OgMapError {
-    /// Nothing was ever seen.
-    #[error("the map is empty; expected at least one known cell")]
-    Empty,
-    /// What is known lies too far apart.
-    #[error("the map is {width} times {height} cells; expected at most {MOST_CELLS} together")]
-    TooLarge {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-    },
-    /// A number that cannot be, or a line or a file with another number of them than the first line
-    /// says.
-    #[error(transparent)]
-    Field(#[from] FieldError),
-}
-
 /// The rectangle of all that is known of a grid.
 ///
-/// # Errors    [`OgMapError::Empty`], [`OgMapError::TooLarge`].
-pub fn of_grid(grid: &Grid) -> Result<OgMap, OgMapError> {
-    let known = grid.rect_where(|odds| odds != 0.0);
-    let rect = known.ok_or(OgMapError::Empty)?;
-    let (width, height) = (rect.width(), rect.height());
-    if width * height > MOST_CELLS {
-        return Err(OgMapError::TooLarge { width, height });
-    }
+/// # Errors    [`MapServerError::Empty`], [`MapServerError::TooLarge`].
+pub fn of_grid(grid: &Grid) -> Result<OgMap, MapServerError> {
+    let rect = known_rect(grid, |odds| odds != 0.0)?;
     let resolution = grid.resolution();
-    let rows = rect.min.row..rect.max.row;
-    let cells =
-        rows.flat_map(|row| (rect.min.col..rect.max.col).map(move |col| CellIndex { col, row }));
     Ok(OgMap {
-        width,
-        height,
+        width: rect.width(),
+        height: rect.height(),
         resolution,
         origin: Point2::new(f64::from(rect.min.col), f64::from(rect.min.row)) * resolution,
-        probabilities: cells.map(|cell| grid.probability(cell)).collect(),
+        probabilities: rect.cells().map(|cell| grid.probability(cell)).collect(),
     })
 }
 
 /// The text of the file: four digits of a probability.
 #[must_use]
 pub fn write(map: &OgMap) -> String {
-    let OgMap {
-        width,
-        height,
-        resolution,
-        origin,
-        probabilities,
-    } = map;
-    let mut text = format!("{width} {height} {resolution} {} {}\n", origin.x, origin.y);
-    for row in probabilities.chunks((*width).max(1)) {
+    let (width, Point2 { coords: at }) = (map.width, map.origin);
+    let mut text = format!(
+        "{width} {} {} {} {}\n",
+        map.height, map.resolution, at.x, at.y
+    );
+    for row in map.probabilities.chunks(width.max(1)) {
         for (col, p) in row.iter().enumerate() {
             // Writing to a string does not fail.
             let _ = write!(text, "{}{p:.4}", if col == 0 { "" } else { " " });
@@ -120,8 +86,9 @@ pub fn write(map: &OgMap) -> String {
 
 /// Reads such a file; spaces and line ends may be any, empty lines are skipped.
 ///
-/// # Errors    [`OgMapError`] with line and field; sizes are checked before memory is taken.
-pub fn parse(bytes: &[u8]) -> Result<OgMap, OgMapError> {
+/// # Errors    [`FieldError`]: a number that cannot be, or a line or a file with another number of
+/// them than the first line says; sizes are checked before memory is taken.
+pub fn parse(bytes: &[u8]) -> Result<OgMap, FieldError> {
     let text = String::from_utf8_lossy(bytes);
     let lines = (1..).zip(text.lines());
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
@@ -136,43 +103,46 @@ pub fn parse(bytes: &[u8]) -> Result<OgMap, OgMapError> {
     }
     if found != expected {
         let (found, expected) = (found.to_string(), format!("{expected} as line 1 says"));
-        return Err(FieldError::new(last, "the number of rows", &found, expected).into());
+        return Err(FieldError::new(
+            last,
+            "the number of rows",
+            &found,
+            expected,
+        ));
     }
     Ok(map)
 }
 
-fn header(line: &str) -> Result<OgMap, OgMapError> {
+fn header(line: &str) -> Result<OgMap, FieldError> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let &[width, height, resolution, x, y] = words.as_slice() else {
         let expected = "5: width height resolution origin_x origin_y";
-        return Err(FieldError::count(1, words.len(), expected).into());
+        return Err(FieldError::count(1, words.len(), expected));
     };
-    let wrong = |name: &str, word: &str, expected: &str| FieldError::new(1, name, word, expected);
-    let count = |name, word: &str| {
-        let number = word.parse().ok().filter(|n| (1..=MOST_CELLS).contains(n));
-        number.ok_or_else(|| wrong(name, word, "a whole number from 1 to 100000000"))
+    let count = |name, word| {
+        let expected = "a whole number from 1 to 100000000";
+        read(1, name, word, expected, |n| (1..=MOST_CELLS).contains(n))
     };
-    let number = |name, word: &str| {
-        let number = word.parse().ok().filter(|n: &f64| n.is_finite());
-        number.ok_or_else(|| wrong(name, word, "a finite number"))
-    };
-    let side = number("resolution", resolution)?;
+    let side = number(1, "resolution", resolution)?;
     if side <= 0.0 {
-        return Err(wrong("resolution", resolution, "more than 0 m").into());
+        return Err(FieldError::new(
+            1,
+            "resolution",
+            resolution,
+            "more than 0 m",
+        ));
     }
     let (columns, rows): (usize, usize) = (count("width", width)?, count("height", height)?);
-    if columns
-        .checked_mul(rows)
-        .is_none_or(|cells| cells > MOST_CELLS)
-    {
+    let cells = columns.checked_mul(rows);
+    if cells.is_none_or(|cells| cells > MOST_CELLS) {
         let expected = "at most 100000000 cells together";
-        return Err(wrong("height", height, expected).into());
+        return Err(FieldError::new(1, "height", height, expected));
     }
     Ok(OgMap {
         width: columns,
         height: rows,
         resolution: side,
-        origin: Point2::new(number("origin_x", x)?, number("origin_y", y)?),
+        origin: Point2::new(number(1, "origin_x", x)?, number(1, "origin_y", y)?),
         // Grows with what the file holds, not with what it promises.
         probabilities: vec![],
     })
@@ -181,17 +151,14 @@ fn header(line: &str) -> Result<OgMap, OgMapError> {
 fn read_row(line: usize, row: &str, map: &mut OgMap) -> Result<(), FieldError> {
     let before = map.probabilities.len();
     for (field, word) in (1..).zip(row.split_whitespace()) {
-        let p = word.parse().ok().filter(|p| (0.0..=1.0).contains(p));
-        map.probabilities.push(p.ok_or_else(|| {
-            FieldError::new(line, format!("field {field}"), word, "a number from 0 to 1")
-        })?);
+        let (field, expected) = (format_args!("field {field}"), "a number from 0 to 1");
+        let p = read(line, field, word, expected, |p| (0.0..=1.0).contains(p))?;
+        map.probabilities.push(p);
     }
-    let found = map.probabilities.len() - before;
-    match found == map.width {
-        true => Ok(()),
-        false => {
-            let expected = format!("{} as line 1 says", map.width);
-            Err(FieldError::count(line, found, expected))
-        }
+    let (found, width) = (map.probabilities.len() - before, map.width);
+    if found != width {
+        let expected = format_args!("{width} as line 1 says");
+        return Err(FieldError::count(line, found, expected));
     }
+    Ok(())
 }

@@ -39,21 +39,18 @@ pub enum RelationsError {
 ///
 /// # Errors   [`RelationsError`], with line and field.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Relation>, RelationsError> {
+    let relation = |[from_seconds, to_seconds, x, y, _, _, _, yaw]: [f64; 8]| Relation {
+        from_seconds,
+        to_seconds,
+        motion: Pose2::new(x, y, yaw),
+    };
     let text = String::from_utf8_lossy(bytes);
-    let mut relations = vec![];
-    for row in rows(&text, COLUMNS) {
-        let [from_seconds, to_seconds, x, y, _, _, _, yaw] = row?;
-        relations.push(Relation {
-            from_seconds,
-            to_seconds,
-            motion: Pose2::new(x, y, yaw),
-        });
-    }
+    let relations = rows(&text, COLUMNS).map(|row| row.map(relation));
+    let relations = relations.collect::<Result<Vec<_>, _>>()?;
     if relations.is_empty() {
-        Err(RelationsError::Empty)
-    } else {
-        Ok(relations)
+        return Err(RelationsError::Empty);
     }
+    Ok(relations)
 }
 
 #[cfg(test)]

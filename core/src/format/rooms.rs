@@ -12,33 +12,27 @@ use serde_json::{Value, json};
 use crate::geom::sides_of;
 use crate::map::{Door, Region, Topology};
 
-/// Why there is no file.
+/// Why there is no file: no region is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RoomsError {
-    /// No region.
-    #[error("no room is known yet; expected at least one region of free floor")]
-    Empty,
-}
+#[error("no room is known yet; expected at least one region of free floor")]
+pub struct NoRooms;
 
 /// Rooms, corridors and doors as a collection of features.
 ///
-/// # Errors    [`RoomsError::Empty`].
-pub fn geojson(topology: &Topology) -> Result<String, RoomsError> {
+/// # Errors    [`NoRooms`].
+pub fn geojson(topology: &Topology) -> Result<String, NoRooms> {
     if topology.regions().is_empty() {
-        return Err(RoomsError::Empty);
+        return Err(NoRooms);
     }
     let outlines = topology.outlines();
     let regions = topology.regions().iter().zip(&outlines).enumerate();
     let regions = regions.map(|(number, (region, rings))| region_feature(number, region, rings));
     let doors = topology.doors().iter().enumerate();
-    let features: Vec<Value> = regions
-        .chain(doors.map(|(number, door)| door_feature(number, door)))
-        .collect();
+    let doors = doors.map(|(number, door)| door_feature(number, door));
     let collection = json!({
         "type": "FeatureCollection",
         "coordinates_are": "metres in the frame of the map: x forward, y left of where the robot began",
-        "features": features,
+        "features": regions.chain(doors).collect::<Vec<_>>(),
     });
     Ok(format!("{collection:#}\n"))
 }
@@ -80,10 +74,8 @@ fn polygons(rings: &[Vec<Point2<f64>>]) -> Vec<Vec<Vec<[f64; 2]>>> {
     let polygon = |outer: &Vec<Point2<f64>>| {
         let holes = rings.iter().filter(|ring| signed_area(ring) <= 0.0);
         let holes = holes.filter(|hole| hole.first().is_some_and(|at| is_inside(outer, *at)));
-        std::iter::once(outer)
-            .chain(holes)
-            .map(|ring| closed(ring))
-            .collect()
+        let rings = std::iter::once(outer).chain(holes);
+        rings.map(|ring| closed(ring)).collect()
     };
     outer.map(polygon).collect()
 }
@@ -188,6 +180,6 @@ mod tests {
             max: CellIndex { col: 9, row: 9 },
         };
         let none = Topology::of_cells(rect, 0.05, &[], &TopologyConfig::default());
-        assert_eq!(geojson(&none), Err(RoomsError::Empty));
+        assert_eq!(geojson(&none), Err(NoRooms));
     }
 }

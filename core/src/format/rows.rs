@@ -2,6 +2,7 @@
 //! in.
 
 use super::FieldError;
+use super::field_error::number;
 
 /// The rows of a text with these columns, without empty ones and comments.
 pub(super) fn rows(
@@ -18,17 +19,11 @@ pub(super) fn rows(
 fn row(line: usize, words: &[&str], columns: &str) -> Result<[f64; 8], FieldError> {
     let mut numbers = [0.0; 8];
     if words.len() != numbers.len() {
-        return Err(FieldError::count(
-            line,
-            words.len(),
-            format!("8: {columns}"),
-        ));
+        let expected = format_args!("8: {columns}");
+        return Err(FieldError::count(line, words.len(), expected));
     }
-    for (field, (word, number)) in (1..).zip(words.iter().zip(&mut numbers)) {
-        let parsed = word.parse().ok().filter(|n: &f64| n.is_finite());
-        *number = parsed.ok_or_else(|| {
-            FieldError::new(line, format!("field {field}"), word, "a finite number")
-        })?;
+    for (field, (word, to)) in (1..).zip(words.iter().zip(&mut numbers)) {
+        *to = number(line, format_args!("field {field}"), word)?;
     }
     Ok(numbers)
 }

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use nalgebra::Vector2;
+
 /// Wraps an angle to (-π, π].
 ///
 /// # Units    `angle`: rad, up to a thousand million turns either way; beyond that a double has no
@@ -35,6 +37,14 @@ pub fn wrap(angle: f64) -> f64 {
 #[must_use]
 pub fn sin_cos(angle: f64) -> (f64, f64) {
     libm::sincos(angle)
+}
+
+/// The vector of length 1 whose angle from the x axis this is.
+#[inline]
+#[must_use]
+pub fn unit_vector(angle: f64) -> Vector2<f64> {
+    let (sin, cos) = sin_cos(angle);
+    Vector2::new(cos, sin)
 }
 
 #[cfg(test)]

@@ -9,11 +9,11 @@ mod pose2;
 mod ring;
 mod segment;
 
-pub use angle::{sin_cos, wrap};
+pub use angle::{sin_cos, unit_vector, wrap};
 pub use chi2::chi2_quantile;
 pub use covariance::{CHI2_2DOF_99, PoseEstimate, pose_cov, symmetrize};
 pub use footprint::Footprint;
 pub use line::Line;
 pub use pose2::Pose2;
-pub use ring::sides_of;
+pub use ring::{bounds, sides_of};
 pub use segment::Segment;

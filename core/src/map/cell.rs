@@ -93,6 +93,13 @@ impl CellRect {
         usize::try_from(self.max.row - self.min.row).unwrap_or(0)
     }
 
+    /// Its cells, row by row from the lower left one.
+    pub fn cells(self) -> impl Iterator<Item = CellIndex> {
+        let Self { min, max } = self;
+        let row = move |row| (min.col..max.col).map(move |col| CellIndex { col, row });
+        (min.row..max.row).flat_map(row)
+    }
+
     /// Number of a cell, in rows from the lower left one; `None` outside.
     #[inline]
     #[must_use]

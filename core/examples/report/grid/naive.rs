@@ -46,10 +46,8 @@ impl NaiveGrid {
     pub(super) fn differences(&self, grid: &Grid) -> [usize; 3] {
         let mut all: HashSet<Cell> = self.odds.keys().copied().collect();
         if let Some(rect) = grid.rect_where(|odds| odds != 0.0) {
-            let rows = rect.min.row..rect.max.row;
-            let cells =
-                rows.flat_map(|row| (rect.min.col..rect.max.col).map(move |col| (col, row)));
-            all.extend(cells.filter(|cell| odds_in(grid, *cell) != 0.0));
+            let known = rect.cells().filter(|cell| grid.log_odds(*cell) != 0.0);
+            all.extend(known.map(|CellIndex { col, row }| (col, row)));
         }
         let sure: Vec<_> = all.difference(&self.unsure).collect();
         let differs = |cell: &&&Cell| {
@@ -83,10 +81,8 @@ fn crossed(way: &Way) -> Vec<Cell> {
         cuts.extend(borders.map(|border| (border as f64 - start[axis]) / delta[axis]));
     }
     cuts.sort_by(f64::total_cmp);
-    let middles = cuts
-        .windows(2)
-        .map(|cut| start + delta * (0.5 * (cut[0] + cut[1])));
-    middles.map(cell).collect()
+    let middle = |cut: &[f64]| start + delta * (0.5 * (cut[0] + cut[1]));
+    cuts.windows(2).map(middle).map(cell).collect()
 }
 
 /// Along the longer axis a cell each, the other coordinate rounded.
@@ -97,9 +93,8 @@ fn bresenham(way: &Way) -> Vec<Cell> {
         let part = f64::from(d.abs()) * f64::from(i) / f64::from(n.max(1));
         d.signum() * (part + 0.5).floor() as i32
     };
-    (0..=n)
-        .map(|i| (ax + off(bx - ax, i), ay + off(by - ay, i)))
-        .collect()
+    let step = |i| (ax + off(bx - ax, i), ay + off(by - ay, i));
+    (0..=n).map(step).collect()
 }
 
 /// Cells whose centre lies in the triangle between a way and the next one round.
@@ -111,12 +106,9 @@ fn between(ways: &[Way]) -> (HashSet<Cell>, Vec<Cell>) {
         if along.angle(&on) > GAP {
             continue;
         }
-        let corners = [way[0], a_cell_short(way), a_cell_short(next)];
-        let (low, high) = corners
-            .iter()
-            .fold((corners[0], corners[0]), |(low, high), p| {
-                (low.inf(p), high.sup(p))
-            });
+        let [a, b, c] = [way[0], a_cell_short(way), a_cell_short(next)];
+        let corners = [a, b, c];
+        let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
         for row in low.y.floor() as i32..=high.y.floor() as i32 {
             for col in low.x.floor() as i32..=high.x.floor() as i32 {
                 match is_in_triangle((col, row), &corners) {

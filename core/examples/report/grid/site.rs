@@ -8,7 +8,7 @@ use slamlab_core::map::{FreeCells, Grid, GridConfig};
 use slamlab_core::sim::{Caster, Material, Wall};
 use stats_alloc::Region;
 
-use super::scan_from;
+use super::{mapped_area, scan_from};
 use crate::Outcome;
 use crate::memory::{ALLOCATOR, bytes};
 use crate::scenes::sides;
@@ -38,11 +38,7 @@ pub(super) fn measure(outcome: &mut Outcome, most_bytes: f64) -> Result<()> {
         }
     }
     most = most.max(bytes(&region));
-    let known = (grid.blocks_since(0))
-        .flat_map(|(_, cells)| cells)
-        .filter(|odds| **odds != 0.0)
-        .count();
-    let area = known as f64 * config.resolution * config.resolution;
+    let area = mapped_area(&grid);
     outcome.figure("site_side_m", SIDE);
     outcome.figure("site_scans", scans);
     outcome.figure("site_mapped_m2", area);
@@ -60,12 +56,9 @@ fn buildings() -> Vec<Wall> {
     let half = STREET / 2.0;
     let corners = (0..count * count).flat_map(|at| {
         let low = Point2::new((at % count) as f64, (at / count) as f64) * PITCH;
-        let (low, high) = (
-            low + Vector2::new(half, half),
-            low + Vector2::new(PITCH - half, PITCH - half),
-        );
-        let (lower_right, upper_left) = (Point2::new(high.x, low.y), Point2::new(low.x, high.y));
-        sides(&[low, lower_right, high, upper_left]).collect::<Vec<_>>()
+        let (near, far) = (half, PITCH - half);
+        let corners = [(near, near), (far, near), (far, far), (near, far)];
+        sides(&corners.map(|(x, y)| low + Vector2::new(x, y))).collect::<Vec<_>>()
     });
     let wall = |segment| Wall {
         segment,
@@ -83,10 +76,9 @@ fn drive() -> impl Iterator<Item = Pose2> {
     (0..2 * streets * stops).map(move |at| {
         let (street, along) = (at / stops, (at % stops) as f64 * SPACING);
         let across = (street / 2) as f64 * PITCH;
-        if street % 2 == 0 {
-            Pose2::new(along, across, 0.0)
-        } else {
-            Pose2::new(across, along, 0.0)
+        match street % 2 {
+            0 => Pose2::new(along, across, 0.0),
+            _ => Pose2::new(across, along, 0.0),
         }
     })
 }

@@ -27,18 +27,11 @@ pub(super) fn compare(outcome: &mut Outcome, peers: &Peers) -> Result<()> {
         };
         peers.race(outcome, &race)?;
         for name in ["mean_ms", "p95_ms"] {
-            let times = [&ours, &theirs].map(|peer| peers.extra(PER_QUERY, peer, name));
-            let [our_ms, their_ms] = times;
-            let (our_ms, their_ms) = (our_ms?, their_ms?);
-            outcome.figure(
-                format!("{planner}_{name}"),
-                serde_json::json!([our_ms, their_ms]),
-            );
-            outcome.at_most(
-                &format!("{planner}_{name}_in_peers"),
-                our_ms / their_ms,
-                1.0,
-            );
+            let our_ms = peers.extra(PER_QUERY, &ours, name)?;
+            let their_ms = peers.extra(PER_QUERY, &theirs, name)?;
+            let key = format!("{planner}_{name}");
+            outcome.at_most(&format!("{key}_in_peers"), our_ms / their_ms, 1.0);
+            outcome.figure(key, vec![our_ms, their_ms]);
         }
         let solved = peers.extra(PER_QUERY, &ours, "ok")?;
         outcome.at_least(&format!("{planner}_solved_percent"), solved, 100.0);

@@ -30,6 +30,15 @@ pub(super) enum Contender {
 }
 use Contender::{Once, Shortened, Tight, Timed};
 
+impl Contender {
+    fn is_over_cells(self) -> bool {
+        matches!(
+            self,
+            Once(Planner::AStar | Planner::ThetaStar | Planner::Rooms)
+        )
+    }
+}
+
 pub(super) const CONTENDERS: &[(&str, Contender)] = &[
     ("rrt", Once(Planner::Rrt)),
     ("rrt_shortened", Shortened(Planner::Rrt)),
@@ -71,10 +80,7 @@ impl Found {
 
 pub(super) fn run(scene: &Scene, asked: &Asked, contender: Contender) -> Found {
     let mut found = Found::default();
-    let is_slow = matches!(
-        contender,
-        Timed(_) | Once(Planner::AStar) | Once(Planner::ThetaStar) | Once(Planner::Rooms)
-    );
+    let is_slow = matches!(contender, Timed(_)) || contender.is_over_cells();
     let every = if is_slow { SLOW } else { 1 };
     let numbered = asked.queries.iter().zip(&asked.optima).enumerate();
     for (number, (query, optimum)) in numbered.step_by(every) {
@@ -103,7 +109,7 @@ fn find(scene: &Scene, query: Query, contender: Contender, rng: &mut ChaCha8Rng)
         let progress = search.step(space, rng, 100);
         let is_spent = match contender {
             Timed(_) => cpu_seconds() - begin >= SECOND,
-            Once(Planner::AStar | Planner::ThetaStar | Planner::Rooms) => false,
+            _ if contender.is_over_cells() => false,
             _ => search.iterations() >= ITERATIONS,
         };
         if is_spent || matches!(progress, Progress::Finished | Progress::Failed(_)) {

@@ -10,7 +10,7 @@ use slamlab_core::plan::{
 
 use super::scene::{Asked, Scene};
 use crate::clock::cpu_seconds;
-use crate::scenes::sides;
+use crate::scenes::{SQUARE, sides};
 use crate::statistics::{median, quantile};
 
 /// In a world of more walls the visibility graph is not asked to prove anything.
@@ -50,20 +50,11 @@ pub(super) fn unsolvable(scene: &Scene, asked: &Asked, count: usize) -> Unsolvab
     let mut said = Unsolvable::default();
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     let half = 3.0 * scene.space.keep();
-    let far = |q: &&Query| {
-        let off = (q.start - q.goal).abs();
-        off.max() > half + scene.space.keep()
-    };
+    let far = |q: &&Query| (q.start - q.goal).abs().max() > half + scene.space.keep();
     for (number, query) in asked.queries.iter().filter(far).take(count).enumerate() {
         let mut walls = scene.space.segments().to_vec();
-        let corner = |x: f64, y: f64| query.goal + Vector2::new(x, y) * half;
-        let corners = [
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-        ];
-        walls.extend(sides(&corners));
+        let corner = |(x, y)| query.goal + Vector2::new(x, y) * half;
+        walls.extend(sides(&SQUARE.map(corner)));
         let bounds = scene.space.bounds();
         let Ok(space) = SegmentSpace::new(walls, scene.space.keep(), bounds) else {
             continue;

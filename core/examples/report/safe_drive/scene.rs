@@ -35,15 +35,8 @@ pub(crate) struct Scene {
 impl Scene {
     pub(crate) fn drawn(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let kind = if seed % 5 == 4 {
-            3
-        } else {
-            (seed % 5 % 3) as usize
-        };
-        let kind_of_robot = match rng.random_bool(0.5) {
-            true => RobotKind::Pioneer,
-            false => RobotKind::Rp6,
-        };
+        let kind = [0, 1, 2, 0, 3][seed as usize % 5];
+        let kind_of_robot = [RobotKind::Rp6, RobotKind::Pioneer][usize::from(rng.random_bool(0.5))];
         let robot = kind_of_robot.model();
         let (mut world, aim) = match kind {
             0 => (room(&mut rng), None),
@@ -77,11 +70,8 @@ impl Stick {
     pub(crate) fn at(&mut self, seconds: f64, robot: &RobotModel) -> (f64, f64) {
         if seconds >= self.until {
             self.until = seconds + self.rng.random_range(0.3..1.5);
-            let forward = if self.rng.random_bool(0.85) {
-                1.0
-            } else {
-                -1.0
-            };
+            let is_ahead = self.rng.random_bool(0.85);
+            let forward = if is_ahead { 1.0 } else { -1.0 };
             let turn = match self.rng.random_range(0..4) {
                 0 | 1 => 0.0,
                 2 => self.rng.random_range(-1.0..1.0),
@@ -129,17 +119,12 @@ fn doorway(robot: &RobotModel, rng: &mut ChaCha8Rng) -> (World, Option<Point2<f6
 
 fn hall(rng: &mut ChaCha8Rng) -> World {
     let (mut world, w, h) = empty_room(rng);
+    let (low, high) = (Point2::new(0.3, 0.3), Point2::new(w - 0.3, h - 0.3));
     for _ in 0..rng.random_range(3..8) {
-        let waypoints = (0..rng.random_range(2..5))
-            .map(|_| {
-                Point2::new(
-                    rng.random_range(0.3..w - 0.3),
-                    rng.random_range(0.3..h - 0.3),
-                )
-            })
-            .collect();
+        let count = rng.random_range(2..5);
+        let waypoints = (0..count).map(|_| place_between(low, high, rng));
         world.movers.push(Mover {
-            waypoints,
+            waypoints: waypoints.collect(),
             closed: true,
             speed: rng.random_range(0.3..1.2),
             radius: rng.random_range(0.12..0.25),
@@ -161,11 +146,10 @@ fn place(world: &mut World, robot: &RobotModel, aim: Option<Point2<f64>>, rng: &
     let (low, high) = world.bounds();
     loop {
         let at = place_between(low, high, rng);
-        let heading = match rng.random_bool(0.7) {
-            true => {
-                bearing_of(aim.or_else(|| nearest(&caster, at)), at) + rng.random_range(-0.4..0.4)
-            }
-            false => rng.random_range(0.0..TAU),
+        let heading = if rng.random_bool(0.7) {
+            bearing_of(aim.or_else(|| nearest(&caster, at)), at) + rng.random_range(-0.4..0.4)
+        } else {
+            rng.random_range(0.0..TAU)
         };
         world.start = Pose2::new(at.x, at.y, heading);
         let keeps_off = caster.clearance(at, 1.0) > robot.radius() + 0.06;

@@ -7,10 +7,10 @@
 //! 3. The stick is pushed ahead for four seconds: the robot has to move on, if that way is free.
 
 use anyhow::Result;
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 use slamlab_core::control::SafeMode;
 use slamlab_core::experiment::CONTROL_PERIOD;
-use slamlab_core::geom::{sin_cos, wrap};
+use slamlab_core::geom::{unit_vector, wrap};
 use slamlab_core::pilot::{Pilot, PilotConfig, Situation};
 use slamlab_core::robot::{Command, Odometry, Scan};
 use slamlab_core::sim::{Contacts, SensorModel, Simulation};
@@ -151,19 +151,14 @@ impl Trial {
     /// Whether the robot could go this way with room to spare; what it stands near to now may only
     /// fall behind.
     fn is_free(&self, way: f64) -> bool {
-        let (sin, cos) = sin_cos(way);
+        let direction = unit_vector(way);
         let wanted = self.sim.robot().radius() + ROOM;
         let here = self.sim.truth().position();
         let at_first = self.clearance(here);
         (1..=STEPS).all(|i| {
             let part = f64::from(i) / f64::from(STEPS);
-            let clearance = self.clearance(here + Vector2::new(cos, sin) * (WAY_OUT * part));
-            let least = if part < 0.4 {
-                wanted.min(at_first)
-            } else {
-                wanted
-            };
-            clearance >= least
+            let clearance = self.clearance(here + direction * (WAY_OUT * part));
+            clearance >= wanted || (part < 0.4 && clearance >= at_first)
         })
     }
 

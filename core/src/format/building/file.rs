@@ -8,8 +8,8 @@ use super::{
     BuildingError, FENCE_SIDES, Imported, of_map, of_svg, sides, start_in_map, walls_of_map,
 };
 use crate::format::map_server::{self, MapServerError, OccupancyMap};
-use crate::format::og_map::{self, OgMapError};
 use crate::format::world::{self, WorldFileError};
+use crate::format::{FieldError, og_map};
 use crate::geom::{Pose2, Segment};
 use crate::sim::World;
 
@@ -60,7 +60,7 @@ pub enum BuildingFileError {
     Map(#[from] MapServerError),
     /// The map as text.
     #[error("{0} (a text is read as an OGmap.txt)")]
-    Text(#[from] OgMapError),
+    Text(#[from] FieldError),
     /// What the file holds is no building.
     #[error(transparent)]
     Building(#[from] BuildingError),

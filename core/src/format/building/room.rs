@@ -59,9 +59,8 @@ impl Room {
     /// cells.
     pub(super) fn clearance(&self, at: Point2<f64>) -> f64 {
         let cell = at / self.resolution;
-        let rows = self.stands.len() / self.width.max(1);
-        let (width, height) = (self.width as f64, rows as f64);
-        if cell.x < 0.0 || cell.y < 0.0 || cell.x >= width || cell.y >= height {
+        let (width, height) = (self.width, self.stands.len() / self.width.max(1));
+        if !(0.0..width as f64).contains(&cell.x) || !(0.0..height as f64).contains(&cell.y) {
             return 0.0;
         }
         let index = cell.y as usize * self.width + cell.x as usize;
@@ -76,11 +75,10 @@ impl Room {
     /// # Errors    [`BuildingError::NoRoom`].
     pub(super) fn roomiest(&self, needed: f64) -> Result<Point2<f64>, BuildingError> {
         let free = (0..self.stands.len()).filter(|&at| !self.stands[at]);
-        let best = free.fold((0.0, 0), |best, at| {
+        let (widest, at) = free.fold((0.0, 0), |best, at| {
             let room = self.at(at);
             if room > best.0 { (room, at) } else { best }
         });
-        let (widest, at) = best;
         if widest < needed {
             return Err(BuildingError::NoRoom { widest, needed });
         }
@@ -90,12 +88,11 @@ impl Room {
 
     /// From the border of the nearest cell that stands, at the nearest.
     fn at(&self, index: usize) -> f64 {
-        let cell = CellIndex::new((index % self.width) as i32, (index / self.width) as i32);
-        // Where nothing stands, the border of the raster is what ends it.
         let height = self.stands.len() / self.width;
         let (col, row) = (index % self.width, index / self.width);
+        // Where nothing stands, the border of the raster is what ends it.
         let border = col.min(row).min(self.width - 1 - col).min(height - 1 - row) as f64;
         let far = (border + 1.0) * self.resolution;
-        (self.field.at(cell) - 0.75 * self.resolution).min(far)
+        (self.field.at(CellIndex::new(col as i32, row as i32)) - 0.75 * self.resolution).min(far)
     }
 }

@@ -15,8 +15,6 @@
 //!
 //! Source: W3C, Scalable Vector Graphics 1.1, chapters 5, 6, 7, 8 and 9.
 
-use std::str::FromStr as _;
-
 use kurbo::{Affine, PathEl};
 use nalgebra::Point2;
 use roxmltree::{Document, Node, ParsingOptions};
@@ -28,7 +26,7 @@ use super::svg_copies::Copies;
 use super::svg_shape::{Pen, path_of, transform_of};
 use super::svg_style::Styles;
 use super::{BuildingError, CLEARANCE, Imported, SvgError, checked, fenced};
-use crate::geom::Pose2;
+use crate::geom::{Pose2, bounds};
 use crate::map::cells_on_ray;
 use crate::sim::{Shape, World};
 
@@ -59,14 +57,11 @@ pub fn of_svg(
     metres_per_unit: Option<f64>,
     name: &str,
 ) -> Result<Imported, BuildingError> {
-    let too_long = SvgError::TooLong {
-        bytes: bytes.len(),
-        most: LONGEST,
-    };
-    let text = String::from_utf8_lossy(bytes.get(..LONGEST.min(bytes.len())).unwrap_or(bytes));
     if bytes.len() > LONGEST {
-        return Err(too_long.into());
+        let (bytes, most) = (bytes.len(), LONGEST);
+        return Err(SvgError::TooLong { bytes, most }.into());
     }
+    let text = String::from_utf8_lossy(bytes);
     let options = ParsingOptions {
         nodes_limit: MOST_NODES,
         ..ParsingOptions::default()
@@ -77,15 +72,15 @@ pub fn of_svg(
             what: error.to_string(),
         })?;
     let root = document.root_element();
-    if root.tag_name().name() != "svg" {
-        let what = format!(
-            "<{}> begins the file, expected <svg>",
-            root.tag_name().name()
-        );
+    let name_of_root = root.tag_name().name();
+    if name_of_root != "svg" {
+        let what = format!("<{name_of_root}> begins the file, expected <svg>");
         return Err(SvgError::Syntax { line: 1, what }.into());
     }
-    let scale = scale_of(&root, metres_per_unit)?;
-    let mut plan = Plan::new(scale);
+    let mut plan = Plan {
+        scale: scale_of(&root, metres_per_unit)?,
+        ..Plan::default()
+    };
     let mut styles = Styles::of(&document)?;
     plan.read(root, &mut styles, &mut Copies::of(&document))?;
     (0..styles.skipped).for_each(|_| plan.skip("style"));
@@ -95,22 +90,17 @@ pub fn of_svg(
 fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
     let fits = |scale: f64| scale.is_finite() && scale > 0.0;
     if let Some(scale) = given {
-        return Some(scale)
-            .filter(|&s| fits(s))
-            .ok_or(SvgError::NoScale(scale));
+        let scale_given = Some(scale).filter(|&s| fits(s));
+        return scale_given.ok_or(SvgError::NoScale(scale));
     }
-    if let Some(text) = root.attribute("data-metres-per-unit") {
+    let unit = "data-metres-per-unit";
+    if let Some(text) = root.attribute(unit) {
         let scale = text.parse().ok().filter(|&s| fits(s));
-        let expected = "a number above 0";
-        return scale.ok_or_else(|| wrong(root, "data-metres-per-unit", text, expected));
+        return scale.ok_or_else(|| wrong(root, unit, text, "a number above 0"));
     }
-    let width = root
-        .attribute("width")
-        .and_then(|w| Length::from_str(w).ok());
-    let view = root
-        .attribute("viewBox")
-        .and_then(|v| ViewBox::from_str(v).ok());
-    let (Some(width), Some(view)) = (width, view) else {
+    let width = root.attribute("width").and_then(|w| w.parse().ok());
+    let view = root.attribute("viewBox").and_then(|v| v.parse().ok());
+    let (Some::<Length>(width), Some::<ViewBox>(view)) = (width, view) else {
         return Ok(DEFAULT_UNIT);
     };
     let metres = match width.unit {
@@ -125,10 +115,14 @@ fn scale_of(root: &Node, given: Option<f64>) -> Result<f64, SvgError> {
     Ok(if fits(scale) { scale } else { DEFAULT_UNIT })
 }
 
+/// Corners in order, and whether the last joins the first.
+type Line = (Vec<Point2<f64>>, bool);
+
 /// What was read so far, in the world's frame, m.
+#[derive(Default)]
 struct Plan {
     scale: f64,
-    walls: Vec<(Vec<Point2<f64>>, bool)>,
+    walls: Vec<Line>,
     count: usize,
     start: Option<Point2<f64>>,
     goal: Option<Point2<f64>>,
@@ -136,17 +130,6 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(scale: f64) -> Self {
-        Self {
-            scale,
-            walls: vec![],
-            count: 0,
-            start: None,
-            goal: None,
-            skipped: vec![],
-        }
-    }
-
     /// Reads an element and all in it; a stack of its own, for drawings may be nested deeply.
     fn read<'a>(
         &mut self,
@@ -212,7 +195,7 @@ impl Plan {
         is_copy: bool,
     ) -> Result<(), SvgError> {
         self.check_extent(path.clone())?;
-        let mut lines: Vec<(Vec<Point2<f64>>, bool)> = vec![];
+        let mut lines: Vec<Line> = vec![];
         kurbo::flatten(path, FLATNESS, |piece| match piece {
             PathEl::MoveTo(p) => lines.push((vec![Point2::new(p.x, p.y)], false)),
             PathEl::LineTo(p) => {
@@ -232,7 +215,8 @@ impl Plan {
             // Flattening leaves none.
             PathEl::QuadTo(..) | PathEl::CurveTo(..) => {}
         });
-        if let Some(middle) = middle_of(lines.iter().flat_map(|(points, _)| points)) {
+        if let Some((low, high)) = bounds_of(&lines) {
+            let middle = nalgebra::center(&low, &high);
             match node.attribute("id") {
                 // Copies of them are none.
                 Some("start" | "goal") if is_copy => {}
@@ -255,25 +239,26 @@ impl Plan {
             PathEl::ClosePath => vec![],
         });
         // A number that is none is no place either.
-        let farthest = |far: f64, at: f64| {
-            if at.is_nan() {
-                f64::INFINITY
-            } else {
-                far.max(at.abs())
-            }
+        let farthest = |far: f64, at: f64| match at.is_nan() {
+            true => f64::INFINITY,
+            false => far.max(at.abs()),
         };
         let (x, y) = controls.fold((0.0, 0.0), |(x, y), p| (farthest(x, p.x), farthest(y, p.y)));
         if x <= FARTHEST && y <= FARTHEST {
             return Ok(());
         }
-        Err(SvgError::Scale {
-            width: x,
-            height: y,
-            metres_per_unit: self.scale,
-        })
+        Err(self.wrong_scale(x, y))
     }
 
-    fn add(&mut self, lines: Vec<(Vec<Point2<f64>>, bool)>) -> Result<(), SvgError> {
+    fn wrong_scale(&self, width: f64, height: f64) -> SvgError {
+        SvgError::Scale {
+            width,
+            height,
+            metres_per_unit: self.scale,
+        }
+    }
+
+    fn add(&mut self, lines: Vec<Line>) -> Result<(), SvgError> {
         for (mut points, closed) in lines {
             points.dedup();
             if closed && points.len() > 1 && points.first() == points.last() {
@@ -293,17 +278,11 @@ impl Plan {
     }
 
     fn into_world(self, name: &str) -> Result<Imported, BuildingError> {
-        let points = || self.walls.iter().flat_map(|(points, _)| points);
-        let (low, high) = bounds(points()).ok_or(BuildingError::NoWalls)?;
+        let (low, high) = bounds_of(&self.walls).ok_or(BuildingError::NoWalls)?;
         let size = high - low;
         // Also where a number is none.
         if !(size.max() >= 1.0 && size.max() <= 2000.0) {
-            return Err(SvgError::Scale {
-                width: size.x,
-                height: size.y,
-                metres_per_unit: self.scale,
-            }
-            .into());
+            return Err(self.wrong_scale(size.x, size.y).into());
         }
         let mut world = World::new(name, Pose2::identity());
         world.goal = self.goal;
@@ -318,12 +297,8 @@ impl Plan {
         }
         let by = nalgebra::Vector2::new(MARGIN, MARGIN);
         let (low, high) = (low - by, high + by);
-        let corners = [
-            low,
-            Point2::new(high.x, low.y),
-            high,
-            Point2::new(low.x, high.y),
-        ];
+        let (right, left) = (Point2::new(high.x, low.y), Point2::new(low.x, high.y));
+        let corners = [low, right, high, left];
         let words = |(name, count): (String, usize)| {
             let why = match name.as_str() {
                 "style" => " (rules for elements within others, or for some media only)",
@@ -341,7 +316,7 @@ impl Plan {
 
 /// The place within the building, if it has a within, that is farthest from all walls.
 fn roomiest(
-    walls: &[(Vec<Point2<f64>>, bool)],
+    walls: &[Line],
     low: Point2<f64>,
     high: Point2<f64>,
     needed: f64,
@@ -367,13 +342,6 @@ fn roomiest(
     Ok(low + room.roomiest(needed)?.coords)
 }
 
-fn bounds<'a>(
-    mut points: impl Iterator<Item = &'a Point2<f64>>,
-) -> Option<(Point2<f64>, Point2<f64>)> {
-    let first = points.next()?;
-    Some(points.fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p))))
-}
-
-fn middle_of<'a>(points: impl Iterator<Item = &'a Point2<f64>>) -> Option<Point2<f64>> {
-    bounds(points).map(|(low, high)| nalgebra::center(&low, &high))
+fn bounds_of(lines: &[Line]) -> Option<(Point2<f64>, Point2<f64>)> {
+    bounds(lines.iter().flat_map(|(points, _)| points).copied())
 }

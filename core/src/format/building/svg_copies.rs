@@ -64,15 +64,15 @@ impl<'a> Copies<'a> {
         let (mut outer, mut depth) = (within, 0);
         while let Some(&(copied, next)) = outer.and_then(|number| self.made.get(number)) {
             depth += 1;
-            if copied == target.id() {
-                let expected = "a part that does not hold this copy itself";
-                return Err(wrong(node, "href", link, expected));
-            }
-            if depth == DEEPEST {
-                let expected = "copies within copies no deeper than 32";
-                return Err(wrong(node, "href", link, expected));
-            }
-            outer = next;
+            let expected = if copied == target.id() {
+                "a part that does not hold this copy itself"
+            } else if depth == DEEPEST {
+                "copies within copies no deeper than 32"
+            } else {
+                outer = next;
+                continue;
+            };
+            return Err(wrong(node, "href", link, expected));
         }
         self.made.push((target.id(), within));
         let place = Affine::translate((length(node, "x")?, length(node, "y")?));

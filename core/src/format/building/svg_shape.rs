@@ -13,25 +13,14 @@ use crate::geom::sin_cos;
 const FINEST: f64 = 2e7;
 
 /// How lines and areas are drawn; what an element does not say its group says.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pen {
     has_stroke: bool,
-    has_fill: bool,
+    is_unfilled: bool,
     /// Neither it nor what is in it is drawn.
     pub(super) is_gone: bool,
     /// It is not drawn; what is in it may be.
     is_hidden: bool,
-}
-
-impl Default for Pen {
-    fn default() -> Self {
-        Self {
-            has_stroke: false,
-            has_fill: true,
-            is_gone: false,
-            is_hidden: false,
-        }
-    }
 }
 
 impl Pen {
@@ -41,7 +30,7 @@ impl Pen {
             self.has_stroke = is_ink(stroke);
         }
         if let Some(fill) = style.get("fill") {
-            self.has_fill = is_ink(fill);
+            self.is_unfilled = !is_ink(fill);
         }
         self.is_gone |= style.get("display") == Some("none");
         match style.get("visibility") {
@@ -54,7 +43,7 @@ impl Pen {
 
     /// Whether a shape that this pen draws is seen; a line has no area to fill.
     pub(super) fn is_visible(self, has_area: bool) -> bool {
-        !self.is_hidden && (self.has_stroke || (has_area && self.has_fill))
+        !self.is_hidden && (self.has_stroke || (has_area && !self.is_unfilled))
     }
 }
 
@@ -119,12 +108,8 @@ pub(super) fn path_of(node: &Node, flatness: f64) -> Result<Option<BezPath>, Svg
             path
         }),
         "rect" => {
-            let (x, y, w, h) = (
-                number("x")?,
-                number("y")?,
-                number("width")?,
-                number("height")?,
-            );
+            let (x, y) = (number("x")?, number("y")?);
+            let (w, h) = (number("width")?, number("height")?);
             (w > 0.0 && h > 0.0).then(|| Rect::new(x, y, x + w, y + h).to_path(flatness))
         }
         "circle" => {
@@ -132,12 +117,10 @@ pub(super) fn path_of(node: &Node, flatness: f64) -> Result<Option<BezPath>, Svg
             (r > 0.0).then(|| Circle::new(centre, r).to_path(flatness))
         }
         "ellipse" => {
-            let (centre, radii) = (
-                (number("cx")?, number("cy")?),
-                (radius(node, "rx", flatness)?, radius(node, "ry", flatness)?),
-            );
-            (radii.0 > 0.0 && radii.1 > 0.0)
-                .then(|| Ellipse::new(centre, radii, 0.0).to_path(flatness))
+            let centre = (number("cx")?, number("cy")?);
+            let (rx, ry) = (radius(node, "rx", flatness)?, radius(node, "ry", flatness)?);
+            let ellipse = || Ellipse::new(centre, (rx, ry), 0.0).to_path(flatness);
+            (rx > 0.0 && ry > 0.0).then(ellipse)
         }
         "path" => {
             let text = node.attribute("d").unwrap_or("");
@@ -160,9 +143,8 @@ fn points(node: &Node) -> Result<Option<BezPath>, SvgError> {
             false => path.line_to((x, y)),
         }
     }
-    let numbers = text
-        .split([',', ' ', '\t', '\n', '\r'])
-        .filter(|w| !w.is_empty());
+    let words = text.split([',', ' ', '\t', '\n', '\r']);
+    let numbers = words.filter(|word| !word.is_empty());
     // The parser ends at the first thing that is no number; written without spaces, there are fewer
     // words than numbers.
     if numbers.count() > 2 * path.elements().len() {

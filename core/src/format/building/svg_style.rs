@@ -61,12 +61,18 @@ impl<'a> Declared<'a> {
     fn of(declarations: impl Iterator<Item = Declaration<'a>>) -> Self {
         let mut all = Self::default();
         for declaration in declarations {
-            let style = match declaration.important {
-                true => &mut all.important,
-                false => &mut all.said,
+            let Declaration {
+                name,
+                value,
+                important,
+            } = declaration;
+            let style = if important {
+                &mut all.important
+            } else {
+                &mut all.said
             };
-            if let Some(at) = NAMES.iter().position(|name| *name == declaration.name) {
-                style.values[at] = Some(declaration.value.trim());
+            if let Some(at) = NAMES.iter().position(|known| *known == name) {
+                style.values[at] = Some(value.trim());
             }
         }
         all
@@ -114,9 +120,8 @@ impl<'a> Styles<'a> {
             for text in style.children().filter_map(|child| child.text()) {
                 // Said before there are any.
                 let lists = text.split('}').filter_map(|rule| rule.split_once('{'));
-                selectors += lists
-                    .map(|(list, _)| 1 + list.matches(',').count())
-                    .sum::<usize>();
+                let counts = lists.map(|(list, _)| 1 + list.matches(',').count());
+                selectors += counts.sum::<usize>();
                 declarations += text.matches(';').count();
                 if selectors > MOST_SELECTORS || declarations > MOST_DECLARATIONS {
                     return Err(SvgError::Syntax {
@@ -159,12 +164,8 @@ impl<'a> Styles<'a> {
         let attributes = Style {
             values: NAMES.map(|name| node.attribute(name).map(str::trim)),
         };
-        let style = own
-            .important
-            .or(sheets.important)
-            .or(own.said)
-            .or(sheets.said)
-            .or(attributes);
+        let important = own.important.or(sheets.important);
+        let style = important.or(own.said).or(sheets.said).or(attributes);
         self.known.insert(node.range().start, style);
         style
     }
@@ -173,14 +174,11 @@ impl<'a> Styles<'a> {
 /// One declaration of an attribute `style`.
 fn declaration(text: &str) -> Option<Declaration<'_>> {
     let (name, value) = text.split_once(':')?;
-    let (value, important) = match value.split_once('!') {
-        Some((value, mark)) => (value, mark.trim() == "important"),
-        None => (value, false),
-    };
+    let (value, mark) = value.split_once('!').unwrap_or((value, ""));
     Some(Declaration {
         name: name.trim(),
         value,
-        important,
+        important: mark.trim() == "important",
     })
 }
 

@@ -1,9 +1,11 @@
 //! One line of a log: text, cut into the fields of its message, counted for the error message.
 
+use std::fmt::Display;
 use std::str::FromStr;
 
 use super::CarmenError;
 use crate::format::FieldError;
+use crate::format::field_error::read;
 use crate::geom::Pose2;
 
 pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError> {
@@ -13,37 +15,12 @@ pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError>
             || (!b.is_ascii() && !is_comment)
     });
     if let Some((at, &byte)) = bad {
-        return Err(CarmenError::Binary {
-            line,
-            column: at + 1,
-            byte,
-        });
+        let column = at + 1;
+        return Err(CarmenError::Binary { line, column, byte });
     }
     // A comment may be in any encoding, and nobody reads it.
-    Ok(if is_comment {
-        ""
-    } else {
-        std::str::from_utf8(bytes).unwrap_or("")
-    })
-}
-
-pub(super) struct Line<'a> {
-    pub(super) number: usize,
-    pub(super) text: &'a str,
-}
-
-impl<'a> Line<'a> {
-    pub(super) fn fields(&self, message: &'static str) -> Fields<'a> {
-        let mut words = self.text.split_ascii_whitespace();
-        words.next();
-        Fields {
-            line: self.number,
-            text: self.text,
-            message,
-            field: 1,
-            words,
-        }
-    }
+    let read: &[u8] = if is_comment { b"" } else { bytes };
+    Ok(std::str::from_utf8(read).unwrap_or(""))
 }
 
 /// The fields of one message, counted for the error message.
@@ -55,7 +32,20 @@ pub(super) struct Fields<'a> {
     words: std::str::SplitAsciiWhitespace<'a>,
 }
 
-impl Fields<'_> {
+impl<'a> Fields<'a> {
+    /// The fields of a line behind the name of its message.
+    pub(super) fn of(line: usize, text: &'a str, message: &'static str) -> Self {
+        let mut words = text.split_ascii_whitespace();
+        words.next();
+        Self {
+            line,
+            text,
+            message,
+            field: 1,
+            words,
+        }
+    }
+
     /// The next field, if it fits.
     fn next<T: FromStr>(
         &mut self,
@@ -66,9 +56,8 @@ impl Fields<'_> {
             return Err(self.wrong_count("more".to_owned()));
         };
         self.field += 1;
-        let name = || format!("field {} of {}", self.field, self.message);
-        let value = word.parse().ok().filter(fits);
-        value.ok_or_else(|| FieldError::new(self.line, name(), word, expected))
+        let name = format_args!("field {} of {}", self.field, self.message);
+        read(self.line, name, word, expected, fits)
     }
 
     fn wrong_count(&self, expected: String) -> FieldError {
@@ -80,16 +69,21 @@ impl Fields<'_> {
     pub(super) fn expect_total(
         &self,
         expected: usize,
-        announced: impl Fn() -> String,
+        announced: impl Display,
     ) -> Result<(), FieldError> {
-        match self.text.split_ascii_whitespace().count() == expected {
-            true => Ok(()),
-            false => Err(self.wrong_count(format!("{expected}, {}", announced()))),
+        if self.text.split_ascii_whitespace().count() != expected {
+            return Err(self.wrong_count(format!("{expected}, {announced}")));
         }
+        Ok(())
     }
 
     pub(super) fn number(&mut self) -> Result<f64, FieldError> {
         self.next("a finite number", |n: &f64| n.is_finite())
+    }
+
+    /// So many numbers that nobody needs.
+    pub(super) fn skip(&mut self, count: usize) -> Result<(), FieldError> {
+        (0..count).try_for_each(|_| self.number().map(drop))
     }
 
     /// A number of a size that sums and squares of it stay finite.

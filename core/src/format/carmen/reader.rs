@@ -1,6 +1,6 @@
 //! Reads a log as its bytes come.
 
-use super::fields::{Fields, Line, check_text};
+use super::fields::{Fields, check_text};
 use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser};
 
 /// A line longer than this is not a line of a log.
@@ -42,12 +42,9 @@ impl CarmenReader {
         }
         self.unfinished.extend_from_slice(bytes);
         if self.unfinished.len() > MAX_LINE {
-            let line = self.line + 1;
+            let (line, limit) = (self.line + 1, MAX_LINE);
             check_text(&self.unfinished, line)?;
-            return Err(CarmenError::LineTooLong {
-                line,
-                limit: MAX_LINE,
-            });
+            return Err(CarmenError::LineTooLong { line, limit });
         }
         Ok(())
     }
@@ -70,16 +67,11 @@ impl CarmenReader {
         if !self.anything {
             return Err(CarmenError::Empty);
         }
-        // The first of equals: the front laser.
-        let mut best = (Laser::Front, &mut vec![]);
         let kinds = [Laser::Front, Laser::Rear, Laser::Robot1];
-        for (laser, scans) in kinds.into_iter().zip(&mut self.lasers) {
-            if scans.len() > best.1.len() {
-                best = (laser, scans);
-            }
-        }
-        let laser = best.0;
-        let mut scans = std::mem::take(best.1);
+        // The first of equals: the front laser.
+        let lasers = kinds.into_iter().zip(self.lasers).rev();
+        let most = lasers.max_by_key(|(_, scans)| scans.len());
+        let (laser, mut scans) = most.unwrap_or((Laser::Front, vec![]));
         if scans.is_empty() {
             return Err(CarmenError::NoLaser { lines: self.line });
         }
@@ -110,27 +102,18 @@ impl CarmenReader {
     fn read_line(&mut self, bytes: &[u8]) -> Result<(), CarmenError> {
         self.line += 1;
         let text = check_text(bytes, self.line)?;
-        let line = Line {
-            number: self.line,
-            text,
-        };
-        let Some(name) = text.split_ascii_whitespace().next() else {
+        let mut words = text.split_ascii_whitespace();
+        let Some(name) = words.next() else {
             return Ok(());
         };
         self.anything = true;
+        let fields = |message| Fields::of(self.line, text, message);
         match name {
-            "FLASER" => self.read_plain_laser(&line, "FLASER", 0),
-            "RLASER" => self.read_plain_laser(&line, "RLASER", 1),
-            "ROBOTLASER1" => self.read_robot_laser(&line),
-            "ODOM" => {
-                let mut fields = line.fields("ODOM");
-                for _ in 0..7 {
-                    fields.number()?;
-                }
-                Ok(())
-            }
+            "FLASER" => self.read_plain_laser(fields("FLASER"), 0),
+            "RLASER" => self.read_plain_laser(fields("RLASER"), 1),
+            "ROBOTLASER1" => self.read_robot_laser(fields("ROBOTLASER1")),
+            "ODOM" => Ok(fields("ODOM").skip(7)?),
             "PARAM" => {
-                let mut words = text.split_ascii_whitespace().skip(1);
                 if let (Some(name), Some(value)) = (words.next(), words.next()) {
                     self.params.push((name.to_owned(), value.to_owned()));
                 }
@@ -140,21 +123,14 @@ impl CarmenReader {
         }
     }
 
-    fn read_plain_laser(
-        &mut self,
-        line: &Line<'_>,
-        message: &'static str,
-        slot: usize,
-    ) -> Result<(), CarmenError> {
-        let mut fields = line.fields(message);
+    fn read_plain_laser(&mut self, mut fields: Fields, slot: usize) -> Result<(), CarmenError> {
         let beams = fields.count(1, "a number of readings from 1 to 100000")?;
-        fields.expect_total(beams + 11, || format!("of {beams} readings"))?;
+        fields.expect_total(beams + 11, format_args!("of {beams} readings"))?;
         let start = self.read_ranges(&mut fields, beams)?;
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
-        let ipc_seconds = fields.seconds()?;
         self.lasers[slot].push(CarmenScan {
-            ipc_seconds,
+            ipc_seconds: fields.seconds()?,
             odom_from_robot,
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan::half_circle(beams),
@@ -168,51 +144,38 @@ impl CarmenReader {
     /// `ROBOTLASER1 type start fov step max_range accuracy remission_mode n ranges… m remissions…
     /// laser_pose robot_pose tv rv forward_safety side_safety turn_axis ipc_timestamp host
     /// logger_timestamp`.
-    fn read_robot_laser(&mut self, line: &Line<'_>) -> Result<(), CarmenError> {
-        let mut fields = line.fields("ROBOTLASER1");
-        fields.number()?;
+    fn read_robot_laser(&mut self, mut fields: Fields) -> Result<(), CarmenError> {
+        fields.skip(1)?;
         let first = fields.angle()?;
-        fields.number()?;
+        fields.skip(1)?;
         let step = fields.angle()?;
-        let max_range = fields.number()? as f32;
-        fields.number()?;
-        fields.number()?;
+        let limit = Some(fields.number()? as f32).filter(|limit| *limit > 0.0);
+        fields.skip(2)?;
         let beams = fields.count(1, "a number of readings from 1 to 100000")?;
         let start = self.read_ranges(&mut fields, beams)?;
         let remissions = fields.count(0, "a number of remissions from 0 to 100000")?;
-        fields.expect_total(9 + beams + 1 + remissions + 14, || {
-            format!("of {beams} readings and {remissions} remissions")
-        })?;
-        for _ in 0..remissions {
-            fields.number()?;
-        }
+        let announced = format_args!("of {beams} readings and {remissions} remissions");
+        fields.expect_total(9 + beams + 1 + remissions + 14, announced)?;
+        fields.skip(remissions)?;
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
-        for _ in 0..5 {
-            fields.number()?;
-        }
-        let ipc_seconds = fields.seconds()?;
+        fields.skip(5)?;
         self.lasers[2].push(CarmenScan {
-            ipc_seconds,
+            ipc_seconds: fields.seconds()?,
             odom_from_robot,
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan { first, step },
-            max_range: if max_range > 0.0 {
-                max_range
-            } else {
-                f32::INFINITY
-            },
+            max_range: limit.unwrap_or(f32::INFINITY),
             start,
             beams,
         });
         Ok(())
     }
 
-    fn read_ranges(&mut self, fields: &mut Fields<'_>, beams: usize) -> Result<usize, CarmenError> {
+    fn read_ranges(&mut self, fields: &mut Fields, beams: usize) -> Result<usize, CarmenError> {
         let start = self.readings.len();
         for _ in 0..beams {
-            let range = fields.range()?;
-            self.readings.push(range);
+            self.readings.push(fields.range()?);
         }
         Ok(start)
     }

@@ -89,9 +89,8 @@ impl CarmenLog {
             let BeamFan { first, step } = scan.fan;
             let view = step * readings.len().saturating_sub(1) as f64;
             // A limit of 0 stands for none.
-            let limit = Some(scan.max_range)
-                .filter(|m| m.is_finite())
-                .unwrap_or(0.0);
+            let limit = Some(scan.max_range).filter(|m| m.is_finite());
+            let limit = limit.unwrap_or_default();
             let _ = write!(text, " 0 {first} {view} {step} {limit} 0.01 0");
         }
         let _ = write!(text, " {}", readings.len());

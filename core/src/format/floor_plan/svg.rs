@@ -32,16 +32,12 @@ pub fn svg(walls: &[Wall], start: Option<Point2<f64>>) -> Result<String, FloorPl
     );
     // Writing to a string does not fail.
     for wall in walls {
-        let (a, b) = (wall.segment.a, wall.segment.b);
+        let (x1, y1) = (wall.segment.a.x, -wall.segment.a.y);
+        let (x2, y2) = (wall.segment.b.x, -wall.segment.b.y);
+        let (id, length) = (wall.id, wall.segment.length());
         let _ = writeln!(
             text,
-            "<line id=\"wall-{}\" x1=\"{:.4}\" y1=\"{:.4}\" x2=\"{:.4}\" y2=\"{:.4}\"><title>{:.3} m</title></line>",
-            wall.id,
-            a.x,
-            -a.y,
-            b.x,
-            -b.y,
-            wall.segment.length(),
+            "<line id=\"wall-{id}\" x1=\"{x1:.4}\" y1=\"{y1:.4}\" x2=\"{x2:.4}\" y2=\"{y2:.4}\"><title>{length:.3} m</title></line>"
         );
     }
     text.push_str("</g>\n");

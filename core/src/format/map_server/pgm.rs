@@ -5,6 +5,7 @@
 //! high byte first, where the largest grey is above 255. We take one image a file.
 
 use std::fmt::Write as _;
+use std::str::FromStr;
 
 use super::MapImageError;
 use super::read::{Pixel, Size};
@@ -14,14 +15,10 @@ use crate::format::field_error::short;
 pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, MapImageError> {
     let mut words = Words { rest: bytes };
     let is_plain = words.next() == b"P2";
-    let size = Size::checked(words.number("width")?, words.number("height")?)?;
-    let largest = words.number("largest grey")?;
-    let max = u16::try_from(largest).ok().filter(|&max| max > 0);
-    let max = max.ok_or_else(|| MapImageError::Header {
-        field: "largest grey",
-        found: largest.to_string(),
-        expected: "a whole number from 1 to 65535",
-    })?;
+    let mut side = |field| words.read(field, "a whole number", |_| true);
+    let size = Size::checked(side("width")?, side("height")?)?;
+    let expected = "a whole number from 1 to 65535";
+    let max = words.read("largest grey", expected, |max: &u16| *max > 0)?;
     let mut grey = |value: u16| {
         see(Pixel {
             shade: f64::from(value) / f64::from(max),
@@ -132,12 +129,19 @@ impl<'a> Words<'a> {
         word
     }
 
-    fn number(&mut self, field: &'static str) -> Result<u64, MapImageError> {
+    /// The number that the next word says, if it fits.
+    fn read<T: FromStr>(
+        &mut self,
+        field: &'static str,
+        expected: &'static str,
+        fits: impl Fn(&T) -> bool,
+    ) -> Result<T, MapImageError> {
         let word = String::from_utf8_lossy(self.next());
-        word.parse().map_err(|_| MapImageError::Header {
+        let number = word.parse().ok().filter(fits);
+        number.ok_or_else(|| MapImageError::Header {
             field,
             found: short(&word),
-            expected: "a whole number",
+            expected,
         })
     }
 }

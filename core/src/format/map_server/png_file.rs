@@ -19,7 +19,7 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 1 << 24 });
     decoder.set_transformations(png::Transformations::EXPAND);
     decoder.ignore_checksums(false);
-    let header = decoder.read_header_info().map_err(|error| wrong(&error))?;
+    let header = decoder.read_header_info()?;
     let size = Size::checked(header.width.into(), header.height.into())?;
     // Palettes are spread out and bits become bytes: what stands in the file may be an eighth of a
     // pixel's byte.
@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     if least / MOST_INFLATED > bytes.len() {
         return Err(size.but_found(format!("{} bytes", bytes.len())));
     }
-    let mut reader = decoder.read_info().map_err(|error| wrong(&error))?;
+    let mut reader = decoder.read_info()?;
     let (colour, depth) = reader.output_color_type();
     let (channels, has_alpha) = match colour {
         ColorType::Grayscale | ColorType::Indexed => (1, false),
@@ -46,7 +46,7 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
     if reader.info().interlaced {
         see_all(&whole(&mut reader)?);
     } else {
-        while let Some(row) = reader.next_row().map_err(|error| wrong(&error))? {
+        while let Some(row) = reader.next_row()? {
             see_all(row.data());
         }
     }
@@ -58,20 +58,17 @@ pub(super) fn read(bytes: &[u8], mut see: impl FnMut(Pixel)) -> Result<Size, Map
 
 /// All samples of an interlaced image.
 fn whole(reader: &mut Reader<Cursor<&[u8]>>) -> Result<Vec<u8>, MapImageError> {
-    let length = reader.output_buffer_size();
-    let length = length.filter(|&length| length <= MOST_INTERLACED);
-    let too_large = || MapImageError::Interlaced {
-        most: MOST_INTERLACED,
-    };
-    let mut samples = vec![0; length.ok_or_else(too_large)?];
-    reader
-        .next_frame(&mut samples)
-        .map_err(|error| wrong(&error))?;
+    let most = MOST_INTERLACED;
+    let length = reader.output_buffer_size().filter(|&length| length <= most);
+    let mut samples = vec![0; length.ok_or(MapImageError::Interlaced { most })?];
+    reader.next_frame(&mut samples)?;
     Ok(samples)
 }
 
-fn wrong(error: &DecodingError) -> MapImageError {
-    MapImageError::Png(error.to_string())
+impl From<DecodingError> for MapImageError {
+    fn from(error: DecodingError) -> Self {
+        Self::Png(error.to_string())
+    }
 }
 
 /// The mean of the colours.
@@ -104,11 +101,10 @@ fn encode(
     height: usize,
     samples: &[u8],
 ) -> Result<(), EncodingError> {
-    let has_alpha = samples.len() == 2 * width * height;
     let side = |cells: usize| u32::try_from(cells).unwrap_or(0);
     let mut encoder = Encoder::new(bytes, side(width), side(height));
     encoder.set_depth(BitDepth::Eight);
-    encoder.set_color(match has_alpha {
+    encoder.set_color(match samples.len() == 2 * width * height {
         true => ColorType::GrayscaleAlpha,
         false => ColorType::Grayscale,
     });

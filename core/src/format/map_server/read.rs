@@ -56,14 +56,10 @@ fn occupancy(info: &MapInfo, pixel: &Pixel) -> i8 {
     let p = if info.negate { shade } else { 1.0 - shade };
     let (free, occupied) = (info.free_thresh, info.occupied_thresh);
     match info.mode {
-        MapMode::Raw => {
-            let value = (255.0 * shade).round();
-            if value <= 100.0 {
-                value as i8
-            } else {
-                NOTHING_KNOWN
-            }
-        }
+        MapMode::Raw => match (255.0 * shade).round() {
+            value if value <= 100.0 => value as i8,
+            _ => NOTHING_KNOWN,
+        },
         MapMode::Scale if pixel.alpha.is_some_and(|alpha| alpha < 1.0) => NOTHING_KNOWN,
         _ if occupied < p => 100,
         _ if p < free => 0,
@@ -94,10 +90,8 @@ impl Size {
                 most: MOST_CELLS,
             });
         }
-        Ok(Self {
-            width: width as usize,
-            height: height as usize,
-        })
+        let (width, height) = (width as usize, height as usize);
+        Ok(Self { width, height })
     }
 
     pub(super) fn pixels(self) -> usize {

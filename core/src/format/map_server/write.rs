@@ -71,10 +71,8 @@ pub fn write(
             }
         }
     };
-    Ok(MapFiles {
-        image,
-        yaml: yaml(map, mode, image_name),
-    })
+    let yaml = yaml(map, mode, image_name);
+    Ok(MapFiles { image, yaml })
 }
 
 fn check(map: &OccupancyMap) -> Result<(), MapServerError> {
@@ -94,10 +92,8 @@ fn check(map: &OccupancyMap) -> Result<(), MapServerError> {
 }
 
 fn yaml(map: &OccupancyMap, mode: MapMode, image_name: &str) -> String {
-    let name = MapMode::ALL
-        .iter()
-        .find(|(_, known)| *known == mode)
-        .map_or("", |(name, _)| name);
+    let entry = MapMode::ALL.iter().find(|(_, known)| *known == mode);
+    let name = entry.map_or("", |(name, _)| name);
     // In mode `scale` whatever is between the thresholds keeps its probability: all of it.
     let (free, occupied) = match mode {
         MapMode::Scale => (0.0, 1.0),

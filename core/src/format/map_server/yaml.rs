@@ -95,11 +95,9 @@ impl Fields {
 impl Value {
     fn wrong(&self, key: &str, expected: &str) -> MapInfoError {
         let words = self.words.join(", ");
-        let found = match self.is_list {
-            true => format!("[{words}]"),
-            false => words,
-        };
-        FieldError::new(self.line, key, &found, expected).into()
+        let list = format!("[{words}]");
+        let found = if self.is_list { &list } else { &words };
+        FieldError::new(self.line, key, found, expected).into()
     }
 }
 

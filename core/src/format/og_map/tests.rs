@@ -44,7 +44,10 @@ fn a_map_of_two_cells_far_apart_is_refused_at_once() {
     };
     grid.draw(&evidence, &Pose2::identity());
     let (width, height) = (20_001, 20_001);
-    assert_eq!(of_grid(&grid), Err(OgMapError::TooLarge { width, height }));
+    assert_eq!(
+        of_grid(&grid),
+        Err(MapServerError::TooLarge { width, height })
+    );
     let error = OccupancyMap::of_grid(&grid, MapMode::Trinary).unwrap_err();
     assert_eq!(error, MapServerError::TooLarge { width, height });
 }
@@ -114,5 +117,5 @@ fn what_is_wrong_is_said_with_line_and_field() {
         "line 3: the number of rows is `2`, expected 1 as line 1 says",
     );
     let empty = Grid::new(GridConfig::default()).unwrap();
-    assert_eq!(of_grid(&empty), Err(OgMapError::Empty));
+    assert_eq!(of_grid(&empty), Err(MapServerError::Empty));
 }
