@@ -36,7 +36,7 @@ pub struct ContestAsk {
 }
 
 /// How all planners stand; map frame, m and s.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ContestState {
@@ -57,7 +57,7 @@ pub struct ContestState {
 }
 
 /// How one planner stands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Entrant {
@@ -90,7 +90,7 @@ pub struct Entrant {
 }
 
 /// Why there is no path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 pub struct NoPathReason {
     /// Which reason.
     pub kind: NoPathKind,

@@ -37,7 +37,7 @@ pub struct LiveSetup {
 }
 
 /// What bridge and robot say of themselves. NaN where nothing is known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct BridgeStatus {
@@ -72,7 +72,7 @@ pub struct BridgeStatus {
 }
 
 /// A device at a line of the bridge.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 pub struct DeviceStatus {
     /// As it was named to the bridge: `rplidar:/dev/ttyUSB0`.
     pub name: String,

@@ -9,7 +9,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError, flat, typed};
+use crate::border::{DoorRow, SettingValues, Stage, Typed, WebError, flat, typed};
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
@@ -75,14 +75,11 @@ impl WebRun {
         })
     }
 
-    /// What each of them is made of: a place in `MATERIALS`.
+    /// What each of them is made of: 0 opaque, 1 glass, 2 dark.
     #[must_use]
     pub fn materials(&self) -> Vec<u8> {
         let walls = self.simulated().map_or(&[][..], Simulated::walls);
-        walls
-            .iter()
-            .map(|wall| MaterialName::from(&wall.material) as u8)
-            .collect()
+        walls.iter().map(|wall| wall.material as u8).collect()
     }
 
     /// Doors, see `DOOR`.

@@ -2,9 +2,9 @@
 
 import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command, LiveSetup, GivenBytes } from "./protocol.js";
-import type { DeviceKind } from "./protocol/module.js";
-import type { PriorMapSetup, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import { faultOf } from "./fault.js";
+import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
+import type { DeviceKind, Level, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -39,9 +39,9 @@ export class Client {
   constructor(store: Store, scene: Scene) {
     this.#store = store;
     this.#scene = scene;
-    this.#worker.onmessage = (event: MessageEvent<Answer>) => this.#take(event.data);
+    this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
     this.#worker.onerror = (event) => {
-      store.set("toast", { toast: { level: "warn", text: `The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.` } });
+      this.#warn(`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
     };
   }
 
@@ -139,7 +139,7 @@ export class Client {
     } catch (error) {
       // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.#warn(`The port cannot be used: ${error instanceof Error ? error.message : String(error)}`);
+      this.#warn(`The port cannot be used: ${faultOf(error).text}`);
     }
   }
 
@@ -189,15 +189,11 @@ export class Client {
   }
 
   explore(): void {
-    this.#store.set("run", { aiming: false });
-    this.send({ kind: "explore" });
-    this.#wake();
+    this.#order({ kind: "explore" });
   }
 
   manual(): void {
-    this.#store.set("run", { aiming: false });
-    this.send({ kind: "manual" });
-    this.#wake();
+    this.#order({ kind: "manual" });
   }
 
   /** The next click on the map chooses the goal. */
@@ -206,8 +202,12 @@ export class Client {
   }
 
   goTo(x: number, y: number): void {
+    this.#order({ kind: "goto", x, y });
+  }
+
+  #order(command: Command): void {
     this.#store.set("run", { aiming: false });
-    this.send({ kind: "goto", x, y });
+    this.send(command);
     this.#wake();
   }
 
@@ -256,7 +256,7 @@ export class Client {
   async openAll(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#build(given.name, given.files);
+    else if (given.kind === "building") await this.#read("build", given.name, given.files);
     else if (given.kind === "file") await this.open(given.file);
   }
 
@@ -264,8 +264,8 @@ export class Client {
   async openKnown(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#build(given.name, given.files, "read-prior-map");
-    else if (given.kind === "file") await this.#build(given.file.name, files, "read-prior-map");
+    else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
+    else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
   }
 
   #warn(text: string): void {
@@ -284,35 +284,38 @@ export class Client {
     this.again("prior-map");
   }
 
-  async #build(name: string, files: readonly File[], kind: "build" | "read-prior-map" = "build"): Promise<void> {
-    this.#store.set("toast", { toast: null });
-    try {
+  async #read(kind: "build" | "read-prior-map", name: string, files: readonly File[]): Promise<void> {
+    await this.#reading(name, async () => {
       const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
       this.send({ kind, name, files: await Promise.all(given) });
+    });
+  }
+
+  /** Files may have gone since they were chosen. */
+  async #reading(name: string, work: () => Promise<void>): Promise<void> {
+    this.#store.set("toast", { toast: null });
+    try {
+      await work();
     } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.#warn(`${name} could not be read: ${why}`);
+      this.#warn(`${name} could not be read: ${faultOf(error).text}`);
     }
   }
 
   async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
-    const store = this.#store;
-    store.set("toast", { toast: null });
-    try {
+    await this.#reading(file.name, async () => {
+      const { setup, tuning } = this.#store;
+      const { name } = file;
       const bytes = await file.arrayBuffer();
-      if (/\.json$/i.test(file.name)) {
+      if (/\.json$/i.test(name)) {
         const worldJson = new TextDecoder().decode(bytes);
-        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name: file.name, bytes }, [bytes]);
-        else this.start({ world: file.name, worldJson, mode: "explore" });
-      } else {
-        store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.tuning.twin, priorMap: store.setup.priorMap }, [bytes]);
-        this.#opening = file;
+        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name, bytes }, [bytes]);
+        else this.start({ world: name, worldJson, mode: "explore" });
+        return;
       }
-    } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.#warn(`${file.name} could not be read: ${why}`);
-    }
+      this.#store.set("run", { reading: { name, done: 0 } });
+      this.send({ kind: "replay", name, bytes, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
+      this.#opening = file;
+    });
   }
 
   /** The last frame is on the screen: the worker may send another. */
@@ -334,93 +337,80 @@ export class Client {
     if (!this.#store.playing) this.send({ kind: "play" });
   }
 
-  #take(answer: Answer): void {
-    const store = this.#store;
-    switch (answer.kind) {
-      case "ready":
-        store.set("run", { offer: answer });
-        this.#ports.prepare();
-        break;
-      case "started":
-        this.#run = answer.run;
-        if (answer.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
-        if (answer.source === "replay") this.#recording = this.#opening;
-        this.#pace(answer.source);
-        this.#scene.clear();
-        store.begin(answer);
-        this.#list();
-        this.onStart();
-        if (this.#skipped !== "") {
-          store.note({ time: 0, level: "warn", text: this.#skipped });
-          store.set("toast", { toast: { level: "warn", text: this.#skipped } });
-          this.#skipped = "";
-        }
-        break;
-      case "frame":
-        if (answer.run !== this.#run) break;
-        this.#undrawn = true;
-        this.#scene.take(answer);
-        store.take(answer);
-        break;
-      case "reading":
-        store.set("run", { reading: answer.done === null ? null : { name: answer.name, done: answer.done } });
-        break;
-      case "playing":
-        store.set("run", { playing: answer.playing });
-        store.notify("frame");
-        break;
-      case "hash":
-        if (answer.run === this.#run) store.hash = answer.text;
-        break;
-      case "event":
-        if (answer.run !== this.#run) break;
-        store.note(answer);
-        if (answer.alert) store.set("toast", { toast: { level: answer.level, text: answer.text } });
-        break;
-      case "bench":
-        store.set("bench", { bench: answer.response });
-        break;
-      case "settings":
-        store.set("settings", { settings: answer.settings });
-        break;
-      case "calibrated":
-        store.set("calibration", { calibration: { fit: answer.calibration, error: answer.error } });
-        break;
-      case "sigma":
-        store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
-        break;
-      case "fit":
-        store.set("fit", { fit: { fit: answer.fit, error: answer.error } });
-        break;
-      case "preset":
-        this.usePreset({ name: answer.name, settings: answer.settings });
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
-        break;
-      case "contest":
-        store.set("contest", { contest: { ...store.contest, found: answer.contest, running: answer.running, error: answer.error } });
-        break;
-      case "bridge":
-        store.set("bridge", { bridge: answer.state });
-        break;
-      case "built": {
-        const { name, worldJson, skipped } = answer;
-        this.start({ world: name, worldJson, mode: "explore" });
-        this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
-        break;
-      }
-      case "prior-map":
-        this.localiseIn(answer.priorMap);
-        this.#skipped = answer.skipped.length > 0 ? `${answer.priorMap.name}: left out ${answer.skipped.join(", ")}.` : "";
-        break;
-      case "saved":
-        downloadAll(answer.files);
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
-        break;
-      case "failed":
-        store.set("run", { loading: "" });
-        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
-        this.#warn(answer.text);
-        break;
-    }
+  readonly #handlers: Handlers<Answer> = {
+    ready: (offer) => {
+      this.#store.set("run", { offer });
+      this.#ports.prepare();
+    },
+    started: (start) => {
+      this.#run = start.run;
+      if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
+      if (start.source === "replay") this.#recording = this.#opening;
+      this.#pace(start.source);
+      this.#scene.clear();
+      this.#store.begin(start);
+      this.#list();
+      this.onStart();
+      if (this.#skipped === "") return;
+      this.#store.note({ time: 0, level: "warn", text: this.#skipped });
+      this.#warn(this.#skipped);
+      this.#skipped = "";
+    },
+    frame: (frame) => {
+      if (frame.run !== this.#run) return;
+      this.#undrawn = true;
+      this.#scene.take(frame);
+      this.#store.take(frame);
+    },
+    reading: ({ name, done }) => this.#store.set("run", { reading: done === null ? null : { name, done } }),
+    playing: ({ playing }) => {
+      this.#store.set("run", { playing });
+      this.#store.notify("frame");
+    },
+    hash: ({ run, text }) => {
+      if (run === this.#run) this.#store.hash = text;
+    },
+    event: (event) => {
+      if (event.run !== this.#run) return;
+      this.#store.note(event);
+      if (event.alert) this.#store.set("toast", { toast: event });
+    },
+    bench: ({ response }) => this.#store.set("bench", { bench: response }),
+    settings: ({ settings }) => this.#store.set("settings", { settings }),
+    calibrated: ({ calibration, error }) => this.#store.set("calibration", { calibration: { fit: calibration, error } }),
+    sigma: (sigma) => this.#store.set("sigma", { sigma }),
+    fit: (fit) => this.#store.set("fit", { fit }),
+    preset: ({ name, settings }) => {
+      this.usePreset({ name, settings });
+      this.#note("good", `The preset "${name}" is in use`);
+    },
+    contest: ({ contest: found, running, error }) => this.#store.set("contest", { contest: { ...this.#store.contest, found, running, error } }),
+    bridge: ({ state }) => this.#store.set("bridge", { bridge: state }),
+    built: ({ name, worldJson, skipped }) => {
+      this.start({ world: name, worldJson, mode: "explore" });
+      this.#leaveOut(name, skipped);
+    },
+    "prior-map": ({ priorMap, skipped }) => {
+      this.localiseIn(priorMap);
+      this.#leaveOut(priorMap.name, skipped);
+    },
+    saved: ({ files }) => {
+      downloadAll(files);
+      this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
+    },
+    failed: ({ text }) => {
+      this.#store.set("run", { loading: "" });
+      this.#note("warn", text);
+      this.#warn(text);
+    },
+  };
+
+  #note(level: Level, text: string): void {
+    this.#store.note({ time: this.#store.status?.time ?? 0, level, text });
+  }
+
+  /** What of a file is not in what was read of it: told when its run begins. */
+  #leaveOut(name: string, skipped: readonly string[]): void {
+    this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
   }
 }

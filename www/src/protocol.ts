@@ -96,8 +96,14 @@ export type Command =
   | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
-/** What the worker does about each command. */
-export type Handlers = { readonly [Kind in Command["kind"]]: (command: Extract<Command, { kind: Kind }>) => void };
+/** What is done about each kind of message. */
+export type Handlers<Message extends { kind: string }> = { readonly [Kind in Message["kind"]]: (message: Extract<Message, { kind: Kind }>) => void };
+
+/** Hands a message to the handler of its kind. */
+export function handle<Message extends { kind: string }>(handlers: Handlers<Message>, message: Message): void {
+  const handler = handlers[message.kind as Message["kind"]] as (message: Message) => void;
+  handler(message);
+}
 
 /** What can be saved, as a person reads it. */
 export const SAVED: Readonly<Record<SavedKind, string>> = {

@@ -2,6 +2,7 @@
 // What they mean, and when a line is opened again, is decided by the local bridge, in a worker of
 // its own (local_bridge.ts).
 
+import { faultOf } from "./fault.js";
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
 
@@ -251,7 +252,7 @@ export class SerialPorts {
         this.#send({ kind: "line", line: number, event: "bytes", bytes, came: performance.timeOrigin + performance.now() }, [bytes.buffer]);
       }
     } catch (error) {
-      await this.#broke(number, line, error instanceof Error ? error.message : String(error));
+      await this.#broke(number, line, faultOf(error).text);
     }
   }
 

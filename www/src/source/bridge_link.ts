@@ -1,6 +1,7 @@
 // The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found
 // again goes on in its old map.
 
+import { faultOf } from "../fault.js";
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
@@ -63,7 +64,7 @@ export class BridgeLink extends Link {
     try {
       act();
     } catch (error) {
-      this.fault = error instanceof Error ? error.message : String(error);
+      this.fault = faultOf(error).text;
       this.#socket?.close(1000);
       return;
     }

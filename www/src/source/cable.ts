@@ -2,6 +2,7 @@
 // (local_bridge.ts). The messages are those of any bridge, so that everything is shown and done in
 // the same way.
 
+import { faultOf } from "../fault.js";
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
@@ -46,7 +47,7 @@ export class CableLink extends Link {
     } catch (error) {
       this.connection = otherwise;
       // The module speaks of bridge and network, and there is none.
-      this.fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : error instanceof Error ? error.message : String(error);
+      this.fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : faultOf(error).text;
     }
   }
 }

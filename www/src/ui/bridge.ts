@@ -4,11 +4,9 @@
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { BridgeState } from "../protocol/devices.js";
 import type { DeviceStateName, DeviceStatus, DisarmReasonName } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { DASH, fixed } from "./format.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 /** A state has a word too: not everyone can tell colours apart. */
 const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> = {
@@ -38,31 +36,27 @@ const REASONS: Readonly<Record<DisarmReasonName, string>> = {
 };
 
 export class SlamBridge extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; padding-bottom: 16px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
-      :host([hidden]) { display: none; }
-      h2 { margin-bottom: 10px; }
-      ul { list-style: none; margin: 0 0 10px; padding: 0; display: grid; gap: 8px; font-size: 13px; }
-      li { display: grid; grid-template-columns: 10px 1fr auto; gap: 2px 8px; align-items: baseline; }
-      i { width: 8px; height: 8px; border-radius: 50%; background: var(--muted); align-self: center; }
-      i.good { background: var(--good-ink); }
-      i.warn { box-sizing: border-box; background: none; border: 2px solid var(--warn-ink); }
-      i.bad { background: var(--danger); }
-      small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
-      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0 0 10px; font-size: 13px; }
-      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
-      dl .wide { grid-column: 1 / -1; }
-      dt { color: var(--muted); }
-      dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
-      p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
-      .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
-      .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
-    `,
-  ];
+  static override styles = css`
+    :host { padding-bottom: 16px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
+    h2 { margin-bottom: 10px; }
+    ul { list-style: none; margin: 0 0 10px; padding: 0; display: grid; gap: 8px; font-size: 13px; }
+    li { display: grid; grid-template-columns: 10px 1fr auto; gap: 2px 8px; align-items: baseline; }
+    i { width: 8px; height: 8px; border-radius: 50%; background: var(--muted); align-self: center; }
+    i.good { background: var(--good-ink); }
+    i.warn { box-sizing: border-box; background: none; border: 2px solid var(--warn-ink); }
+    i.bad { background: var(--danger); }
+    small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
+    dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0 0 10px; font-size: 13px; }
+    dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
+    dl .wide { grid-column: 1 / -1; }
+    dt { color: var(--muted); }
+    dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
+    p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
+    .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
+    .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["bridge", "run"];
+  protected override readonly topics = ["bridge", "run"] as const;
 
   override render(): TemplateResult | typeof nothing {
     const { bridge } = this.store;

@@ -1,35 +1,29 @@
 // The current figures.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { clock, DASH, degrees, fixed, length } from "./format.js";
-import { shared } from "./style.js";
 
 export class SlamStatus extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin-bottom: 12px; }
-      .big { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 12px; }
-      .big div { padding: 10px 12px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
-      .big b { display: block; font: 500 25px/1.15 var(--mono); letter-spacing: -.03em; white-space: nowrap; }
-      .big b small { font-size: 14px; color: var(--muted); margin-left: 3px; }
-      .big span { font-size: 12px; color: var(--muted); }
-      meter { display: block; appearance: none; width: 100%; height: 4px; margin-top: 7px; border: 0; border-radius: 2px; overflow: hidden; background: var(--line); }
-      meter::-webkit-meter-bar { background: var(--line); border: 0; height: 4px; border-radius: 2px; }
-      meter::-webkit-meter-optimum-value { background: var(--accent); }
-      meter::-moz-meter-bar { background: var(--accent); }
-      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }
-      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
-      dt { color: var(--muted); }
-      dd { margin: 0; }
-      .wide { grid-column: 1 / -1; }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin-bottom: 12px; }
+    .big { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 12px; }
+    .big div { padding: 10px 12px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
+    .big b { display: block; font: 500 25px/1.15 var(--mono); letter-spacing: -.03em; white-space: nowrap; }
+    .big b small { font-size: 14px; color: var(--muted); margin-left: 3px; }
+    .big span { font-size: 12px; color: var(--muted); }
+    meter { display: block; appearance: none; width: 100%; height: 4px; margin-top: 7px; border: 0; border-radius: 2px; overflow: hidden; background: var(--line); }
+    meter::-webkit-meter-bar { background: var(--line); border: 0; height: 4px; border-radius: 2px; }
+    meter::-webkit-meter-optimum-value { background: var(--accent); }
+    meter::-moz-meter-bar { background: var(--accent); }
+    dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }
+    dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
+    dt { color: var(--muted); }
+    dd { margin: 0; }
+    .wide { grid-column: 1 / -1; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["frame", "run"];
+  protected override readonly topics = ["frame", "run"] as const;
 
   override render(): TemplateResult {
     const s = this.store.status;
