@@ -172,10 +172,7 @@ impl WebContest {
             tried: standing.tried as f64,
             reason: standing.reason.map(Into::into),
             left_rooms: standing.fallback.map(|why| why.to_string()),
-            path: path
-                .map(|path| view::polyline(&path.points))
-                .unwrap_or_default()
-                .into(),
+            path: view::corners(path.as_ref()).into(),
             curve: curve
                 .iter()
                 .flat_map(|&(seconds, length)| [seconds, length])

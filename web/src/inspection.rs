@@ -31,8 +31,6 @@ pub struct Inspection {
     pub gate: f64,
     /// Smallest d² to every landmark of a new one.
     pub new_gate: f64,
-    /// Largest free distance between the seen and the known part of one wall, m.
-    pub max_gap: f64,
 }
 
 /// A line of the scan.
@@ -133,7 +131,6 @@ impl Inspection {
             },
             gate: association.gate,
             new_gate: association.new_gate,
-            max_gap: association.max_gap,
         })
     }
 }

@@ -82,7 +82,7 @@ class Lines {
         wish(line, what as LineWish["want"], { bytes: bytes as Uint8Array<ArrayBuffer>, on });
       }
     }
-    for (let bytes = this.#bridge.outgoing(); bytes.length > 0; bytes = this.#bridge.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
+    for (const bytes of this.#bridge.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
   }
 }
 

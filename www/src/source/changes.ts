@@ -1,11 +1,11 @@
 // What a run changed since the frame before: what is long crosses only where it is new.
 
+import { degrees } from "../angle.js";
 import type { Change } from "../protocol/frame.js";
 import { LINE, LINE_STRIDE, type RunStatus, TRAIL, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
 import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
-const DEGREES = 180 / Math.PI;
 
 type Compared = "path" | "rawPath" | "tree" | "frontiers" | "doors";
 
@@ -118,8 +118,8 @@ export class Changes {
     const samples = this.#module.twin_since(sent);
     this.#twin = { sent: sent + samples.length / TWIN_STRIDE, reset: false };
     for (let i = 0; i < samples.length; i += TWIN_STRIDE) {
-      samples[i + TWIN.headingOff] = Math.abs(samples[i + TWIN.headingOff] ?? NaN) * DEGREES;
-      samples[i + TWIN.headingSigma3] = (samples[i + TWIN.headingSigma3] ?? NaN) * DEGREES;
+      samples[i + TWIN.headingOff] = degrees(Math.abs(samples[i + TWIN.headingOff] ?? NaN));
+      samples[i + TWIN.headingSigma3] = degrees(samples[i + TWIN.headingSigma3] ?? NaN);
     }
     return { twin: samples.length > 0 ? samples : null, twinReset: reset };
   }

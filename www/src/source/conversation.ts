@@ -29,7 +29,7 @@ export class Conversation {
   constructor(player: Player, { title, token, method, priorMap, cycle, settings, twin }: ConversationSetup, wire: Wire) {
     [this.#player, this.#twin] = [player, twin];
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: method === "prior-map" ? priorMap : null, cycle, settings, seed: 1 }));
+    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: method === "prior-map" ? priorMap : null, cycle, settings }));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.

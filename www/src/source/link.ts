@@ -44,7 +44,7 @@ export abstract class Link {
 
   /** Sends the module's messages. */
   flush(): void {
-    for (let bytes = this.module.outgoing(); bytes.length > 0; bytes = this.module.outgoing()) this.send(bytes as Uint8Array<ArrayBuffer>);
+    for (const bytes of this.module.outgoing()) this.send(bytes as Uint8Array<ArrayBuffer>);
   }
 
   /** Reports the state at the next tick. */

@@ -1,9 +1,10 @@
 // One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its
 // link.
 
+import { turnBetween } from "../angle.js";
 import type { Change, Status } from "../protocol/frame.js";
 import type { MethodName, RunStatus, SourceKind, WebRun } from "../protocol/module.js";
-import { sampleOf, turnBetween } from "../protocol/sample.js";
+import { sampleOf } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
 import { micros } from "./link.js";

@@ -2,6 +2,7 @@
 // or closed. The same for every source.
 
 import type { Level, RunStatus, WebRun } from "../protocol/module.js";
+import { sentence } from "../ui/format.js";
 
 export interface Note {
   time: number;
@@ -117,7 +118,3 @@ export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
 }
 
 const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
-
-function sentence(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
-}

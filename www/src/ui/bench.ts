@@ -2,9 +2,10 @@
 // something pulls at a track.
 
 import { css, html, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import uPlot from "uplot";
 import type { BenchResponse } from "../protocol/module.js";
-import { degrees, fixed } from "./format.js";
+import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
 import { SlamPlotted } from "./plotted.js";

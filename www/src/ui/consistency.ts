@@ -2,10 +2,11 @@
 // cause where they leave them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import type { DiagnosisName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
 import { type Curve, SlamCharts } from "./charts.js";
-import { degrees, fixed } from "./format.js";
+import { fixed } from "./format.js";
 
 interface Words {
   level: "good" | "warn" | "plain";

@@ -4,12 +4,14 @@
 import { type CSSResultGroup, type CSSResultOrNative, LitElement } from "lit";
 import type { Client } from "../client.js";
 import type { Store, Topic } from "../store.js";
+import type { Scene } from "../view/scene.js";
 import { shared } from "./style.js";
 
 /** A component; it stays for as long as the page. */
 export abstract class SlamElement extends LitElement {
   /** Set by main.ts before the element is connected. */
   store!: Store;
+  scene!: Scene;
   client!: Client;
 
   protected readonly topics: readonly Topic[] = [];

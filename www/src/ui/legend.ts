@@ -94,8 +94,6 @@ export class SlamLegend extends SlamElement {
   `;
 
   protected override readonly topics = ["view", "run"] as const;
-  /** Set by main.ts: knows which materials the world has. */
-  scene!: Scene;
 
   override connectedCallback(): void {
     super.connectedCallback();

@@ -1,9 +1,10 @@
 // Why this match: the lines of the last scan, what each was compared with, and what became of it.
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import type { Candidate, Gate, Inspection, Sighting, Verdict } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
-import { degrees, fixed } from "./format.js";
+import { fixed } from "./format.js";
 
 const VERDICT_WORDS: Readonly<Record<Verdict, string>> = {
   matched: "recognised",

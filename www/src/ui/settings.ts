@@ -16,11 +16,7 @@ export class SlamSettings extends SlamElement {
     .all { display: flex; gap: 8px; align-items: center; margin-top: 10px; font-size: 13px; }
     .idle { margin: 10px 0; padding-left: 18px; font-size: 12.5px; color: var(--muted); }
     details { border-top: 1px solid var(--line); }
-    summary { display: flex; justify-content: space-between; align-items: center; cursor: pointer; min-height: 40px; font-weight: 550; font-size: 13.5px; list-style: none; }
-    summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
-    details[open] > summary::before { transform: rotate(90deg); }
     summary > span:first-of-type { flex: 1; }
-    summary::-webkit-details-marker { display: none; }
     .count { font-size: 12px; color: var(--accent-ink); }
     .presets { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 8px; }
     .presets button { min-height: 30px; font-size: 12.5px; padding: 0 10px; }

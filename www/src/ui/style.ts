@@ -6,10 +6,6 @@ import { css } from "lit";
 /** A tool that folds away: a sentence, some fields, a picture. */
 export const tool = css`
   :host { border-top: 1px solid var(--line); margin-top: 14px; padding-top: 4px; }
-  summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
-  summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
-  summary::-webkit-details-marker { display: none; }
-  details[open] > summary::before { transform: rotate(90deg); }
   p { margin: 6px 0 8px; font-size: 12.5px; line-height: 1.5; color: var(--muted); }
   p b { color: var(--ink); font-weight: 500; }
   code { font: 500 12px/1 var(--mono); color: var(--ink); }
@@ -18,7 +14,6 @@ export const tool = css`
   figure { margin: 0 0 10px; }
   figcaption { display: flex; justify-content: space-between; gap: 8px; font-size: 12.5px; margin-bottom: 2px; }
   .plot { height: 150px; }
-  .uplot, .u-wrap { font-family: var(--mono); }
   .apply { width: 100%; margin-bottom: 8px; white-space: normal; }
 `;
 
@@ -43,6 +38,10 @@ export const shared = css`
   }
   input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
   input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
+  summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
+  summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
+  summary::-webkit-details-marker { display: none; }
+  details[open] > summary::before { transform: rotate(90deg); }
   h2 { margin: 0; font: 600 11px/1 var(--sans); letter-spacing: .09em; text-transform: uppercase; color: var(--muted); }
   .num { font-family: var(--mono); font-variant-numeric: tabular-nums; }
   .muted { color: var(--muted); }

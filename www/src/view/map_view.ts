@@ -15,7 +15,6 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
-import type { Scene } from "./scene.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
 
@@ -59,7 +58,6 @@ export class SlamMap extends SlamElement {
   `;
 
   protected override readonly topics = ["view", "run"] as const;
-  scene!: Scene;
   readonly camera = new Camera();
 
   /** The view keeps showing everything that is known. */
