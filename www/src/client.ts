@@ -16,8 +16,6 @@ const LEASE_MILLIS = 5000;
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
-  readonly #store: Store;
-  readonly #scene: Scene;
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
@@ -36,9 +34,7 @@ export class Client {
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
-  constructor(store: Store, scene: Scene) {
-    this.#store = store;
-    this.#scene = scene;
+  constructor(private readonly store: Store, private readonly scene: Scene) {
     this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
     this.#worker.onerror = (event) => {
       this.#warn(`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
@@ -51,19 +47,19 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    const setup = { ...this.#store.setup, ...patch };
-    this.#store.set("run", { loading: setup.world });
+    const setup = { ...this.store.setup, ...patch };
+    this.store.set("run", { loading: setup.world });
     this.send({ kind: "start", setup, play: true });
   }
 
   setSpeed(factor: number): void {
-    this.#store.set("run", { speed: factor });
+    this.store.set("run", { speed: factor });
     this.send({ kind: "speed", factor });
   }
 
   /** The cycle on or off, in the run and in those that follow. */
   setCycle(on: boolean): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("run", { setup: { ...store.setup, cycle: on } });
     // The stages speak of the lines of a scan: they are worth seeing.
     store.set("view", { layers: { ...store.layers, found: on } });
@@ -79,7 +75,7 @@ export class Client {
 
   /** Settings of this run and those that follow; what acts only on a restart waits for one. */
   configure(settings: SettingValues): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
     this.#list();
@@ -87,13 +83,13 @@ export class Client {
 
   /** Asks what the settings are in this run. */
   #list(): void {
-    this.send({ kind: "settings", settings: this.#store.setup.settings });
+    this.send({ kind: "settings", settings: this.store.setup.settings });
   }
 
   /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own
       calibration again. A recording is mapped again. */
   usePreset(preset: Tuning["preset"]): void {
-    const store = this.#store;
+    const { store } = this;
     const before = Object.keys(store.tuning.preset?.settings ?? {});
     const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
     store.set("fit", { tuning: { ...store.tuning, preset } });
@@ -104,7 +100,7 @@ export class Client {
   /** A simulated twin beside the robot, or none. A recording is mapped again, because its twin
       starts where it does. */
   setTwin(twin: boolean): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("fit", { tuning: { ...store.tuning, twin } });
     this.send({ kind: "twin", on: twin });
     this.#fromTheBeginning();
@@ -112,8 +108,8 @@ export class Client {
 
   /** A recording is mapped again. */
   #fromTheBeginning(): void {
-    if (this.#store.source === "replay") this.again();
-    this.#store.notify("run");
+    if (this.store.source === "replay") this.again();
+    this.store.notify("run");
   }
 
   /** Connects to the page's own server if it is a bridge with a robot; otherwise starts the
@@ -135,7 +131,7 @@ export class Client {
   async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
       await this.#ports.choose(kind, ofAll);
-      this.#cable(this.#store.setup.method);
+      this.#cable(this.store.setup.method);
     } catch (error) {
       // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
@@ -150,7 +146,7 @@ export class Client {
     this.send({ kind: "cable", wire, ...this.#liveSetup(method) }, [wire]);
   }
 
-  connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
+  connect(url: string, token: string, method: MethodName = this.store.setup.method): void {
     this.#bridge = { url, token };
     this.send({ kind: "connect", url, token, ...this.#liveSetup(method) });
   }
@@ -158,21 +154,21 @@ export class Client {
   /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws
       its own. */
   #liveSetup(method: MethodName): LiveSetup {
-    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.#store;
+    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.store;
     return { method: method === "prior-map" && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
   lease(take: boolean): void {
     this.#askedLeaseAt = take ? performance.now() : -Infinity;
-    const driver = this.#store.bridge?.driver ?? "";
+    const driver = this.store.bridge?.driver ?? "";
     this.send({ kind: "lease", take, force: driver !== "" });
   }
 
   /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its
       way. */
   get mayBeDriving(): boolean {
-    const { source, bridge } = this.#store;
+    const { source, bridge } = this.store;
     const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
@@ -198,7 +194,7 @@ export class Client {
 
   /** The next click on the map chooses the goal. */
   aim(): void {
-    this.#store.set("run", { aiming: true });
+    this.store.set("run", { aiming: true });
   }
 
   goTo(x: number, y: number): void {
@@ -206,14 +202,14 @@ export class Client {
   }
 
   #order(command: Command): void {
-    this.#store.set("run", { aiming: false });
+    this.store.set("run", { aiming: false });
     this.send(command);
     this.#wake();
   }
 
   /** Asks all planners once there is a goal; without a start they begin where the robot is. */
   contest(patch: Partial<Pick<Contest, "ground" | "seconds" | "start" | "goal">>): void {
-    const store = this.#store;
+    const { store } = this;
     const contest = { ...store.contest, ...patch, picking: "goal" as const, error: "" };
     store.set("contest", { contest });
     const { ground, seconds, start, goal, watched } = contest;
@@ -223,7 +219,7 @@ export class Client {
 
   /** Whose tree is drawn. */
   watch(watched: number): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("contest", { contest: { ...store.contest, watched } });
     this.send({ kind: "contest-watch", watched });
   }
@@ -234,10 +230,10 @@ export class Client {
   }
 
   stop(): void {
-    this.#store.set("run", { aiming: false });
+    this.store.set("run", { aiming: false });
     // Past the worker that maps, which may be busy.
     this.#ports.stop(false);
-    const { source, reading } = this.#store;
+    const { source, reading } = this.store;
     // A robot is stopped also while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
@@ -245,7 +241,7 @@ export class Client {
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
-    const store = this.#store;
+    const { store } = this;
     if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
@@ -269,17 +265,17 @@ export class Client {
   }
 
   #warn(text: string): void {
-    this.#store.set("toast", { toast: { level: "warn", text } });
+    this.store.set("toast", { toast: { level: "warn", text } });
   }
 
   /** The map as it was drawn so far, to be found in. */
   localiseInThisMap(): void {
-    this.send({ kind: "read-prior-map", name: `map of ${this.#store.title}`, files: [] });
+    this.send({ kind: "read-prior-map", name: `map of ${this.store.title}`, files: [] });
   }
 
   /** The robot is to be found in this map from here on; none: among the walls of the world. */
   localiseIn(priorMap: PriorMapSetup | null): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("run", { setup: { ...store.setup, priorMap } });
     this.again("prior-map");
   }
@@ -293,7 +289,7 @@ export class Client {
 
   /** Files may have gone since they were chosen. */
   async #reading(name: string, work: () => Promise<void>): Promise<void> {
-    this.#store.set("toast", { toast: null });
+    this.store.set("toast", { toast: null });
     try {
       await work();
     } catch (error) {
@@ -303,7 +299,7 @@ export class Client {
 
   async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
     await this.#reading(file.name, async () => {
-      const { setup, tuning } = this.#store;
+      const { setup, tuning } = this.store;
       const { name } = file;
       const bytes = await file.arrayBuffer();
       if (/\.json$/i.test(name)) {
@@ -312,7 +308,7 @@ export class Client {
         else this.start({ world: name, worldJson, mode: "explore" });
         return;
       }
-      this.#store.set("run", { reading: { name, done: 0 } });
+      this.store.set("run", { reading: { name, done: 0 } });
       this.send({ kind: "replay", name, bytes, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
       this.#opening = file;
     });
@@ -327,19 +323,19 @@ export class Client {
 
   /** A recording goes as fast as it can; the simulation after it as fast as the one before. */
   #pace(next: SourceKind): void {
-    if (next === "replay" && this.#store.source === "sim") this.#simSpeed = this.#store.speed;
-    if (next === "sim" && this.#store.source === "replay") this.#store.speed = this.#simSpeed;
-    this.setSpeed(next === "replay" ? Infinity : this.#store.speed);
+    if (next === "replay" && this.store.source === "sim") this.#simSpeed = this.store.speed;
+    if (next === "sim" && this.store.source === "replay") this.store.speed = this.#simSpeed;
+    this.setSpeed(next === "replay" ? Infinity : this.store.speed);
   }
 
   /** A command to the robot means that it should move: a paused run goes on. */
   #wake(): void {
-    if (!this.#store.playing) this.send({ kind: "play" });
+    if (!this.store.playing) this.send({ kind: "play" });
   }
 
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
-      this.#store.set("run", { offer });
+      this.store.set("run", { offer });
       this.#ports.prepare();
     },
     started: (start) => {
@@ -347,45 +343,45 @@ export class Client {
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
       if (start.source === "replay") this.#recording = this.#opening;
       this.#pace(start.source);
-      this.#scene.clear();
-      this.#store.begin(start);
+      this.scene.clear();
+      this.store.begin(start);
       this.#list();
       this.onStart();
       if (this.#skipped === "") return;
-      this.#store.note({ time: 0, level: "warn", text: this.#skipped });
+      this.store.note({ time: 0, level: "warn", text: this.#skipped });
       this.#warn(this.#skipped);
       this.#skipped = "";
     },
     frame: (frame) => {
       if (frame.run !== this.#run) return;
       this.#undrawn = true;
-      this.#scene.take(frame);
-      this.#store.take(frame);
+      this.scene.take(frame);
+      this.store.take(frame);
     },
-    reading: ({ name, done }) => this.#store.set("run", { reading: done === null ? null : { name, done } }),
+    reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
     playing: ({ playing }) => {
-      this.#store.set("run", { playing });
-      this.#store.notify("frame");
+      this.store.set("run", { playing });
+      this.store.notify("frame");
     },
     hash: ({ run, text }) => {
-      if (run === this.#run) this.#store.hash = text;
+      if (run === this.#run) this.store.hash = text;
     },
     event: (event) => {
       if (event.run !== this.#run) return;
-      this.#store.note(event);
-      if (event.alert) this.#store.set("toast", { toast: event });
+      this.store.note(event);
+      if (event.alert) this.store.set("toast", { toast: event });
     },
-    bench: ({ response }) => this.#store.set("bench", { bench: response }),
-    settings: ({ settings }) => this.#store.set("settings", { settings }),
-    calibrated: ({ calibration, error }) => this.#store.set("calibration", { calibration: { fit: calibration, error } }),
-    sigma: (sigma) => this.#store.set("sigma", { sigma }),
-    fit: (fit) => this.#store.set("fit", { fit }),
+    bench: ({ response }) => this.store.set("bench", { bench: response }),
+    settings: ({ settings }) => this.store.set("settings", { settings }),
+    calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
+    sigma: (sigma) => this.store.set("sigma", { sigma }),
+    fit: (fit) => this.store.set("fit", { fit }),
     preset: ({ name, settings }) => {
       this.usePreset({ name, settings });
       this.#note("good", `The preset "${name}" is in use`);
     },
-    contest: ({ contest: found, running, error }) => this.#store.set("contest", { contest: { ...this.#store.contest, found, running, error } }),
-    bridge: ({ state }) => this.#store.set("bridge", { bridge: state }),
+    contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
+    bridge: ({ state }) => this.store.set("bridge", { bridge: state }),
     built: ({ name, worldJson, skipped }) => {
       this.start({ world: name, worldJson, mode: "explore" });
       this.#leaveOut(name, skipped);
@@ -399,14 +395,14 @@ export class Client {
       this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
     },
     failed: ({ text }) => {
-      this.#store.set("run", { loading: "" });
+      this.store.set("run", { loading: "" });
       this.#note("warn", text);
       this.#warn(text);
     },
   };
 
   #note(level: Level, text: string): void {
-    this.#store.note({ time: this.#store.status?.time ?? 0, level, text });
+    this.store.note({ time: this.store.status?.time ?? 0, level, text });
   }
 
   /** What of a file is not in what was read of it: told when its run begins. */

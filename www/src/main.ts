@@ -135,38 +135,25 @@ async function savePicture(): Promise<void> {
 }
 
 /** The latest figures, for tests and the console. */
-Object.defineProperty(window, "slamlab", {
-  value: Object.freeze({
-    get status() { return store.status; },
-    get hash() { return store.hash; },
-    get playing() { return store.playing; },
-    get source() { return store.source; },
-    get title() { return store.title; },
-    get setup() { return store.setup; },
-    get method() { return store.method; },
-    get spot() { return store.spot; },
-    get contest() { return store.contest; },
-    get bridge() { return store.bridge; },
-    get cycle() { return store.cycle; },
-    get fit() { return store.fit.fit; },
-    get tuning() { return store.tuning; },
-    get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
-    get rooms() { return store.rooms; },
-    get doors() { return [...store.doors]; },
-    get materials() { return [...new Set(scene.materials)]; },
-    get seq() { return store.seq; },
-    /** The robot as it is drawn now. */
-    get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
-    get framesPerSecond() { return map.frames; },
-    get blocks() { return scene.tiles.size; },
-    get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
-    /** Where a hit of the last scan lies, map frame, m. */
-    hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
-    wall: (id: number) => wallEnds(scene.lines, id),
-    /** Pixels of the canvas at which a map point is drawn. */
-    toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
-  }),
-});
+const TOLD = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
+const told = {
+  get fit() { return store.fit.fit; },
+  get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
+  get doors() { return [...store.doors]; },
+  get materials() { return [...new Set(scene.materials)]; },
+  /** The robot as it is drawn now. */
+  get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
+  get framesPerSecond() { return map.frames; },
+  get blocks() { return scene.tiles.size; },
+  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+  /** Where a hit of the last scan lies, map frame, m. */
+  hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
+  wall: (id: number) => wallEnds(scene.lines, id),
+  /** Pixels of the canvas at which a map point is drawn. */
+  toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
+};
+for (const name of TOLD) Object.defineProperty(told, name, { get: () => store[name] });
+Object.defineProperty(window, "slamlab", { value: Object.freeze(told) });
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {

@@ -129,7 +129,7 @@ const handlers: Handlers<Command> = {
   manual: () => command((run) => run.command((module) => module.manual())),
   goto: ({ x, y }) => command((run) => run.command((module) => module.go_to(x, y))),
   drive: ({ forward, turn }) => command((run) => run.command((module) => module.drive(forward, turn))),
-  stop: () => command((run) => run.stop()),
+  stop: () => command((run) => run.command((module) => module.stop(micros()), "Stop")),
   cancel: () => {
     if (reading) return stopReading();
     if (player.run?.kind !== "replay") return;

@@ -21,14 +21,12 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
 };
 
 export class BridgeLink extends Link {
-  readonly #url: string;
   #socket: WebSocket | null = null;
   #retry: ReturnType<typeof setTimeout> | null = null;
   #tries = 0;
 
-  constructor(module: WebRun, url: string, events: LinkEvents) {
+  constructor(module: WebRun, private readonly url: string, events: LinkEvents) {
     super(module, events);
-    this.#url = url;
     this.#open();
   }
 
@@ -52,7 +50,7 @@ export class BridgeLink extends Link {
   #open(): void {
     this.connection = "connecting";
     this.stir();
-    const socket = new WebSocket(this.#url);
+    const socket = new WebSocket(this.url);
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.#guard(() => this.module.receive(micros(), new Uint8Array(event.data)));
     socket.onclose = (event) => this.#lost(event.code);

@@ -7,11 +7,8 @@ import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
 export class CableLink extends Link {
-  readonly #wire: MessagePort;
-
-  constructor(module: WebRun, wire: MessagePort, events: LinkEvents) {
+  constructor(module: WebRun, private readonly wire: MessagePort, events: LinkEvents) {
     super(module, events);
-    this.#wire = wire;
     wire.onmessage = (event: MessageEvent<Uint8Array>) => {
       this.#guard("refused", () => {
         this.module.receive(micros(), event.data);
@@ -25,13 +22,13 @@ export class CableLink extends Link {
   /** Says farewell: the robot is stopped, and the ports are closed. */
   override close(): void {
     super.close();
-    this.#wire.onmessage = null;
-    this.#wire.postMessage(null);
-    this.#wire.close();
+    this.wire.onmessage = null;
+    this.wire.postMessage(null);
+    this.wire.close();
   }
 
   protected override send(bytes: Uint8Array<ArrayBuffer>): void {
-    this.#wire.postMessage(bytes, [bytes.buffer]);
+    this.wire.postMessage(bytes, [bytes.buffer]);
   }
 
   protected override tick(): void {

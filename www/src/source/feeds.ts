@@ -6,18 +6,15 @@ import { TRAIL_STRIDE } from "../protocol/module.js";
 /** A number that costs more than a step, asked for a few times a second only. */
 export class Slow {
   static readonly PERIOD = 300;
-  readonly #ask: () => number;
   #at = -Infinity;
   #value = NaN;
 
-  constructor(ask: () => number) {
-    this.#ask = ask;
-  }
+  constructor(private readonly ask: () => number) {}
 
   get value(): number {
     const now = performance.now();
     if (now - this.#at > Slow.PERIOD) {
-      this.#value = this.#ask();
+      this.#value = this.ask();
       this.#at = performance.now();
     }
     return this.#value;

@@ -22,15 +22,12 @@ export function micros(): number {
 
 /** The wire to a bridge, or to devices of this very computer. */
 export abstract class Link {
-  protected readonly module: WebRun;
-  protected readonly events: LinkEvents;
   protected connection: Connection = "connecting";
   protected fault = "";
   readonly #ticker: ReturnType<typeof setInterval>;
   #reportedAt = -Infinity;
 
-  constructor(module: WebRun, events: LinkEvents) {
-    [this.module, this.events] = [module, events];
+  constructor(protected readonly module: WebRun, protected readonly events: LinkEvents) {
     this.#ticker = setInterval(() => {
       this.tick();
       this.report();

@@ -7,7 +7,6 @@ import type { MethodName, RunStatus, SourceKind, WebRun } from "../protocol/modu
 import { sampleOf } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
-import { micros } from "./link.js";
 import { doing, type Note, Story } from "./story.js";
 
 /** In a world larger than this, m², counting the reachable area would take too long; the explored
@@ -27,7 +26,6 @@ export class Run implements RunFacts {
   readonly kind: SourceKind;
   readonly title: string;
   readonly method: MethodName;
-  readonly module: WebRun;
   readonly #story: Story;
   readonly #changes: Changes;
   readonly #explored: Slow;
@@ -35,8 +33,8 @@ export class Run implements RunFacts {
   #status: RunStatus;
   #ended: "" | "end of the recording" | "cancelled" = "";
 
-  constructor(module: WebRun, { kind, title, method }: RunFacts, begins: string) {
-    [this.module, this.kind, this.title, this.method] = [module, kind, title, method];
+  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, begins: string) {
+    [this.kind, this.title, this.method] = [kind, title, method];
     this.#story = new Story(module);
     this.#changes = new Changes(module, kind === "replay");
     const countable = module.extent() < MOST_EXTENT;
@@ -101,10 +99,6 @@ export class Run implements RunFacts {
     this.#changes.refresh();
     this.#story.commanded();
     this.update(0);
-  }
-
-  stop(): void {
-    this.command((module) => module.stop(micros()), "Stop");
   }
 
   /** With a twin another one begins here. */

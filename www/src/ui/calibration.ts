@@ -73,20 +73,16 @@ export class SlamCalibration extends SlamPlotted {
 
   /** Curve with its clamped ends, pairs as dots: all on one axis of volts. */
   #curve(host: HTMLElement, fit: Calibration): uPlot {
-    const pairs = [...fit.volts].map((v, i) => [v, fit.ranges[i] ?? NaN] as const);
-    const all = [...new Set([...fit.curveVolts, ...fit.volts])].sort((a, b) => a - b);
-    const at = new Map(pairs);
-    const curve = new Map([...fit.curveVolts].map((v, i) => [v, fit.curveRanges[i] ?? NaN] as const));
     const [low = NaN, high = NaN] = fit.domain;
     const within = (v: number): boolean => v >= low && v <= high;
-    const line = (keep: (v: number) => boolean): (number | null)[] => all.map((v) => (curve.has(v) && keep(v) ? (curve.get(v) ?? null) : null));
+    const line = (keep: (v: number) => boolean): (number | null)[] => [...fit.curveRanges].map((range, i) => (keep(fit.curveVolts[i] ?? NaN) ? range : null));
     const colour = colourOf(host, "map-estimate");
     return new uPlot({
       ...this.frame(host, "V"),
       series: [{}, { stroke: colour, width: 1.6, spanGaps: true, points: { show: false } },
         { stroke: colour, width: 1.4, dash: [3, 3], points: { show: false } },
         { stroke: colourOf(host, "map-truth"), width: 0, paths: () => null, points: { show: true, size: 6, fill: colourOf(host, "map-truth") } }],
-    }, [all, line(within), line((v) => !within(v)), all.map((v) => at.get(v) ?? null)] as uPlot.AlignedData, host);
+    }, uPlot.join([[fit.curveVolts, line(within), line((v) => !within(v))], [fit.volts, fit.ranges]]), host);
   }
 
   #residuals(host: HTMLElement, fit: Calibration): uPlot {

@@ -145,8 +145,7 @@ function curvesOf(found: ContestState, host: HTMLElement, frame: Omit<uPlot.Opti
     if (last !== undefined) points.set(Math.max(seconds, 1e-4), last);
     return points;
   });
-  const times = [...new Set(steps.flatMap((points) => [...points.keys()]))].sort((a, b) => a - b);
-  const data = [times, ...steps.map((points) => times.map((t) => points.get(t) ?? undefined))] as unknown as uPlot.AlignedData;
+  const data = uPlot.join(steps.map((points) => [[...points.keys()], [...points.values()]]));
   const stepped = uPlot.paths.stepped?.({ align: 1 });
   const [below, beside] = frame.axes ?? [];
   return new uPlot({

@@ -70,7 +70,7 @@ export class SlamCycle extends SlamElement {
       <div class="foot">
         <p aria-live="polite" data-testid="stage-words"><b>${words.label}</b>${cycle && cycle.round > 0 ? html` <span class="muted">round ${cycle.round}</span>` : ""} · ${shown?.text || "not yet"}<small>${words.meaning}</small></p>
         ${store.source !== "sim" ? nothing : html`<button class="next" data-testid="next-stage" title="Go on to the end of the next stage, then pause (.)" ?disabled=${store.status?.finished ?? false}
-          @click=${(e: Event) => { this.next(); this.giveBackFocus(e); }}>${icons.step} Next stage</button>`}
+          @click=${this.press(() => this.next())}>${icons.step} Next stage</button>`}
       </div>
     </section>`;
   }

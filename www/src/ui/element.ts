@@ -25,8 +25,12 @@ export abstract class SlamElement extends LitElement {
     for (const topic of this.topics) this.store.on(topic, () => this.requestUpdate());
   }
 
-  /** After a click with the mouse the keys belong to the robot again, not to the button. */
-  protected giveBackFocus(event: Event): void {
-    if (event instanceof PointerEvent && event.detail > 0) this.dispatchEvent(new CustomEvent("focus-map", { bubbles: true, composed: true }));
+  /** What a button does. After a click with the mouse the keys belong to the robot again, not to the
+      button. */
+  protected press(act: () => void): (event: Event) => void {
+    return (event) => {
+      act();
+      if (event instanceof PointerEvent && event.detail > 0) this.dispatchEvent(new CustomEvent("focus-map", { bubbles: true, composed: true }));
+    };
   }
 }

@@ -47,7 +47,7 @@ export class SlamHeader extends SlamElement {
       </div>
       <div class="tools">
         <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title="${dark ? "Light" : "Dark"} theme (T)" data-testid="theme"
-          @click=${(e: Event) => { switchTheme(store); this.giveBackFocus(e); }}>${dark ? icons.sun : icons.moon}</button>
+          @click=${this.press(() => switchTheme(store))}>${dark ? icons.sun : icons.moon}</button>
         <button class="icon" aria-label="Help" title="Help (?)" data-testid="help"
           @click=${() => this.dispatchEvent(new CustomEvent("show-help", { bubbles: true, composed: true }))}>${icons.help}</button>
       </div>

@@ -49,16 +49,14 @@ export class SlamSigma extends SlamPlotted {
     const { curve } = this.store.sigma;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
     if (!curve || !host || this.clientWidth === 0) return [];
-    const at = new Map(curve.bins.map((bin) => [bin.range, bin.sigma] as const));
-    const on = new Map([...curve.curveRanges].map((range, i) => [range, i] as const));
-    const all = [...new Set([...at.keys(), ...on.keys()])].sort((a, b) => a - b);
-    const line = (values: Float64Array): (number | null)[] => all.map((range) => (on.has(range) && values.length > 0 ? 1000 * (values[on.get(range) ?? 0] ?? NaN) : null));
+    const millimetres = (metres: Float64Array): Float64Array => metres.map((m) => 1000 * m);
+    const bins: uPlot.AlignedData = [curve.bins.map((bin) => bin.range), curve.bins.map((bin) => 1000 * bin.sigma)];
     const [estimate, truth] = [colourOf(host, "map-estimate"), colourOf(host, "map-truth")];
     return [new uPlot({
       ...this.frame(host, "m"),
       series: [{}, { stroke: estimate, width: 1.6, spanGaps: true, points: { show: false } }, { stroke: truth, width: 1.6, dash: [1, 3], spanGaps: true, points: { show: false } },
         { stroke: estimate, width: 0, paths: () => null, points: { show: true, size: 5, fill: estimate } }],
-    }, [all, line(curve.curveSigmas), line(curve.truth), all.map((range) => (at.has(range) ? 1000 * (at.get(range) ?? NaN) : null))] as uPlot.AlignedData, host)];
+    }, uPlot.join([[curve.curveRanges, millimetres(curve.curveSigmas), millimetres(curve.truth)], bins]), host)];
   }
 
   #words(curve: SigmaCurve): TemplateResult {

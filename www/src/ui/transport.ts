@@ -64,16 +64,16 @@ export class SlamTransport extends SlamElement {
       ${store.source === "bridge" ? this.#lease() : html`<div class="time" role="group" aria-label="Time">
         <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
           ?disabled=${finished}
-          @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
+          @click=${this.press(() => client.send({ kind: store.playing ? "pause" : "play" }))}>${store.playing ? icons.pause : icons.play}</button>
         <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
-          @click=${(e: Event) => { client.send({ kind: "step" }); this.giveBackFocus(e); }}>${icons.step}</button>
+          @click=${this.press(() => client.send({ kind: "step" }))}>${icons.step}</button>
         <select data-testid="speed" aria-label="Speed" title="Speed ([ and ])"
           @change=${(e: Event) => { client.setSpeed(Number(valueOf(e))); (e.target as HTMLSelectElement).blur(); }}>
           ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
         </select>
       </div>`}
       ${store.source !== "replay" && !store.reading ? this.#modes() : this.#progress()}
-      <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${(e: Event) => { client.stop(); this.giveBackFocus(e); }}>${icons.stop} STOP</button>
+      <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${this.press(() => client.stop())}>${icons.stop} STOP</button>
     `;
   }
 
@@ -95,7 +95,7 @@ export class SlamTransport extends SlamElement {
     const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
-      @click=${(e: Event) => { this.client.lease(!drives); this.giveBackFocus(e); }}>${icons.hand} ${words}</button>`;
+      @click=${this.press(() => this.client.lease(!drives))}>${icons.hand} ${words}</button>`;
   }
 
   #modes(): TemplateResult {
@@ -104,14 +104,14 @@ export class SlamTransport extends SlamElement {
     const now: Mode = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
     const mode = (name: Mode, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
       <button data-testid="mode-${name}" aria-pressed=${now === name} ?disabled=${idle} title="${label} (${key})"
-        @click=${(e: Event) => { act(); this.giveBackFocus(e); }}>${icon}${label}</button>`;
+        @click=${this.press(() => act())}>${icon}${label}</button>`;
     return html`<div class="modes" role="group" aria-label="Mode">
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
       <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle || store.setup.cycle} ?disabled=${store.inCycle && !store.setup.cycle}
         title=${store.inCycle && !store.setup.cycle ? "This sensor scans only while the robot stands: the robot always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
-        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>
+        @click=${this.press(() => client.setCycle(!store.setup.cycle))}>${icons.cycle}Cycle</button>
     </div>`;
   }
 
