@@ -42,19 +42,7 @@ impl WebRun {
     /// more than a step, and at first as much as the world's floor is large.
     #[must_use]
     pub fn explored(&self) -> f64 {
-        self.simulated().map_or(
-            f64::NAN,
-            |Simulated {
-                 experiment, area, ..
-             }| {
-                let area = area.get_or_init(|| {
-                    let sim = experiment.sim();
-                    let resolution = experiment.session().slam().grid().resolution();
-                    reachable_area(sim.world(), sim.robot().radius(), resolution)
-                });
-                experiment.explored_fraction(area)
-            },
-        )
+        self.simulated().map_or(f64::NAN, Simulated::explored)
     }
 
     /// Area of the rectangle around the world, m²; infinite where nobody knows it.
@@ -137,6 +125,15 @@ impl Simulated {
         }
     }
 
+    fn explored(&self) -> f64 {
+        let (experiment, sim) = (&self.experiment, self.experiment.sim());
+        let area = self.area.get_or_init(|| {
+            let resolution = experiment.session().slam().grid().resolution();
+            reachable_area(sim.world(), sim.robot().radius(), resolution)
+        });
+        experiment.explored_fraction(area)
+    }
+
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
         let mut settings = self.defaults.clone();
         let method = self.experiment.session().slam().method();
@@ -151,18 +148,15 @@ impl Simulated {
         let (ends, _) = ends.as_chunks::<4>();
         let states = sim.doors_open().zip(sim.doors_ordered());
         let flag = |yes| f32::from(u8::from(yes));
-        flat(
-            ends.iter()
-                .zip(states)
-                .map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
-                    x1,
-                    y1,
-                    x2,
-                    y2,
-                    open: flag(open),
-                    ordered: flag(ordered),
-                }),
-        )
+        let doors = ends.iter().zip(states);
+        flat(doors.map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
+            x1,
+            y1,
+            x2,
+            y2,
+            open: flag(open),
+            ordered: flag(ordered),
+        }))
     }
 
     /// The walls that stand for good. Doors that are shut come after them.

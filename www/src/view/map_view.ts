@@ -71,7 +71,6 @@ export class SlamMap extends SlamElement {
   #hasTable = false;
   /** Grows with every change of what lights up. */
   #spotVersion = 0;
-  #abort = new AbortController();
   #still = matchMedia("(prefers-reduced-motion: reduce)");
   /** Pictures drawn in the last second, for the curious and for tests. */
   frames = 0;
@@ -99,28 +98,23 @@ export class SlamMap extends SlamElement {
   }
 
   override firstUpdated(): void {
-    const pad = this.#element("pad");
-    listenToGestures(
-      pad,
-      {
-        pan: (dx, dy) => {
-          this.#release();
-          this.camera.panBy(dx, dy);
-        },
-        zoom: (factor, x, y) => {
-          if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
-          else this.#release();
-          this.camera.zoomAt(factor, x, y);
-        },
-        tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
-        hover: (x, y) => this.#hover(x, y),
-        leave: () => {
-          this.#element("hover").toggleAttribute("hidden", true);
-          this.#light(null);
-        },
+    listenToGestures(this.#element("pad"), {
+      pan: (dx, dy) => {
+        this.#release();
+        this.camera.panBy(dx, dy);
       },
-      this.#abort.signal,
-    );
+      zoom: (factor, x, y) => {
+        if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
+        else this.#release();
+        this.camera.zoomAt(factor, x, y);
+      },
+      tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
+      hover: (x, y) => this.#hover(x, y),
+      leave: () => {
+        this.#element("hover").toggleAttribute("hidden", true);
+        this.#light(null);
+      },
+    });
     new ResizeObserver(() => this.#resize()).observe(this);
     this.#resize();
   }
