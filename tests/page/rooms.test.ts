@@ -6,7 +6,7 @@ import { expect, test } from './fixture.ts';
 test('rooms are found, listed with their doors, chosen by click and by key, and saved', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
   test.setTimeout(120_000);
   await lab.open();
-  const rooms = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { rooms: { regions: Float64Array } | null } }).slamlab.rooms?.regions.length ?? -1);
+  const rooms = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { rooms: { regions: unknown[] } | null } }).slamlab.rooms?.regions.length ?? -1);
   expect(await rooms(), 'nobody looks').toBe(-1);
   await lab.speed('20');
   await lab.show('layers');
@@ -38,10 +38,10 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
 function squares(...rooms: readonly (readonly [x: number, side: number])[]) {
   const sorted = [...rooms].sort((a, b) => b[1] - a[1]);
   return {
-    regions: Float64Array.from(sorted.flatMap(([x, side]) => [0, side * side, x + side / 2, side / 2, side])),
-    doors: new Float64Array(0),
-    corners: Float32Array.from(sorted.flatMap(([x, side]) => [x, 0, x + side, 0, x + side, side, x, side])),
-    rings: Uint32Array.from(sorted.flatMap((_, i) => [i, 4])),
+    regions: sorted.map(([x, side]) => ({
+      kind: 'room' as const, area: side * side, middle: [x + side / 2, side / 2] as [number, number], width: side,
+      outlines: [Float32Array.of(x, 0, x + side, 0, x + side, side, x, side)],
+    })),
   };
 }
 

@@ -1,4 +1,8 @@
 //! Buildings from files of others, for the page: to drive in, and to be found in.
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "lists cross the border by value only"
+)]
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
@@ -63,10 +67,6 @@ pub struct PriorMapFile {
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "lists cross the border by value only"
-)]
 pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
     let imported = read(&files)?.into_world(name)?;
     typed(&Building {
@@ -79,10 +79,6 @@ pub fn read_building(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<Building> {
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "lists cross the border by value only"
-)]
 pub fn read_prior_map(name: &str, files: Vec<Ts<GivenFile>>) -> Typed<PriorMapFile> {
     typed(&PriorMapFile::of(name, &read(&files)?)?)
 }

@@ -36,7 +36,7 @@ pub struct ContestAsk {
 }
 
 /// How all planners stand; map frame, m and s.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct ContestState {
@@ -57,7 +57,7 @@ pub struct ContestState {
 }
 
 /// How one planner stands.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Entrant {
@@ -90,7 +90,7 @@ pub struct Entrant {
 }
 
 /// Why there is no path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 pub struct NoPathReason {
     /// Which reason.
     pub kind: NoPathKind,
@@ -172,10 +172,7 @@ impl WebContest {
             tried: standing.tried as f64,
             reason: standing.reason.map(Into::into),
             left_rooms: standing.fallback.map(|why| why.to_string()),
-            path: path
-                .map(|path| view::polyline(&path.points))
-                .unwrap_or_default()
-                .into(),
+            path: view::corners(path.as_ref()).into(),
             curve: curve
                 .iter()
                 .flat_map(|&(seconds, length)| [seconds, length])

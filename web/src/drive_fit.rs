@@ -56,7 +56,7 @@ impl WebRun {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.set_twin(calibration),
             Source::Recording(replay) => replay.set_twin(calibration),
-            Source::Live(behind) => behind.live.set_twin(calibration),
+            Source::Live(live) => live.set_twin(calibration),
         }
     }
 
@@ -68,7 +68,7 @@ impl WebRun {
         let fit = match &self.source {
             Source::Simulation(_) => None,
             Source::Recording(replay) => Some(replay.fit()),
-            Source::Live(behind) => Some(behind.live.session().fit()),
+            Source::Live(live) => Some(live.session().fit()),
         };
         fit.map(|fit| typed(&fit.into())).transpose()
     }

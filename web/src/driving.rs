@@ -61,7 +61,7 @@ impl WebRun {
                     .drive(forward * robot.max_speed, turn * robot.max_turn_rate);
             }
             Source::Recording(_) => {}
-            Source::Live(behind) => behind.live.drive(forward, turn),
+            Source::Live(live) => live.drive(forward, turn),
         }
     }
 
@@ -71,24 +71,20 @@ impl WebRun {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.stop(),
             Source::Recording(_) => {}
-            Source::Live(behind) => behind.live.stop(now as u64),
+            Source::Live(live) => live.stop(now as u64),
         }
     }
 
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        let path = self.pilot().path();
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
+        view::corners(self.pilot().path())
     }
 
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        let path = self.pilot().raw_path();
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
+        view::corners(self.pilot().raw_path())
     }
 
     /// x1 y1 x2 y2 of the edges of the planner's trees.
@@ -121,7 +117,7 @@ impl WebRun {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.set_cycle(cycle),
             Source::Recording(_) => return Err(RunError::Recorded.into()),
-            Source::Live(behind) => behind.live.set_cycle(cycle),
+            Source::Live(live) => live.set_cycle(cycle),
         }
         Ok(())
     }
@@ -145,7 +141,7 @@ impl WebRun {
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.set_mode(mode),
             Source::Recording(_) => {}
-            Source::Live(behind) => behind.live.set_mode(mode),
+            Source::Live(live) => live.set_mode(mode),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! The filter's inside, flattened for the page: how errors hang together, and why each line was
 //! matched.
 
-use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
 use slamlab_core::pilot::Stage;
@@ -9,16 +8,14 @@ use slamlab_core::session::Session;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{
-    CandidateRow, Float32Array, Float64Array, Gate, SightingRow, Uint32Array, Verdict, WebError,
-    flat, typed,
-};
+use crate::border::{Float32Array, Gate, Uint32Array, Verdict, WebError, typed};
 use crate::run::WebRun;
 use crate::view::map_from_robot_at_scan;
 
 /// The line filter after the last scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
 pub struct Inspection {
     /// Rows of the matrix that belong to the robot; two for each landmark follow, α and r.
     pub robot_rows: u32,
@@ -26,18 +23,43 @@ pub struct Inspection {
     pub landmarks: Uint32Array,
     /// Correlation coefficients, row by row, -1 to 1; empty where they were not asked for.
     pub coefficients: Float32Array,
-    /// Lines of the scan, see `SIGHTING`.
-    pub sightings: Float64Array,
-    /// What they were compared with, in the same order, see `CANDIDATE`.
-    pub candidates: Float64Array,
+    /// Lines of the scan.
+    pub sightings: Vec<Sighting>,
     /// What was learned of the odometry.
     pub odometry: LearnedOdometry,
     /// Largest d² of a match.
     pub gate: f64,
     /// Smallest d² to every landmark of a new one.
     pub new_gate: f64,
-    /// Largest free distance between the seen and the known part of one wall, m.
-    pub max_gap: f64,
+}
+
+/// A line of the scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct Sighting {
+    /// x1 y1 x2 y2, map frame, m.
+    pub ends: [f64; 4],
+    /// What became of it.
+    pub verdict: Verdict,
+    /// The landmark that it was recognised as, or became; null where it was not used.
+    pub wall: Option<u32>,
+    /// What it was compared with, the likeliest first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// A landmark that a line was compared with; see `Considered` of the core.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[expect(missing_docs, reason = "as in `Considered` of the core")]
+pub struct Candidate {
+    pub wall: u32,
+    pub d2: f64,
+    pub gap: f64,
+    pub delta_alpha: f64,
+    pub delta_r: f64,
+    pub sigma_alpha: f64,
+    pub sigma_r: f64,
+    pub gate: Gate,
 }
 
 /// What the filter learned of the odometry.
@@ -83,20 +105,24 @@ impl Inspection {
         let [learned, sigmas] = slam.view().odometry_errors?;
         let association = &slam.config().ekf.association;
         let map_from_robot = map_from_robot_at_scan(session);
-        let seen: Vec<_> = report
-            .explanations()
-            .filter_map(|explanation| {
-                let feature = slam.view().features.get(explanation.feature)?;
-                Some((explanation, feature.ends.map(|end| map_from_robot * end)))
+        let sighting = |explanation: Explanation<'_>| {
+            let feature = slam.view().features.get(explanation.feature)?;
+            let [a, b] = feature.ends.map(|end| map_from_robot * end);
+            Some(Sighting {
+                ends: [a.x, a.y, b.x, b.y],
+                verdict: (&explanation.verdict).into(),
+                wall: match explanation.verdict {
+                    CoreVerdict::Matched(id) | CoreVerdict::Added(id) => Some(id.0),
+                    CoreVerdict::Rejected(_) => None,
+                },
+                candidates: explanation.candidates.iter().map(Into::into).collect(),
             })
-            .collect();
-        let candidates = seen.iter().flat_map(|(e, _)| e.candidates);
+        };
         Some(Self {
             robot_rows: correlations.first_landmark as u32,
             landmarks: correlations.landmarks.iter().map(|id| id.0).collect(),
             coefficients: correlations.coefficients.into(),
-            sightings: flat(seen.iter().map(|(e, ends)| sighting(e, *ends))),
-            candidates: flat(candidates.map(candidate)),
+            sightings: report.explanations().filter_map(sighting).collect(),
             odometry: LearnedOdometry {
                 curvature: learned.curvature,
                 turn_scale: learned.turn_scale,
@@ -105,37 +131,22 @@ impl Inspection {
             },
             gate: association.gate,
             new_gate: association.new_gate,
-            max_gap: association.max_gap,
         })
     }
 }
 
-fn sighting(explanation: &Explanation<'_>, [a, b]: [Point2<f64>; 2]) -> SightingRow {
-    let landmark = match explanation.verdict {
-        CoreVerdict::Matched(id) | CoreVerdict::Added(id) => f64::from(id.0),
-        CoreVerdict::Rejected(_) => f64::NAN,
-    };
-    SightingRow {
-        x1: a.x,
-        y1: a.y,
-        x2: b.x,
-        y2: b.y,
-        verdict: f64::from(Verdict::from(&explanation.verdict) as u8),
-        landmark,
-        candidates: explanation.candidates.len() as f64,
-    }
-}
-
-fn candidate(c: &Considered) -> CandidateRow {
-    let ([delta_alpha, delta_r], [sigma_alpha, sigma_r]) = (c.innovation, c.sigmas);
-    CandidateRow {
-        landmark: f64::from(c.landmark.0),
-        d2: c.d2,
-        gap: c.gap,
-        delta_alpha,
-        delta_r,
-        sigma_alpha,
-        sigma_r,
-        gate: f64::from(Gate::from(&c.gate) as u8),
+impl From<&Considered> for Candidate {
+    fn from(c: &Considered) -> Self {
+        let ([delta_alpha, delta_r], [sigma_alpha, sigma_r]) = (c.innovation, c.sigmas);
+        Self {
+            wall: c.landmark.0,
+            d2: c.d2,
+            gap: c.gap,
+            delta_alpha,
+            delta_r,
+            sigma_alpha,
+            sigma_r,
+            gate: (&c.gate).into(),
+        }
     }
 }

@@ -38,12 +38,12 @@ pub use drive_fit::{DriveFit, FittedParameter, PresetFile, read_preset, write_pr
 pub use driving::{Cycle, StageWords};
 pub use export::{ExportError, SavedFile};
 pub use field::FieldChange;
-pub use inspection::{Inspection, LearnedOdometry};
+pub use inspection::{Candidate, Inspection, LearnedOdometry, Sighting};
 pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
 pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
 pub use recording::{ReplaySetup, WebLogReader};
-pub use rooms::Rooms;
+pub use rooms::{Doorway, Region, Rooms};
 pub use run::{Notice, RunError, SourceKind, WebRun};
 pub use settings::{PresetInfo, SettingInfo};
 pub use setup::{Setup, SetupError};

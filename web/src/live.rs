@@ -1,8 +1,6 @@
 //! What only a robot behind a bridge has: a connection, the right to drive, devices. Bytes of the
 //! WebSocket come in and go out here; times are µs of the page's clock.
 
-use std::collections::VecDeque;
-
 use serde::{Deserialize, Serialize};
 use slamlab_core::live::{Live, LiveConfig, Note};
 use slamlab_core::wire::message::{self, Severity};
@@ -13,7 +11,10 @@ use crate::border::{
     DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, typed,
 };
 use crate::building::PriorMapSetup;
-use crate::run::{Behind, Notice, Source, WebRun};
+use crate::run::{Notice, Source, WebRun};
+
+/// Seed of the planner's random numbers.
+const SEED: u64 = 1;
 
 /// Who talks to a bridge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -32,12 +33,10 @@ pub struct LiveSetup {
     pub cycle: bool,
     /// Settings that differ from their defaults.
     pub settings: SettingValues,
-    /// Seed of the planner's random numbers.
-    pub seed: u32,
 }
 
 /// What bridge and robot say of themselves. NaN where nothing is known.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct BridgeStatus {
@@ -72,7 +71,7 @@ pub struct BridgeStatus {
 }
 
 /// A device at a line of the bridge.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
 pub struct DeviceStatus {
     /// As it was named to the bridge: `rplidar:/dev/ttyUSB0`.
     pub name: String,
@@ -109,12 +108,9 @@ impl WebRun {
             prior_map: setup.prior_map.as_ref().map(Into::into),
             cycle: setup.cycle,
             settings: setup.settings.0.into_iter().collect(),
-            seed: u64::from(setup.seed),
+            seed: SEED,
         })?;
-        let source = Source::Live(Box::new(Behind {
-            live,
-            waiting: VecDeque::new(),
-        }));
+        let source = Source::Live(Box::new(live));
         Ok(Self { source })
     }
 
@@ -122,7 +118,7 @@ impl WebRun {
     ///
     /// # Errors    No robot behind a bridge.
     pub fn reconnect(&mut self) -> Result<(), WebError> {
-        self.behind_mut()?.live.reconnect();
+        self.live_mut()?.reconnect();
         Ok(())
     }
 
@@ -130,46 +126,40 @@ impl WebRun {
     ///
     /// # Errors    A sentence on why the connection is of no use any more.
     pub fn receive(&mut self, now: f64, bytes: &[u8]) -> Result<(), WebError> {
-        Ok(self.behind_mut()?.live.receive(now as u64, bytes)?)
+        Ok(self.live_mut()?.receive(now as u64, bytes)?)
     }
 
     /// Due every 50 ms.
     ///
     /// # Errors    The bridge is gone.
     pub fn tick(&mut self, now: f64) -> Result<(), WebError> {
-        Ok(self.behind_mut()?.live.tick(now as u64)?)
+        Ok(self.live_mut()?.tick(now as u64)?)
     }
 
-    /// The next message to send; empty when there is none.
+    /// The messages to send.
     #[must_use]
-    pub fn outgoing(&mut self) -> Vec<u8> {
-        let Ok(Behind { live, waiting }) = self.behind_mut() else {
-            return vec![];
-        };
-        if waiting.is_empty() {
-            waiting.extend(live.take_outgoing());
-        }
-        waiting.pop_front().unwrap_or_default()
+    pub fn outgoing(&mut self) -> Vec<js_sys::Uint8Array> {
+        self.live_mut()
+            .map_or(vec![], |live| messages(live.take_outgoing()))
     }
 
     /// Whether the bridge accepted this page.
     #[must_use]
     pub fn is_in(&self) -> bool {
-        self.behind()
-            .is_ok_and(|behind| behind.live.client().is_in())
+        self.live().is_ok_and(|live| live.client().is_in())
     }
 
     /// How often estimate and map restarted.
     #[must_use]
     pub fn begun(&self) -> u32 {
-        self.behind().map_or(0, |behind| behind.live.begun)
+        self.live().map_or(0, |live| live.begun)
     }
 
     /// Asks for the right to drive, and arms.
     ///
     /// # Errors    No robot behind a bridge.
     pub fn take_lease(&mut self, now: f64, force: bool) -> Result<(), WebError> {
-        self.behind_mut()?.live.take_lease(now as u64, force);
+        self.live_mut()?.take_lease(now as u64, force);
         Ok(())
     }
 
@@ -177,7 +167,7 @@ impl WebRun {
     ///
     /// # Errors    No robot behind a bridge.
     pub fn release_lease(&mut self, now: f64) -> Result<(), WebError> {
-        self.behind_mut()?.live.release_lease(now as u64);
+        self.live_mut()?.release_lease(now as u64);
         Ok(())
     }
 
@@ -185,7 +175,7 @@ impl WebRun {
     ///
     /// # Errors    No robot behind a bridge.
     pub fn emergency_stop(&mut self, now: f64) -> Result<(), WebError> {
-        self.behind_mut()?.live.emergency_stop(now as u64);
+        self.live_mut()?.emergency_stop(now as u64);
         Ok(())
     }
 
@@ -193,7 +183,7 @@ impl WebRun {
     ///
     /// # Errors    No robot behind a bridge.
     pub fn reset_emergency_stop(&mut self, now: f64) -> Result<(), WebError> {
-        self.behind_mut()?.live.reset_emergency_stop(now as u64);
+        self.live_mut()?.reset_emergency_stop(now as u64);
         Ok(())
     }
 
@@ -201,20 +191,22 @@ impl WebRun {
     ///
     /// # Errors    No robot behind a bridge.
     pub fn bridge(&self) -> Typed<BridgeStatus> {
-        typed(&BridgeStatus::of(&self.behind()?.live))
+        typed(&BridgeStatus::of(self.live()?))
     }
 }
 
-impl Behind {
-    pub(crate) fn notices(&mut self) -> Vec<Notice> {
-        let notice = |Note { severity, text }| Notice {
-            level: match severity {
-                Severity::Info => Level::Info,
-                Severity::Warning | Severity::Error => Level::Warn,
-            },
-            text,
+/// Messages as the page sends them.
+pub(crate) fn messages(all: Vec<Vec<u8>>) -> Vec<js_sys::Uint8Array> {
+    all.iter().map(|bytes| bytes.as_slice().into()).collect()
+}
+
+impl From<Note> for Notice {
+    fn from(Note { severity, text }: Note) -> Self {
+        let level = match severity {
+            Severity::Info => Level::Info,
+            Severity::Warning | Severity::Error => Level::Warn,
         };
-        self.live.take_notes().into_iter().map(notice).collect()
+        Self { level, text }
     }
 }
 

@@ -1,11 +1,12 @@
 //! The local bridge: robot and sensors at serial ports that the page itself opened.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use slamlab_core::device::{Device, KINDS, Kind, LocalBridge, Want};
 use slamlab_core::geom::Pose2;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
+
+use crate::live::messages;
 
 /// There is no device of that kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,7 +19,6 @@ pub struct DeviceKindError(String);
 #[derive(Debug)]
 pub struct WebLocalBridge {
     bridge: LocalBridge,
-    waiting: VecDeque<Vec<u8>>,
 }
 
 /// What the device at a line wants done with it.
@@ -47,7 +47,6 @@ impl WebLocalBridge {
         let devices: Result<Vec<_>, _> = kinds.iter().map(|kind| device(kind)).collect();
         Ok(Self {
             bridge: LocalBridge::new(devices?),
-            waiting: VecDeque::new(),
         })
     }
 
@@ -117,13 +116,10 @@ impl WebLocalBridge {
         self.bridge.stop(micros(now), cut_off);
     }
 
-    /// The next message for the page; empty when there is none.
+    /// The messages for the page.
     #[must_use]
-    pub fn outgoing(&mut self) -> Vec<u8> {
-        if self.waiting.is_empty() {
-            self.waiting.extend(self.bridge.take_outgoing());
-        }
-        self.waiting.pop_front().unwrap_or_default()
+    pub fn outgoing(&mut self) -> Vec<js_sys::Uint8Array> {
+        messages(self.bridge.take_outgoing())
     }
 }
 

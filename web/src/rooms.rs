@@ -1,33 +1,55 @@
-//! Rooms, corridors and doors, flattened for the page.
+//! Rooms, corridors and doors, for the page.
 
-use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
-use slamlab_core::map::{Door, Grid, Region, Topology, TopologyConfig};
+use slamlab_core::map::{self, Grid, Topology, TopologyConfig};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{
-    DoorwayRow, Float32Array, Float64Array, RegionName, RegionRow, Uint32Array, WebError, flat,
-    typed,
-};
+use crate::border::{Float32Array, RegionName, WebError, typed};
 use crate::run::WebRun;
-use crate::view::flag;
+use crate::view::polyline;
 
-/// The topological map: rooms, corridors and doors, the largest region first; map frame, m.
+/// The topological map: rooms, corridors and doors; map frame, m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct Rooms {
-    /// See `REGION`.
-    pub regions: Float64Array,
-    /// See `DOORWAY`.
-    pub doors: Float64Array,
-    /// x y of the corners of all outlines.
-    pub corners: Float32Array,
-    /// Of each outline its region and number of corners.
-    pub rings: Uint32Array,
+    /// The largest first.
+    pub regions: Vec<Region>,
+    /// Between them.
+    pub doors: Vec<Doorway>,
     /// Version of the grid that they are of.
     pub generation: u32,
     /// Its revision.
     pub revision: f64,
+}
+
+/// A room or a corridor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct Region {
+    /// Which of the two.
+    pub kind: RegionName,
+    /// Free floor, m².
+    pub area: f64,
+    /// x y of a place in its middle.
+    pub middle: [f64; 2],
+    /// Between its walls.
+    pub width: f64,
+    /// x y of the corners of each outline.
+    pub outlines: Vec<Float32Array>,
+}
+
+/// A door between two regions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct Doorway {
+    /// Their places among the regions.
+    pub regions: [u32; 2],
+    /// x1 y1 x2 y2 of its posts.
+    pub posts: [f64; 4],
+    /// x y between them.
+    pub middle: [f64; 2],
+    /// From post to post.
+    pub width: f64,
+    /// Both posts were seen.
+    pub framed: bool,
 }
 
 #[wasm_bindgen]
@@ -48,51 +70,32 @@ impl Rooms {
     /// What a version of a grid holds.
     pub(crate) fn of(grid: &Grid, generation: u32) -> Self {
         let topology = Topology::of_grid(grid, &TopologyConfig::default());
-        let (mut corners, mut rings) = (vec![], vec![]);
-        for (number, outlines) in topology.outlines().iter().enumerate() {
-            for ring in outlines {
-                rings.extend([number as u32, ring.len() as u32]);
-                corners.extend(ring.iter().flat_map(corner));
-            }
-        }
+        let regions = topology.regions().iter().zip(topology.outlines());
+        let regions = regions.map(|(region, outlines)| Region {
+            kind: (&region.kind).into(),
+            area: region.area,
+            middle: region.centre.into(),
+            width: region.width,
+            outlines: outlines.iter().map(|ring| polyline(ring).into()).collect(),
+        });
         Self {
-            regions: flat(topology.regions().iter().map(region)),
-            doors: flat(topology.doors().iter().map(door)),
-            corners: corners.into(),
-            rings: rings.into(),
+            regions: regions.collect(),
+            doors: topology.doors().iter().map(Into::into).collect(),
             generation,
             revision: grid.revision() as f64,
         }
     }
 }
 
-fn region(region: &Region) -> RegionRow {
-    RegionRow {
-        kind: f64::from(RegionName::from(&region.kind) as u8),
-        area: region.area,
-        x: region.centre.x,
-        y: region.centre.y,
-        width: region.width,
+impl From<&map::Door> for Doorway {
+    fn from(door: &map::Door) -> Self {
+        let (a, b) = (door.posts.a, door.posts.b);
+        Self {
+            regions: door.regions.map(|region| region as u32),
+            posts: [a.x, a.y, b.x, b.y],
+            middle: (a + (b - a) * 0.5).into(),
+            width: door.width,
+            framed: door.is_framed,
+        }
     }
-}
-
-fn door(door: &Door) -> DoorwayRow {
-    let ([from, to], (a, b)) = (door.regions, (door.posts.a, door.posts.b));
-    let middle = a + (b - a) * 0.5;
-    DoorwayRow {
-        from: from as f64,
-        to: to as f64,
-        x1: a.x,
-        y1: a.y,
-        x2: b.x,
-        y2: b.y,
-        x: middle.x,
-        y: middle.y,
-        width: door.width,
-        framed: flag(door.is_framed),
-    }
-}
-
-fn corner(at: &Point2<f64>) -> [f32; 2] {
-    [at.x as f32, at.y as f32]
 }

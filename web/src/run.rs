@@ -2,7 +2,6 @@
 //! robot.
 
 use std::cell::OnceCell;
-use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::Experiment;
@@ -51,7 +50,7 @@ pub enum RunError {
 pub(crate) enum Source {
     Simulation(Box<Simulated>),
     Recording(Box<Replay>),
-    Live(Box<Behind>),
+    Live(Box<Live>),
 }
 
 /// A simulated robot.
@@ -62,14 +61,6 @@ pub(crate) struct Simulated {
     pub(crate) defaults: Settings,
     /// What can be explored at all; found out when it is first asked for.
     pub(crate) area: OnceCell<ReachableArea>,
-}
-
-/// A robot behind a bridge.
-#[derive(Debug)]
-pub(crate) struct Behind {
-    pub(crate) live: Live,
-    /// Messages to be sent.
-    pub(crate) waiting: VecDeque<Vec<u8>>,
 }
 
 /// What a person should read.
@@ -123,7 +114,7 @@ impl WebRun {
                 progress: replay.progress(),
                 ..RunStatus::of(replay.session(), false)
             },
-            Source::Live(behind) => RunStatus::of(behind.live.session(), true),
+            Source::Live(live) => RunStatus::of(live.session(), true),
         })
     }
 
@@ -140,7 +131,7 @@ impl WebRun {
                 values.apply_to(&mut settings, settings::Source::Recording, method)?;
                 Ok(replay.reconfigure(&settings)?)
             }
-            Source::Live(behind) => Ok(behind.live.reconfigure(values.0.into_iter().collect())?),
+            Source::Live(live) => Ok(live.reconfigure(values.0.into_iter().collect())?),
         }
     }
 
@@ -155,7 +146,7 @@ impl WebRun {
                 let notes = replay.take_notes().into_iter();
                 notes.map(|text| Notice { level, text }).collect()
             }
-            Source::Live(behind) => behind.notices(),
+            Source::Live(live) => live.take_notes().into_iter().map(Into::into).collect(),
         };
         notices.iter().map(typed).collect()
     }
@@ -167,9 +158,9 @@ impl WebRun {
         let hash = match &self.source {
             Source::Simulation(sim) => sim.experiment.state_hash(),
             Source::Recording(replay) => replay.state_hash(),
-            Source::Live(behind) => {
+            Source::Live(live) => {
                 let mut hash = StateHash::new();
-                behind.live.session().slam().add_to(&mut hash);
+                live.session().slam().add_to(&mut hash);
                 hash.finish()
             }
         };
@@ -182,7 +173,7 @@ impl WebRun {
         match &self.source {
             Source::Simulation(sim) => sim.experiment.session(),
             Source::Recording(replay) => replay.session(),
-            Source::Live(behind) => behind.live.session(),
+            Source::Live(live) => live.session(),
         }
     }
 
@@ -216,17 +207,17 @@ impl WebRun {
     }
 
     /// # Errors    [`RunError::NotLive`].
-    pub(crate) fn behind(&self) -> Result<&Behind, RunError> {
+    pub(crate) fn live(&self) -> Result<&Live, RunError> {
         match &self.source {
-            Source::Live(behind) => Ok(behind),
+            Source::Live(live) => Ok(live),
             _ => Err(RunError::NotLive),
         }
     }
 
     /// # Errors    [`RunError::NotLive`].
-    pub(crate) fn behind_mut(&mut self) -> Result<&mut Behind, RunError> {
+    pub(crate) fn live_mut(&mut self) -> Result<&mut Live, RunError> {
         match &mut self.source {
-            Source::Live(behind) => Ok(behind),
+            Source::Live(live) => Ok(live),
             _ => Err(RunError::NotLive),
         }
     }

@@ -69,7 +69,7 @@ impl WebRun {
         let (source, defaults) = match &self.source {
             Source::Simulation(sim) => (SettingSource::Simulation, sim.defaults.clone()),
             Source::Recording(replay) => (SettingSource::Recording, replay.log().settings()),
-            Source::Live(behind) => (SettingSource::Live, behind.live.defaults()),
+            Source::Live(live) => (SettingSource::Live, live.defaults()),
         };
         let scope = Scope {
             source,

@@ -60,8 +60,6 @@ pub struct SigmaBin {
     pub error: f64,
     /// Readings used.
     pub used: u32,
-    /// Readings left out.
-    pub clipped: u32,
 }
 
 #[wasm_bindgen]
@@ -99,7 +97,6 @@ impl From<&Bin> for SigmaBin {
             sigma: bin.sigma,
             error: bin.sigma * (0.75 / bin.used as f64).sqrt(),
             used: bin.used as u32,
-            clipped: bin.clipped as u32,
         }
     }
 }

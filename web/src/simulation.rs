@@ -9,7 +9,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::border::{DoorRow, MaterialName, SettingValues, Stage, Typed, WebError, flat, typed};
+use crate::border::{DoorRow, SettingValues, Stage, Typed, WebError, flat, typed};
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
@@ -42,19 +42,7 @@ impl WebRun {
     /// more than a step, and at first as much as the world's floor is large.
     #[must_use]
     pub fn explored(&self) -> f64 {
-        self.simulated().map_or(
-            f64::NAN,
-            |Simulated {
-                 experiment, area, ..
-             }| {
-                let area = area.get_or_init(|| {
-                    let sim = experiment.sim();
-                    let resolution = experiment.session().slam().grid().resolution();
-                    reachable_area(sim.world(), sim.robot().radius(), resolution)
-                });
-                experiment.explored_fraction(area)
-            },
-        )
+        self.simulated().map_or(f64::NAN, Simulated::explored)
     }
 
     /// Area of the rectangle around the world, m²; infinite where nobody knows it.
@@ -75,14 +63,11 @@ impl WebRun {
         })
     }
 
-    /// What each of them is made of: a place in `MATERIALS`.
+    /// What each of them is made of: 0 opaque, 1 glass, 2 dark.
     #[must_use]
     pub fn materials(&self) -> Vec<u8> {
         let walls = self.simulated().map_or(&[][..], Simulated::walls);
-        walls
-            .iter()
-            .map(|wall| MaterialName::from(&wall.material) as u8)
-            .collect()
+        walls.iter().map(|wall| wall.material as u8).collect()
     }
 
     /// Doors, see `DOOR`.
@@ -140,6 +125,15 @@ impl Simulated {
         }
     }
 
+    fn explored(&self) -> f64 {
+        let (experiment, sim) = (&self.experiment, self.experiment.sim());
+        let area = self.area.get_or_init(|| {
+            let resolution = experiment.session().slam().grid().resolution();
+            reachable_area(sim.world(), sim.robot().radius(), resolution)
+        });
+        experiment.explored_fraction(area)
+    }
+
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {
         let mut settings = self.defaults.clone();
         let method = self.experiment.session().slam().method();
@@ -154,18 +148,15 @@ impl Simulated {
         let (ends, _) = ends.as_chunks::<4>();
         let states = sim.doors_open().zip(sim.doors_ordered());
         let flag = |yes| f32::from(u8::from(yes));
-        flat(
-            ends.iter()
-                .zip(states)
-                .map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
-                    x1,
-                    y1,
-                    x2,
-                    y2,
-                    open: flag(open),
-                    ordered: flag(ordered),
-                }),
-        )
+        let doors = ends.iter().zip(states);
+        flat(doors.map(|(&[x1, y1, x2, y2], (open, ordered))| DoorRow {
+            x1,
+            y1,
+            x2,
+            y2,
+            open: flag(open),
+            ordered: flag(ordered),
+        }))
     }
 
     /// The walls that stand for good. Doors that are shut come after them.

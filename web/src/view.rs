@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::pilot::Stage;
+use slamlab_core::plan::Path;
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
@@ -221,6 +222,11 @@ pub(crate) fn segments<'a>(
         .flat_map(|s| [pair(*map_from * s.a), pair(*map_from * s.b)])
         .flatten()
         .collect()
+}
+
+/// x y of the corners of a path.
+pub(crate) fn corners(path: Option<&Path>) -> Vec<f32> {
+    path.map_or(vec![], |path| polyline(&path.points))
 }
 
 /// x y of each point.

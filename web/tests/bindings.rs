@@ -8,8 +8,8 @@ use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 use slamlab_core::slam::Method;
 use slamlab_web::{
-    BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Inspection, MethodName,
-    Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingInfo,
+    BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Gate, Inspection,
+    MethodName, Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingInfo,
     SettingValues, Setup, SlamView, Verdict, WebError, WebLogReader, WebRun,
 };
 use tsify::{Ts, Tsify};
@@ -195,29 +195,17 @@ fn the_filter_can_be_looked_into() {
             assert!((cell - inside.coefficients[column * n + row]).abs() < 1e-6);
         }
     }
-    assert!(!inside.sightings.is_empty() && inside.sightings.len().is_multiple_of(7));
-    let counted: f64 = inside.sightings.chunks(7).map(|s| s[6]).sum();
-    assert_eq!(inside.candidates.len(), 8 * counted as usize);
-    let is_matched = |s: &[f64]| s[4] == f64::from(Verdict::Matched as u8);
-    assert!(
-        inside.sightings.chunks(7).any(is_matched),
-        "walls are recognised"
-    );
-    let mut first = 0;
-    for sighting in inside.sightings.chunks(7) {
-        if is_matched(sighting) {
-            let candidates = &inside.candidates[8 * first..];
-            let of_match = candidates
-                .chunks(8)
-                .take(sighting[6] as usize)
-                .find(|c| c[0] == sighting[5]);
-            let winner = of_match.expect("the winner is among the candidates");
-            assert!(
-                winner[1] <= inside.gate && winner[7] == 0.0,
-                "it lies inside the gate"
-            );
-        }
-        first += sighting[6] as usize;
+    let matched = inside.sightings.iter();
+    let matched: Vec<_> = matched.filter(|s| s.verdict == Verdict::Matched).collect();
+    assert!(!matched.is_empty(), "walls are recognised");
+    for sighting in matched {
+        let mut candidates = sighting.candidates.iter();
+        let winner = candidates.find(|c| Some(c.wall) == sighting.wall);
+        let winner = winner.expect("the winner is among the candidates");
+        assert!(
+            winner.d2 <= inside.gate && winner.gate == Gate::Match,
+            "it lies inside the gate"
+        );
     }
     assert!(inside.odometry.curvature_sigma > 0.0 && inside.odometry.turn_scale_sigma > 0.0);
     let status: RunStatus = rust(run.status());

@@ -1,7 +1,7 @@
 // How the worker answers the page.
 
+import { faultOf } from "./fault.js";
 import type { Answer } from "./protocol.js";
-import type { ErrorKind } from "./protocol/module.js";
 
 export function post(answer: Answer, transfer: Transferable[] = []): void {
   (self as unknown as { postMessage(message: Answer, transfer: Transferable[]): void }).postMessage(answer, transfer);
@@ -25,12 +25,4 @@ export function fail(error: unknown, name = ""): void {
   if (about === "internal") console.error(error);
   else console.warn(error);
   post({ kind: "failed", about, text: `${name === "" ? "" : `${name}: `}${text}` });
-}
-
-/** An error of the module names its kind; anything else that is thrown is a fault of the
-    program. */
-export function faultOf(error: unknown): { about: ErrorKind; text: string } {
-  if (!(error instanceof Error)) return { about: "internal", text: String(error) };
-  const { kind = "internal" } = error as Error & { kind?: ErrorKind };
-  return { about: kind, text: error.message };
 }

@@ -1,5 +1,7 @@
 // The bridge that serves this page, and the right to drive its robot.
 
+import { ifAllowed } from "./storage.js";
+
 const TOKEN_KEY = "slamlab-token";
 
 /** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing
@@ -22,12 +24,9 @@ export async function bridgeAddress(where: Location): Promise<string | null> {
     there. */
 export function tokenOf(where: Location): string {
   const given = new URLSearchParams(where.hash.slice(1)).get("token");
-  try {
-    if (given === null) return sessionStorage.getItem(TOKEN_KEY) ?? "";
-    sessionStorage.setItem(TOKEN_KEY, given);
-  } catch {
-    // Without storage a reload needs the whole address again.
-  }
-  if (given !== null) history.replaceState(null, "", where.pathname + where.search);
-  return given ?? "";
+  if (given === null) return ifAllowed(() => sessionStorage.getItem(TOKEN_KEY)) ?? "";
+  // Without storage a reload needs the whole address again.
+  ifAllowed(() => sessionStorage.setItem(TOKEN_KEY, given));
+  history.replaceState(null, "", where.pathname + where.search);
+  return given;
 }

@@ -2,9 +2,9 @@
 
 import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
-import type { Answer, Command, LiveSetup, GivenBytes } from "./protocol.js";
-import type { DeviceKind } from "./protocol/module.js";
-import type { PriorMapSetup, MethodName, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import { faultOf } from "./fault.js";
+import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
+import type { DeviceKind, Level, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -16,8 +16,6 @@ const LEASE_MILLIS = 5000;
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
-  readonly #store: Store;
-  readonly #scene: Scene;
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
@@ -36,12 +34,10 @@ export class Client {
   /** Called when a run begins, before its first frame. */
   onStart: () => void = () => {};
 
-  constructor(store: Store, scene: Scene) {
-    this.#store = store;
-    this.#scene = scene;
-    this.#worker.onmessage = (event: MessageEvent<Answer>) => this.#take(event.data);
+  constructor(private readonly store: Store, private readonly scene: Scene) {
+    this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
     this.#worker.onerror = (event) => {
-      store.set("toast", { toast: { level: "warn", text: `The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.` } });
+      this.#warn(`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
     };
   }
 
@@ -51,19 +47,19 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    const setup = { ...this.#store.setup, ...patch };
-    this.#store.set("run", { loading: setup.world });
+    const setup = { ...this.store.setup, ...patch };
+    this.store.set("run", { loading: setup.world });
     this.send({ kind: "start", setup, play: true });
   }
 
   setSpeed(factor: number): void {
-    this.#store.set("run", { speed: factor });
+    this.store.set("run", { speed: factor });
     this.send({ kind: "speed", factor });
   }
 
   /** The cycle on or off, in the run and in those that follow. */
   setCycle(on: boolean): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("run", { setup: { ...store.setup, cycle: on } });
     // The stages speak of the lines of a scan: they are worth seeing.
     store.set("view", { layers: { ...store.layers, found: on } });
@@ -79,7 +75,7 @@ export class Client {
 
   /** Settings of this run and those that follow; what acts only on a restart waits for one. */
   configure(settings: SettingValues): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
     this.#list();
@@ -87,13 +83,13 @@ export class Client {
 
   /** Asks what the settings are in this run. */
   #list(): void {
-    this.send({ kind: "settings", settings: this.#store.setup.settings });
+    this.send({ kind: "settings", settings: this.store.setup.settings });
   }
 
   /** Uses the settings fitted to a drive in place of earlier ones; null: the robot's own
       calibration again. A recording is mapped again. */
   usePreset(preset: Tuning["preset"]): void {
-    const store = this.#store;
+    const { store } = this;
     const before = Object.keys(store.tuning.preset?.settings ?? {});
     const others = Object.entries(store.setup.settings).filter(([key]) => !before.includes(key));
     store.set("fit", { tuning: { ...store.tuning, preset } });
@@ -104,7 +100,7 @@ export class Client {
   /** A simulated twin beside the robot, or none. A recording is mapped again, because its twin
       starts where it does. */
   setTwin(twin: boolean): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("fit", { tuning: { ...store.tuning, twin } });
     this.send({ kind: "twin", on: twin });
     this.#fromTheBeginning();
@@ -112,8 +108,8 @@ export class Client {
 
   /** A recording is mapped again. */
   #fromTheBeginning(): void {
-    if (this.#store.source === "replay") this.again();
-    this.#store.notify("run");
+    if (this.store.source === "replay") this.again();
+    this.store.notify("run");
   }
 
   /** Connects to the page's own server if it is a bridge with a robot; otherwise starts the
@@ -135,11 +131,11 @@ export class Client {
   async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
       await this.#ports.choose(kind, ofAll);
-      this.#cable(this.#store.setup.method);
+      this.#cable(this.store.setup.method);
     } catch (error) {
       // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.#warn(`The port cannot be used: ${error instanceof Error ? error.message : String(error)}`);
+      this.#warn(`The port cannot be used: ${faultOf(error).text}`);
     }
   }
 
@@ -150,7 +146,7 @@ export class Client {
     this.send({ kind: "cable", wire, ...this.#liveSetup(method) }, [wire]);
   }
 
-  connect(url: string, token: string, method: MethodName = this.#store.setup.method): void {
+  connect(url: string, token: string, method: MethodName = this.store.setup.method): void {
     this.#bridge = { url, token };
     this.send({ kind: "connect", url, token, ...this.#liveSetup(method) });
   }
@@ -158,21 +154,21 @@ export class Client {
   /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws
       its own. */
   #liveSetup(method: MethodName): LiveSetup {
-    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.#store;
+    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.store;
     return { method: method === "prior-map" && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
   lease(take: boolean): void {
     this.#askedLeaseAt = take ? performance.now() : -Infinity;
-    const driver = this.#store.bridge?.driver ?? "";
+    const driver = this.store.bridge?.driver ?? "";
     this.send({ kind: "lease", take, force: driver !== "" });
   }
 
   /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its
       way. */
   get mayBeDriving(): boolean {
-    const { source, bridge } = this.#store;
+    const { source, bridge } = this.store;
     const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
@@ -189,31 +185,31 @@ export class Client {
   }
 
   explore(): void {
-    this.#store.set("run", { aiming: false });
-    this.send({ kind: "explore" });
-    this.#wake();
+    this.#order({ kind: "explore" });
   }
 
   manual(): void {
-    this.#store.set("run", { aiming: false });
-    this.send({ kind: "manual" });
-    this.#wake();
+    this.#order({ kind: "manual" });
   }
 
   /** The next click on the map chooses the goal. */
   aim(): void {
-    this.#store.set("run", { aiming: true });
+    this.store.set("run", { aiming: true });
   }
 
   goTo(x: number, y: number): void {
-    this.#store.set("run", { aiming: false });
-    this.send({ kind: "goto", x, y });
+    this.#order({ kind: "goto", x, y });
+  }
+
+  #order(command: Command): void {
+    this.store.set("run", { aiming: false });
+    this.send(command);
     this.#wake();
   }
 
   /** Asks all planners once there is a goal; without a start they begin where the robot is. */
   contest(patch: Partial<Pick<Contest, "ground" | "seconds" | "start" | "goal">>): void {
-    const store = this.#store;
+    const { store } = this;
     const contest = { ...store.contest, ...patch, picking: "goal" as const, error: "" };
     store.set("contest", { contest });
     const { ground, seconds, start, goal, watched } = contest;
@@ -223,7 +219,7 @@ export class Client {
 
   /** Whose tree is drawn. */
   watch(watched: number): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("contest", { contest: { ...store.contest, watched } });
     this.send({ kind: "contest-watch", watched });
   }
@@ -234,10 +230,10 @@ export class Client {
   }
 
   stop(): void {
-    this.#store.set("run", { aiming: false });
+    this.store.set("run", { aiming: false });
     // Past the worker that maps, which may be busy.
     this.#ports.stop(false);
-    const { source, reading } = this.#store;
+    const { source, reading } = this.store;
     // A robot is stopped also while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
@@ -245,7 +241,7 @@ export class Client {
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
-    const store = this.#store;
+    const { store } = this;
     if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
@@ -256,7 +252,7 @@ export class Client {
   async openAll(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#build(given.name, given.files);
+    else if (given.kind === "building") await this.#read("build", given.name, given.files);
     else if (given.kind === "file") await this.open(given.file);
   }
 
@@ -264,55 +260,58 @@ export class Client {
   async openKnown(files: readonly File[]): Promise<void> {
     const given = chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#build(given.name, given.files, "read-prior-map");
-    else if (given.kind === "file") await this.#build(given.file.name, files, "read-prior-map");
+    else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
+    else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
   }
 
   #warn(text: string): void {
-    this.#store.set("toast", { toast: { level: "warn", text } });
+    this.store.set("toast", { toast: { level: "warn", text } });
   }
 
   /** The map as it was drawn so far, to be found in. */
   localiseInThisMap(): void {
-    this.send({ kind: "read-prior-map", name: `map of ${this.#store.title}`, files: [] });
+    this.send({ kind: "read-prior-map", name: `map of ${this.store.title}`, files: [] });
   }
 
   /** The robot is to be found in this map from here on; none: among the walls of the world. */
   localiseIn(priorMap: PriorMapSetup | null): void {
-    const store = this.#store;
+    const { store } = this;
     store.set("run", { setup: { ...store.setup, priorMap } });
     this.again("prior-map");
   }
 
-  async #build(name: string, files: readonly File[], kind: "build" | "read-prior-map" = "build"): Promise<void> {
-    this.#store.set("toast", { toast: null });
-    try {
+  async #read(kind: "build" | "read-prior-map", name: string, files: readonly File[]): Promise<void> {
+    await this.#reading(name, async () => {
       const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
       this.send({ kind, name, files: await Promise.all(given) });
+    });
+  }
+
+  /** Files may have gone since they were chosen. */
+  async #reading(name: string, work: () => Promise<void>): Promise<void> {
+    this.store.set("toast", { toast: null });
+    try {
+      await work();
     } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.#warn(`${name} could not be read: ${why}`);
+      this.#warn(`${name} could not be read: ${faultOf(error).text}`);
     }
   }
 
   async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
-    const store = this.#store;
-    store.set("toast", { toast: null });
-    try {
+    await this.#reading(file.name, async () => {
+      const { setup, tuning } = this.store;
+      const { name } = file;
       const bytes = await file.arrayBuffer();
-      if (/\.json$/i.test(file.name)) {
+      if (/\.json$/i.test(name)) {
         const worldJson = new TextDecoder().decode(bytes);
-        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name: file.name, bytes }, [bytes]);
-        else this.start({ world: file.name, worldJson, mode: "explore" });
-      } else {
-        store.set("run", { reading: { name: file.name, done: 0 } });
-        this.send({ kind: "replay", name: file.name, bytes, method, settings: store.setup.settings, twin: store.tuning.twin, priorMap: store.setup.priorMap }, [bytes]);
-        this.#opening = file;
+        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name, bytes }, [bytes]);
+        else this.start({ world: name, worldJson, mode: "explore" });
+        return;
       }
-    } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
-      this.#warn(`${file.name} could not be read: ${why}`);
-    }
+      this.store.set("run", { reading: { name, done: 0 } });
+      this.send({ kind: "replay", name, bytes, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
+      this.#opening = file;
+    });
   }
 
   /** The last frame is on the screen: the worker may send another. */
@@ -324,103 +323,90 @@ export class Client {
 
   /** A recording goes as fast as it can; the simulation after it as fast as the one before. */
   #pace(next: SourceKind): void {
-    if (next === "replay" && this.#store.source === "sim") this.#simSpeed = this.#store.speed;
-    if (next === "sim" && this.#store.source === "replay") this.#store.speed = this.#simSpeed;
-    this.setSpeed(next === "replay" ? Infinity : this.#store.speed);
+    if (next === "replay" && this.store.source === "sim") this.#simSpeed = this.store.speed;
+    if (next === "sim" && this.store.source === "replay") this.store.speed = this.#simSpeed;
+    this.setSpeed(next === "replay" ? Infinity : this.store.speed);
   }
 
   /** A command to the robot means that it should move: a paused run goes on. */
   #wake(): void {
-    if (!this.#store.playing) this.send({ kind: "play" });
+    if (!this.store.playing) this.send({ kind: "play" });
   }
 
-  #take(answer: Answer): void {
-    const store = this.#store;
-    switch (answer.kind) {
-      case "ready":
-        store.set("run", { offer: answer });
-        this.#ports.prepare();
-        break;
-      case "started":
-        this.#run = answer.run;
-        if (answer.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
-        if (answer.source === "replay") this.#recording = this.#opening;
-        this.#pace(answer.source);
-        this.#scene.clear();
-        store.begin(answer);
-        this.#list();
-        this.onStart();
-        if (this.#skipped !== "") {
-          store.note({ time: 0, level: "warn", text: this.#skipped });
-          store.set("toast", { toast: { level: "warn", text: this.#skipped } });
-          this.#skipped = "";
-        }
-        break;
-      case "frame":
-        if (answer.run !== this.#run) break;
-        this.#undrawn = true;
-        this.#scene.take(answer);
-        store.take(answer);
-        break;
-      case "reading":
-        store.set("run", { reading: answer.done === null ? null : { name: answer.name, done: answer.done } });
-        break;
-      case "playing":
-        store.set("run", { playing: answer.playing });
-        store.notify("frame");
-        break;
-      case "hash":
-        if (answer.run === this.#run) store.hash = answer.text;
-        break;
-      case "event":
-        if (answer.run !== this.#run) break;
-        store.note(answer);
-        if (answer.alert) store.set("toast", { toast: { level: answer.level, text: answer.text } });
-        break;
-      case "bench":
-        store.set("bench", { bench: answer.response });
-        break;
-      case "settings":
-        store.set("settings", { settings: answer.settings });
-        break;
-      case "calibrated":
-        store.set("calibration", { calibration: { fit: answer.calibration, error: answer.error } });
-        break;
-      case "sigma":
-        store.set("sigma", { sigma: { curve: answer.curve, error: answer.error } });
-        break;
-      case "fit":
-        store.set("fit", { fit: { fit: answer.fit, error: answer.error } });
-        break;
-      case "preset":
-        this.usePreset({ name: answer.name, settings: answer.settings });
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `The preset "${answer.name}" is in use` });
-        break;
-      case "contest":
-        store.set("contest", { contest: { ...store.contest, found: answer.contest, running: answer.running, error: answer.error } });
-        break;
-      case "bridge":
-        store.set("bridge", { bridge: answer.state });
-        break;
-      case "built": {
-        const { name, worldJson, skipped } = answer;
-        this.start({ world: name, worldJson, mode: "explore" });
-        this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
-        break;
-      }
-      case "prior-map":
-        this.localiseIn(answer.priorMap);
-        this.#skipped = answer.skipped.length > 0 ? `${answer.priorMap.name}: left out ${answer.skipped.join(", ")}.` : "";
-        break;
-      case "saved":
-        downloadAll(answer.files);
-        store.note({ time: store.status?.time ?? 0, level: "good", text: `Saved ${answer.files.map((f) => f.name).join(", ")}` });
-        break;
-      case "failed":
-        store.set("run", { loading: "" });
-        store.note({ time: store.status?.time ?? 0, level: "warn", text: answer.text });
-        this.#warn(answer.text);
-        break;
-    }
+  readonly #handlers: Handlers<Answer> = {
+    ready: (offer) => {
+      this.store.set("run", { offer });
+      this.#ports.prepare();
+    },
+    started: (start) => {
+      this.#run = start.run;
+      if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
+      if (start.source === "replay") this.#recording = this.#opening;
+      this.#pace(start.source);
+      this.scene.clear();
+      this.store.begin(start);
+      this.#list();
+      this.onStart();
+      if (this.#skipped === "") return;
+      this.store.note({ time: 0, level: "warn", text: this.#skipped });
+      this.#warn(this.#skipped);
+      this.#skipped = "";
+    },
+    frame: (frame) => {
+      if (frame.run !== this.#run) return;
+      this.#undrawn = true;
+      this.scene.take(frame);
+      this.store.take(frame);
+    },
+    reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
+    playing: ({ playing }) => {
+      this.store.set("run", { playing });
+      this.store.notify("frame");
+    },
+    hash: ({ run, text }) => {
+      if (run === this.#run) this.store.hash = text;
+    },
+    event: (event) => {
+      if (event.run !== this.#run) return;
+      this.store.note(event);
+      if (event.alert) this.store.set("toast", { toast: event });
+    },
+    bench: ({ response }) => this.store.set("bench", { bench: response }),
+    settings: ({ settings }) => this.store.set("settings", { settings }),
+    calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
+    sigma: (sigma) => this.store.set("sigma", { sigma }),
+    fit: (fit) => this.store.set("fit", { fit }),
+    preset: ({ name, settings }) => {
+      this.usePreset({ name, settings });
+      this.#note("good", `The preset "${name}" is in use`);
+    },
+    contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
+    bridge: ({ state }) => this.store.set("bridge", { bridge: state }),
+    built: ({ name, worldJson, skipped }) => {
+      this.start({ world: name, worldJson, mode: "explore" });
+      this.#leaveOut(name, skipped);
+    },
+    "prior-map": ({ priorMap, skipped }) => {
+      this.localiseIn(priorMap);
+      this.#leaveOut(priorMap.name, skipped);
+    },
+    saved: ({ files }) => {
+      downloadAll(files);
+      this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
+    },
+    failed: ({ text }) => {
+      this.store.set("run", { loading: "" });
+      this.#note("warn", text);
+      this.#warn(text);
+    },
+  };
+
+  #note(level: Level, text: string): void {
+    this.store.note({ time: this.store.status?.time ?? 0, level, text });
+  }
+
+  /** What of a file is not in what was read of it: told when its run begins. */
+  #leaveOut(name: string, skipped: readonly string[]): void {
+    this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
   }
 }

@@ -14,22 +14,19 @@ export class History {
   #keep = 1;
   #count = 0;
 
-  readonly #stride: number;
-
-  constructor(stride = SAMPLE_STRIDE) {
-    this.#stride = stride;
+  constructor(private readonly stride = SAMPLE_STRIDE) {
     this.clear();
   }
 
   clear(): void {
-    this.columns = Array.from({ length: this.#stride }, () => []);
+    this.columns = Array.from({ length: this.stride }, () => []);
     this.#keep = 1;
     this.#count = 0;
     this.version += 1;
   }
 
   append(samples: Float64Array): void {
-    for (let i = 0; i + this.#stride <= samples.length; i += this.#stride) {
+    for (let i = 0; i + this.stride <= samples.length; i += this.stride) {
       this.#count += 1;
       if (this.#count % this.#keep !== 0) continue;
       this.columns.forEach((column, k) => column.push(samples[i + k] ?? NaN));

@@ -6,7 +6,9 @@
 // port; `null` is its farewell.
 
 import init, { WebLocalBridge } from "../pkg/slamlab_web.js";
+import { faultOf } from "./fault.js";
 import type { LineEvent, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
+import { handle, type Handlers } from "./protocol.js";
 import { micros } from "./source/link.js";
 
 /** Wall milliseconds between two polls of the devices. */
@@ -80,7 +82,7 @@ class Lines {
         wish(line, what as LineWish["want"], { bytes: bytes as Uint8Array<ArrayBuffer>, on });
       }
     }
-    for (let bytes = this.#bridge.outgoing(); bytes.length > 0; bytes = this.#bridge.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
+    for (const bytes of this.#bridge.outgoing()) this.#driver.postMessage(bytes, [bytes.buffer]);
   }
 }
 
@@ -103,22 +105,12 @@ function end(): void {
   ended?.close();
 }
 
-function handle(command: LocalBridgeCommand): void {
-  switch (command.kind) {
-    case "begin":
-      lines = new Lines(command);
-      break;
-    case "line":
-      lines?.take(command);
-      break;
-    case "stop":
-      lines?.stop(command.cutOff);
-      break;
-    case "end":
-      end();
-      break;
-  }
-}
+const handlers: Handlers<LocalBridgeCommand> = {
+  begin: (command) => (lines = new Lines(command)),
+  line: (event) => lines?.take(event),
+  stop: ({ cutOff }) => lines?.stop(cutOff),
+  end,
+};
 
 function guard(act: () => void): void {
   try {
@@ -131,7 +123,7 @@ function guard(act: () => void): void {
     } catch (also) {
       console.error(also);
     }
-    post({ kind: "failed", text: error instanceof Error ? error.message : String(error) });
+    post({ kind: "failed", text: faultOf(error).text });
   }
 }
 
@@ -141,5 +133,5 @@ const isLoaded = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.loca
 });
 
 self.onmessage = async (event: MessageEvent<LocalBridgeCommand>) => {
-  if (await isLoaded) guard(() => handle(event.data));
+  if (await isLoaded) guard(() => handle(handlers, event.data));
 };

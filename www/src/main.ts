@@ -21,7 +21,7 @@ import type { SlamElement } from "./ui/element.js";
 import "./ui/fit.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
-import { SlamLegend } from "./ui/legend.js";
+import "./ui/legend.js";
 import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/matches.js";
@@ -47,23 +47,17 @@ const scene = new Scene();
 const client = new Client(store, scene);
 startTheme(store);
 
-/** Makes a component where index.html has its place. */
-function place<T extends SlamElement | SlamMap>(tag: string): T {
-  const slot = document.querySelector(`[data-place="${tag}"]`);
-  const element = document.createElement(tag) as T;
-  Object.assign(element, { store, client });
-  if (element instanceof SlamMap || element instanceof SlamLegend) element.scene = scene;
-  slot?.append(element);
-  return element;
+/** Makes each component where index.html has its place. */
+for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {
+  slot.append(Object.assign(document.createElement(slot.dataset["place"] ?? ""), { store, scene, client }));
 }
 
-const map = place<SlamMap>("slam-map");
-const transport = place<SlamTransport>("slam-transport");
-const cycle = place<SlamCycle>("slam-cycle");
-const help = place<SlamHelp>("slam-help");
-for (const tag of ["slam-header", "slam-bridge", "slam-setup", "slam-prior-map", "slam-doors", "slam-cable", "slam-status", "slam-rooms", "slam-plots", "slam-twin", "slam-bench", "slam-consistency", "slam-correlations", "slam-matches", "slam-contest", "slam-settings", "slam-calibration", "slam-fit", "slam-sigma", "slam-legend", "slam-log", "slam-stick", "slam-tabs", "slam-tip", "slam-toast", "slam-drop"]) {
-  place(tag);
-}
+/** The component of this name; index.html has a place for each. */
+const component = <T extends SlamElement>(tag: string): T => document.querySelector(tag) as unknown as T;
+const map = component<SlamMap>("slam-map");
+const transport = component<SlamTransport>("slam-transport");
+const cycle = component<SlamCycle>("slam-cycle");
+const help = component<SlamHelp>("slam-help");
 
 client.onStart = () => map.restart();
 
@@ -71,15 +65,12 @@ client.onStart = () => map.restart();
     visible. */
 let matrixInSight = false;
 const requestInspection = (): void => client.send({ kind: "inspect", on: store.tab === "filter", matrix: matrixInSight });
-const matrix = document.querySelector("slam-correlations");
-if (matrix) {
-  new IntersectionObserver((entries) => {
-    const inSight = entries.at(-1)?.isIntersecting ?? false;
-    if (inSight === matrixInSight) return;
-    matrixInSight = inSight;
-    requestInspection();
-  }).observe(matrix);
-}
+new IntersectionObserver((entries) => {
+  const inSight = entries.at(-1)?.isIntersecting ?? false;
+  if (inSight === matrixInSight) return;
+  matrixInSight = inSight;
+  requestInspection();
+}).observe(component("slam-correlations"));
 store.on("tab", () => {
   requestInspection();
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
@@ -144,38 +135,25 @@ async function savePicture(): Promise<void> {
 }
 
 /** The latest figures, for tests and the console. */
-Object.defineProperty(window, "slamlab", {
-  value: Object.freeze({
-    get status() { return store.status; },
-    get hash() { return store.hash; },
-    get playing() { return store.playing; },
-    get source() { return store.source; },
-    get title() { return store.title; },
-    get setup() { return store.setup; },
-    get method() { return store.method; },
-    get spot() { return store.spot; },
-    get contest() { return store.contest; },
-    get bridge() { return store.bridge; },
-    get cycle() { return store.cycle; },
-    get fit() { return store.fit.fit; },
-    get tuning() { return store.tuning; },
-    get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
-    get rooms() { return store.rooms; },
-    get doors() { return [...store.doors]; },
-    get materials() { return [...new Set(scene.materials)]; },
-    get seq() { return store.seq; },
-    /** The robot as it is drawn now. */
-    get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
-    get framesPerSecond() { return map.frames; },
-    get blocks() { return scene.tiles.size; },
-    get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
-    /** Where a hit of the last scan lies, map frame, m. */
-    hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
-    wall: (id: number) => wallEnds(scene.lines, id),
-    /** Pixels of the canvas at which a map point is drawn. */
-    toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
-  }),
-});
+const TOLD = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
+const told = {
+  get fit() { return store.fit.fit; },
+  get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
+  get doors() { return [...store.doors]; },
+  get materials() { return [...new Set(scene.materials)]; },
+  /** The robot as it is drawn now. */
+  get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
+  get framesPerSecond() { return map.frames; },
+  get blocks() { return scene.tiles.size; },
+  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+  /** Where a hit of the last scan lies, map frame, m. */
+  hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
+  wall: (id: number) => wallEnds(scene.lines, id),
+  /** Pixels of the canvas at which a map point is drawn. */
+  toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
+};
+for (const name of TOLD) Object.defineProperty(told, name, { get: () => store[name] });
+Object.defineProperty(window, "slamlab", { value: Object.freeze(told) });
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {

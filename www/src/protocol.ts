@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, PriorMapSetup, Level, MethodName, Offer, Pairs, PresetFile, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -16,13 +16,7 @@ export interface GivenBytes {
 }
 
 /** How a live robot is mapped and driven. */
-export interface LiveSetup {
-  method: MethodName;
-  priorMap: PriorMapSetup | null;
-  cycle: boolean;
-  settings: SettingValues;
-  twin: boolean;
-}
+export type LiveSetup = Pick<Setup, "method" | "priorMap" | "cycle" | "settings"> & Pick<ReplaySetup, "twin">;
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
@@ -32,7 +26,7 @@ export type Command =
   /** The same, or a world, as a map to be found in; without files the map as the present run has
       drawn it. It is answered by `prior-map`. */
   | { kind: "read-prior-map"; name: string; files: readonly GivenBytes[] }
-  | { kind: "replay"; name: string; bytes: ArrayBuffer; method: MethodName; settings: SettingValues; twin: boolean; priorMap: PriorMapSetup | null }
+  | ({ kind: "replay"; name: string; bytes: ArrayBuffer } & ReplaySetup)
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -96,8 +90,14 @@ export type Command =
   | { kind: "save"; what: SavedKind | "fit" }
   | { kind: "drawn" };
 
-/** What the worker does about each command. */
-export type Handlers = { readonly [Kind in Command["kind"]]: (command: Extract<Command, { kind: Kind }>) => void };
+/** What is done about each kind of message. */
+export type Handlers<Message extends { kind: string }> = { readonly [Kind in Message["kind"]]: (message: Extract<Message, { kind: Kind }>) => void };
+
+/** Hands a message to the handler of its kind. */
+export function handle<Message extends { kind: string }>(handlers: Handlers<Message>, message: Message): void {
+  const handler = handlers[message.kind as Message["kind"]] as (message: Message) => void;
+  handler(message);
+}
 
 /** What can be saved, as a person reads it. */
 export const SAVED: Readonly<Record<SavedKind, string>> = {

@@ -2,6 +2,7 @@
 // What they mean, and when a line is opened again, is decided by the local bridge, in a worker of
 // its own (local_bridge.ts).
 
+import { faultOf } from "./fault.js";
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
 
@@ -64,7 +65,6 @@ class Line {
 }
 
 export class SerialPorts {
-  readonly #failed: (text: string) => void;
   #lines: Line[] = [];
   #rules: Worker | null = null;
   /** Loaded beforehand, and kept from run to run: at a robot there may be no server any more. */
@@ -72,8 +72,7 @@ export class SerialPorts {
   #leaving: Promise<void> | null = null;
 
   /** `failed`: the rules are of no use any more, and the lines were closed. */
-  constructor(failed: (text: string) => void) {
-    this.#failed = failed;
+  constructor(private readonly failed: (text: string) => void) {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
@@ -184,7 +183,7 @@ export class SerialPorts {
     if (this.#rules !== rules) return;
     this.#endRules();
     for (const line of this.#lines) void this.#close(line);
-    this.#failed(`The robot at the cable was left: ${text}`);
+    this.failed(`The robot at the cable was left: ${text}`);
   }
 
   /** An adapter was put in: where it is that of a line that broke, the line is opened at once. */
@@ -251,7 +250,7 @@ export class SerialPorts {
         this.#send({ kind: "line", line: number, event: "bytes", bytes, came: performance.timeOrigin + performance.now() }, [bytes.buffer]);
       }
     } catch (error) {
-      await this.#broke(number, line, error instanceof Error ? error.message : String(error));
+      await this.#broke(number, line, faultOf(error).text);
     }
   }
 

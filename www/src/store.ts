@@ -1,7 +1,6 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import type { ReactiveController, ReactiveControllerHost } from "lit";
 import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
@@ -118,13 +117,11 @@ export class Store {
   toast: Toast | null = null;
   readonly history = new History();
 
-  #listeners = new Map<Topic, Set<() => void>>();
+  #listeners = new Map<Topic, readonly (() => void)[]>();
   #notifiedAt = -Infinity;
 
-  on(topic: Topic, listener: () => void): () => void {
-    const set = this.#listeners.get(topic) ?? new Set();
-    this.#listeners.set(topic, set.add(listener));
-    return () => set.delete(listener);
+  on(topic: Topic, listener: () => void): void {
+    this.#listeners.set(topic, [...(this.#listeners.get(topic) ?? []), listener]);
   }
 
   notify(topic: Topic): void {
@@ -193,27 +190,4 @@ function withMatrix(next: Inspection, before: Inspection | null): Inspection {
   if (next.coefficients.length > 0 || !before) return next;
   const { robotRows, landmarks, coefficients } = before;
   return { ...next, robotRows, landmarks, coefficients };
-}
-
-/** Renders its host again when one of the topics is notified. */
-export class Listening implements ReactiveController {
-  readonly #host: ReactiveControllerHost;
-  readonly #topics: readonly Topic[];
-  readonly #store: Store;
-  #stop: (() => void)[] = [];
-
-  constructor(host: ReactiveControllerHost, store: Store, ...topics: Topic[]) {
-    this.#host = host;
-    this.#topics = topics;
-    this.#store = store;
-    host.addController(this);
-  }
-
-  hostConnected(): void {
-    this.#stop = this.#topics.map((topic) => this.#store.on(topic, () => this.#host.requestUpdate()));
-  }
-
-  hostDisconnected(): void {
-    for (const stop of this.#stop) stop();
-  }
 }

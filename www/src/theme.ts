@@ -1,12 +1,13 @@
 // Dark and light: follows the system until a person chooses.
 
-import type { Store, Theme } from "./store.js";
+import { ifAllowed } from "./storage.js";
+import type { Store } from "./store.js";
 
 const KEY = "slamlab-theme";
 
 export function startTheme(store: Store): void {
-  const kept = read();
-  if (kept) store.theme = kept;
+  const kept = ifAllowed(() => localStorage.getItem(KEY));
+  if (kept === "light" || kept === "dark") store.theme = kept;
   apply(store);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => store.notify("theme"));
 }
@@ -14,11 +15,8 @@ export function startTheme(store: Store): void {
 /** The next of system, light and dark that looks different from the present one. */
 export function switchTheme(store: Store): void {
   store.theme = isDark(store) ? "light" : "dark";
-  try {
-    localStorage.setItem(KEY, store.theme);
-  } catch {
-    // Storage may be forbidden; the choice then lasts as long as the page.
-  }
+  // Where it is not kept, the choice lasts as long as the page.
+  ifAllowed(() => localStorage.setItem(KEY, store.theme));
   apply(store);
   store.notify("theme");
 }
@@ -30,13 +28,4 @@ export function isDark(store: Store): boolean {
 function apply(store: Store): void {
   if (store.theme === "system") delete document.documentElement.dataset["theme"];
   else document.documentElement.dataset["theme"] = store.theme;
-}
-
-function read(): Theme | null {
-  try {
-    const kept = localStorage.getItem(KEY);
-    return kept === "light" || kept === "dark" ? kept : null;
-  } catch {
-    return null;
-  }
 }

@@ -3,10 +3,12 @@
 
 import init, { WebRun, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
-import type { Command, Handlers } from "./protocol.js";
+import { faultOf } from "./fault.js";
+import { type Command, handle, type Handlers } from "./protocol.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
+import type { Watched } from "./source/extras.js";
 import { micros } from "./source/link.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
@@ -56,7 +58,7 @@ function simulated(act: (run: Run) => void): void {
   if (player.run?.kind === "sim") command(act);
 }
 
-const handlers: Handlers = {
+const handlers: Handlers<Command> = {
   ...questions(player),
   start: ({ setup, play }) => {
     if (reading) stopReading();
@@ -108,7 +110,7 @@ const handlers: Handlers = {
   configure: ({ settings }) => {
     // A robot that the bridge has not named yet is to have them too.
     if (conversation) conversation.configure(settings);
-    else player.run?.configure(settings);
+    else player.run?.module.configure(settings);
     player.changed();
   },
   twin: ({ on }) => {
@@ -127,7 +129,7 @@ const handlers: Handlers = {
   manual: () => command((run) => run.command((module) => module.manual())),
   goto: ({ x, y }) => command((run) => run.command((module) => module.go_to(x, y))),
   drive: ({ forward, turn }) => command((run) => run.command((module) => module.drive(forward, turn))),
-  stop: () => command((run) => run.stop()),
+  stop: () => command((run) => run.command((module) => module.stop(micros()), "Stop")),
   cancel: () => {
     if (reading) return stopReading();
     if (player.run?.kind !== "replay") return;
@@ -135,20 +137,15 @@ const handlers: Handlers = {
     player.play(false);
     player.show();
   },
-  inspect: (what) => attend(what),
-  rooms: (what) => attend(what),
-  field: (what) => attend(what),
+  inspect: attend,
+  rooms: attend,
+  field: attend,
   drawn: () => player.drawn(),
 };
 
-function attend(what: Parameters<typeof player.extras.attend>[0]): void {
-  if (player.extras.attend(what, player.run)) player.changed();
+function attend(what: Watched): void {
+  if (player.extras.attend(what)) player.changed();
   else player.show();
-}
-
-function handle<Kind extends Command["kind"]>(command: Extract<Command, { kind: Kind }>): void {
-  const handler = handlers[command.kind as Kind] as (command: Extract<Command, { kind: Kind }>) => void;
-  handler(command);
 }
 
 const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
@@ -156,12 +153,12 @@ const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.locati
 self.onmessage = async (event: MessageEvent<Command>) => {
   try {
     await module;
-    handle(event.data);
+    handle(handlers, event.data);
   } catch (error) {
     fail(error);
   }
 };
 
 module.then(() => post({ kind: "ready", ...offer() }), (error: unknown) => {
-  fail(new Error(`The simulator could not be loaded: ${error instanceof Error ? error.message : String(error)}. Reload the page.`));
+  fail(new Error(`The simulator could not be loaded: ${faultOf(error).text}. Reload the page.`));
 });

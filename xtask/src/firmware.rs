@@ -75,20 +75,14 @@ fn missing() -> Vec<&'static str> {
 #[must_use]
 pub fn has_avr_libc() -> bool {
     let mut compiler = Command::new("avr-gcc");
-    compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"]);
-    let output = compiler.output();
-    output
-        .is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_absolute())
+    file_of(compiler.args(["-mmcu=atmega32", "-print-file-name=libc.a"])).is_some()
 }
 
 /// Whether there is such a library to compile against.
 #[must_use]
 pub fn has_library(name: &str) -> bool {
     let mut pkg_config = Command::new("pkg-config");
-    pkg_config
-        .args(["--exists", name])
-        .status()
-        .is_ok_and(|status| status.success())
+    tools::quiet_output(pkg_config.args(["--exists", name])).is_ok()
 }
 
 /// Whether libclang is where bindgen looks for it: the variable, or LLVM's folders.
@@ -128,10 +122,11 @@ fn holds_libclang(folder: &Path) -> bool {
 }
 
 fn compiler_headers() -> Option<PathBuf> {
-    let output = Command::new("cc")
-        .arg("-print-file-name=include")
-        .output()
-        .ok()?;
-    let path = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+    file_of(Command::new("cc").arg("-print-file-name=include"))
+}
+
+/// The file that a compiler names; one that it does not find is named without a folder.
+fn file_of(compiler: &mut Command) -> Option<PathBuf> {
+    let path = PathBuf::from(tools::quiet_output(compiler).ok()?);
     path.is_absolute().then_some(path)
 }

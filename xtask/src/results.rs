@@ -16,6 +16,7 @@ use std::fs;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
+use clap::builder::PossibleValuesParser;
 
 use crate::report::Report;
 use crate::tools;
@@ -33,6 +34,7 @@ const HEAD: &str = "# Results\n\n\
 #[derive(Debug, clap::Args)]
 pub struct Choice {
     /// Only these; all of them, which takes days, if none is named
+    #[arg(value_parser = PossibleValuesParser::new(TABLE.iter().map(|entry| entry.name)))]
     names: Vec<String>,
     /// Only those that are missing or older than the code that they measure
     #[arg(long)]
@@ -49,8 +51,7 @@ pub struct Choice {
 /// there; or only lists them.
 ///
 /// # Errors
-/// If a name is unknown, code that is to be measured is not committed, or a command measures
-/// nothing.
+/// If code that is to be measured is not committed, or a command measures nothing.
 pub fn run(choice: &Choice) -> Result<()> {
     let entries = chosen(choice)?;
     if choice.list {
@@ -114,15 +115,6 @@ fn state(entry: &Entry, sections: &[Section]) -> Result<State> {
 }
 
 fn chosen(choice: &Choice) -> Result<Vec<&'static Entry>> {
-    for name in &choice.names {
-        if !TABLE.iter().any(|entry| entry.name == name) {
-            let known: Vec<_> = TABLE.iter().map(|entry| entry.name).collect();
-            bail!(
-                "there is no result `{name}`; expected one of: {}",
-                known.join(", ")
-            );
-        }
-    }
     let sections = read()?;
     let mut chosen = vec![];
     for entry in TABLE {
@@ -136,15 +128,16 @@ fn chosen(choice: &Choice) -> Result<Vec<&'static Entry>> {
 }
 
 fn section_of(entry: &Entry) -> Result<Section> {
-    let mut status = git(&["status", "--porcelain", "--"]);
-    let changed = tools::output(status.args(entry.measures))?;
-    if !changed.trim().is_empty() {
+    let changed = tools::git(&format!(
+        "status --porcelain -- {}",
+        entry.measures.join(" ")
+    ))?;
+    if !changed.is_empty() {
         bail!("commit first, so that the figures have a commit:\n{changed}");
     }
     let code = code_of(entry)?;
-    let commit = line(&mut git(&["rev-parse", "--short=12", "HEAD"]))?;
-    // By git's clock, for days are a matter of the machine.
-    let date = line(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
+    let commit = tools::git("rev-parse --short=12 HEAD")?;
+    let date = tools::quiet_output(Command::new("date").args(["-u", "+%Y-%m-%d"]))?;
     Ok(Section {
         name: entry.name.to_owned(),
         claim: entry.claim.to_owned(),
@@ -158,27 +151,12 @@ fn section_of(entry: &Entry) -> Result<Section> {
 /// Git's hashes of the folders that an entry measures, as committed.
 fn code_of(entry: &Entry) -> Result<String> {
     let hash_of = |folder: &&str| {
-        let place = format!("HEAD:{folder}");
-        let hash = line(&mut git(&["rev-parse", "--short=12", &place]));
+        let hash = tools::git(&format!("rev-parse --short=12 HEAD:{folder}"));
         let hash = hash.with_context(|| format!("`{}` measures {folder}", entry.name))?;
         Ok(format!("{folder}={hash}"))
     };
     let hashes: Result<Vec<_>> = entry.measures.iter().map(hash_of).collect();
     Ok(hashes?.join(" "))
-}
-
-fn git(words: &[&str]) -> Command {
-    let mut git = Command::new("git");
-    git.current_dir(tools::root()).args(words);
-    git
-}
-
-fn line(command: &mut Command) -> Result<String> {
-    let output = command.output().context("cannot start git or date")?;
-    if !output.status.success() {
-        bail!("{}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 /// Processors and system, as a reader knows them.

@@ -2,9 +2,8 @@
 //! that no text names a folder of somebody's machine.
 
 use std::path::Path;
-use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::tools;
 
@@ -27,20 +26,9 @@ const OF_A_MACHINE: [&[&str]; 4] = [
 /// If a rule is broken; each place is named on standard error.
 pub fn check() -> Result<()> {
     let root = tools::root();
-    let mut git = Command::new("git");
-    git.current_dir(&root).args([
-        "ls-files",
-        "-z",
-        "--cached",
-        "--others",
-        "--exclude-standard",
-    ]);
-    let output = git.output().context("cannot start git")?;
-    if !output.status.success() {
-        bail!("git cannot list the files of {}", root.display());
-    }
+    let names = tools::git("ls-files -z --cached --others --exclude-standard")?;
     let mut broken = 0;
-    for name in String::from_utf8_lossy(&output.stdout).split_terminator('\0') {
+    for name in names.split_terminator('\0') {
         // Some are no text, and one that was deleted is still listed.
         let Ok(text) = std::fs::read_to_string(root.join(name)) else {
             continue;

@@ -251,6 +251,35 @@ pub fn output(command: &mut Command) -> Result<String> {
     Ok(text)
 }
 
+/// What git answers to these words at the repository's root.
+///
+/// # Errors
+/// If it cannot be started or fails.
+pub fn git(words: &str) -> Result<String> {
+    quiet_output(
+        Command::new("git")
+            .current_dir(root())
+            .args(words.split(' ')),
+    )
+}
+
+/// What a command prints, without its end of line; nothing of it is shown.
+///
+/// # Errors
+/// If it cannot be started or fails; the error has what it complained of.
+pub fn quiet_output(command: &mut Command) -> Result<String> {
+    let shown = shown(command);
+    let output = command.output();
+    let output = output.with_context(|| format!("cannot start `{shown}`"))?;
+    if !output.status.success() {
+        let why = String::from_utf8_lossy(&output.stderr);
+        bail!("`{shown}` failed: {}", why.trim());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout)
+        .trim_end()
+        .to_owned())
+}
+
 /// The command as a person would type it: the program's name and its arguments.
 fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program());

@@ -8,9 +8,9 @@ use slamlab_core::slam::Method;
 use slamlab_core::wire::message::{DeviceState, DisarmReason};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// Types of the page for enums of the core that have names, and how one is found by its name.
+/// Types of the page for enums of the core that have names.
 macro_rules! core_names {
-    ($($(#[$doc:meta])* $Name:ident of $Core:ident, $find:expr;)+) => { $(
+    ($($(#[$doc:meta])* $Name:ident of $Core:ident;)+) => { $(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct $Name(pub $Core);
@@ -24,15 +24,6 @@ macro_rules! core_names {
         impl Serialize for $Name {
             fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
                 serializer.serialize_str(self.0.name())
-            }
-        }
-
-        impl<'de> Deserialize<'de> for $Name {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let name = String::deserialize(deserializer)?;
-                let find: fn(&str) -> Option<$Core> = $find;
-                let expected = || D::Error::unknown_variant(&name, $Core::NAMES);
-                find(&name).map(Self).ok_or_else(expected)
             }
         }
 
@@ -56,19 +47,20 @@ macro_rules! core_names {
 
 core_names! {
     /// A way to do SLAM.
-    MethodName of Method, |name| name.parse().ok();
+    MethodName of Method;
     /// A planner.
-    PlannerName of Planner, |name| {
-        Planner::ALL.iter().find(|(of, ..)| *of == name).map(|(_, planner, _)| *planner)
-    };
+    PlannerName of Planner;
     /// How a device is.
-    DeviceStateName of DeviceState, |name| {
-        DeviceState::ALL.iter().copied().find(|state| state.name() == name)
-    };
+    DeviceStateName of DeviceState;
     /// Why the robot is disarmed.
-    DisarmReasonName of DisarmReason, |name| {
-        DisarmReason::ALL.iter().copied().find(|reason| reason.name() == name)
-    };
+    DisarmReasonName of DisarmReason;
+}
+
+impl<'de> Deserialize<'de> for MethodName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        name.parse().map(Self).map_err(D::Error::custom)
+    }
 }
 
 /// Bytes of [`union`].

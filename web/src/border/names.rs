@@ -92,8 +92,6 @@ names! {
     /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room
     /// around the robot's centre.
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }
-    /// What a wall is made of.
-    MaterialName of slamlab_core::sim::Material { Opaque = "opaque", Glass = "glass", Dark = "dark" }
     /// What a region of the topological map is.
     RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
     /// How σ of the range grows with the range.

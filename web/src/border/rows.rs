@@ -4,8 +4,6 @@ use std::fmt::Write as _;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use super::names::{Gate, MaterialName, RegionName, Verdict};
-
 /// Rows of numbers, in the order in which they are named; the page has the places under the name
 /// that is given first.
 macro_rules! rows {
@@ -47,29 +45,10 @@ rows! {
     /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one
     /// that is to shut waits while somebody stands in it.
     "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
-    /// A region of the topological map: its place in `REGIONS`, area (m²), middle and width (m).
-    "REGION": RegionRow of f64 { kind, area, x, y, width }
-    /// A door of the topological map: the regions it joins, posts, middle and width (m), whether
-    /// both posts were seen.
-    "DOORWAY": DoorwayRow of f64 { from, to, x1, y1, x2, y2, x, y, width, framed }
-    /// A line of the scan: ends (map frame, m), its place in `VERDICTS`, landmark (NaN without),
-    /// number of candidates.
-    "SIGHTING": SightingRow of f64 { x1, y1, x2, y2, verdict, landmark, candidates }
-    /// A landmark that a line was compared with: d², gap (m), innovation with its σ (rad, m), its
-    /// place in `GATES`.
-    "CANDIDATE": CandidateRow of f64 { landmark, d2, gap, delta_alpha, delta_r, sigma_alpha, sigma_r, gate }
     /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
     /// and the ranges' (m).
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }
 }
-
-/// Names by their places in flat arrays.
-const LISTS: &[(&str, &str, &[&str])] = &[
-    ("VERDICTS", "Verdict", Verdict::NAMES),
-    ("GATES", "Gate", Gate::NAMES),
-    ("MATERIALS", "MaterialName", MaterialName::NAMES),
-    ("REGIONS", "RegionName", RegionName::NAMES),
-];
 
 /// Rows one after the other.
 pub(crate) fn flat<R, N, const STRIDE: usize, A: FromIterator<N>>(
@@ -87,14 +66,8 @@ where
 #[must_use]
 pub fn layout() -> String {
     let mut text =
-        "// Which number stands where in the module's flat arrays: written by layout.mjs.\n\n"
+        "// Which number stands where in the module's flat arrays: written by layout.mjs.\n"
             .to_owned();
-    let types: Vec<&str> = LISTS.iter().map(|(_, of, _)| *of).collect();
-    let _ = writeln!(
-        text,
-        "import type {{ {} }} from \"./slamlab_web.js\";",
-        types.join(", ")
-    );
     for (title, doc, fields) in ROWS {
         let places = fields.iter().enumerate();
         let places: Vec<String> = places
@@ -106,9 +79,6 @@ pub fn layout() -> String {
             places.join(", ")
         );
         let _ = writeln!(text, "export const {title}_STRIDE = {};", fields.len());
-    }
-    for (title, of, names) in LISTS {
-        let _ = writeln!(text, "\nexport const {title}: readonly {of}[] = {names:?};");
     }
     text
 }
@@ -133,9 +103,6 @@ mod tests {
         let text = layout();
         assert!(text.contains("export const LINE = { alpha: 0, r: 1, varAlpha: 2, covAlphaR: 3,"));
         assert!(text.contains("export const LINE_STRIDE = 12;"));
-        assert!(text.contains(
-            "export const GATES: readonly Gate[] = [\"match\", \"near\", \"far\", \"beyond\"];"
-        ));
         let row = BeamRow {
             range: 1.0,
             sigma: 2.0,

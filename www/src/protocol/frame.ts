@@ -58,7 +58,7 @@ export interface Change {
   doors: Float32Array | null;
   /** x1 y1 x2 y2 of the true walls, without doors. */
   truth: Float32Array | null;
-  /** What each of them is made of: places in MATERIALS. */
+  /** What each of them is made of: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array | null;
   /** x1 y1 x2 y2 of the walls of the prior map; empty for other methods. */
   priorMap: Float32Array | null;
@@ -104,8 +104,7 @@ export interface Frame extends Change, Requested {
 
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
-  const { inspection, rooms } = frame;
-  const objects = [frame, frame.grid, frame.field?.grid, inspection, rooms].filter((object) => object !== null && object !== undefined);
+  const objects = [frame, frame.grid, frame.field?.grid, frame.inspection].filter((object) => object !== null && object !== undefined);
   const buffers = new Set<ArrayBuffer>();
   for (const value of objects.flatMap((object) => Object.values(object) as unknown[])) {
     if (ArrayBuffer.isView(value) && value.buffer instanceof ArrayBuffer) buffers.add(value.buffer);

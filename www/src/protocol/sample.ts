@@ -1,5 +1,6 @@
 // What the plots show of each scan: the columns, and where their values come from.
 
+import { degrees, turnBetween } from "../angle.js";
 import type { RunStatus } from "./module.js";
 
 /** Numbers for each sample in `Frame.samples`, one for each scan. */
@@ -29,13 +30,4 @@ export function sampleOf(s: RunStatus, scanMillis: number, explored: number): Sa
 /** Variance along the most uncertain direction of a 2 x 2 covariance. */
 function largestVariance(xx: number, xy: number, yy: number): number {
   return Math.max(0, (xx + yy) / 2 + Math.hypot((xx - yy) / 2, xy));
-}
-
-function degrees(radians: number): number {
-  return (radians * 180) / Math.PI;
-}
-
-/** From `b` to `a`, in (-π, π]. */
-export function turnBetween(a: number, b: number): number {
-  return Math.atan2(Math.sin(a - b), Math.cos(a - b));
 }

@@ -1,6 +1,7 @@
 // The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found
 // again goes on in its old map.
 
+import { faultOf } from "../fault.js";
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
@@ -20,14 +21,12 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
 };
 
 export class BridgeLink extends Link {
-  readonly #url: string;
   #socket: WebSocket | null = null;
   #retry: ReturnType<typeof setTimeout> | null = null;
   #tries = 0;
 
-  constructor(module: WebRun, url: string, events: LinkEvents) {
+  constructor(module: WebRun, private readonly url: string, events: LinkEvents) {
     super(module, events);
-    this.#url = url;
     this.#open();
   }
 
@@ -51,7 +50,7 @@ export class BridgeLink extends Link {
   #open(): void {
     this.connection = "connecting";
     this.stir();
-    const socket = new WebSocket(this.#url);
+    const socket = new WebSocket(this.url);
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.#guard(() => this.module.receive(micros(), new Uint8Array(event.data)));
     socket.onclose = (event) => this.#lost(event.code);
@@ -63,7 +62,7 @@ export class BridgeLink extends Link {
     try {
       act();
     } catch (error) {
-      this.fault = error instanceof Error ? error.message : String(error);
+      this.fault = faultOf(error).text;
       this.#socket?.close(1000);
       return;
     }

@@ -2,15 +2,13 @@
 // (local_bridge.ts). The messages are those of any bridge, so that everything is shown and done in
 // the same way.
 
+import { faultOf } from "../fault.js";
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
 export class CableLink extends Link {
-  readonly #wire: MessagePort;
-
-  constructor(module: WebRun, wire: MessagePort, events: LinkEvents) {
+  constructor(module: WebRun, private readonly wire: MessagePort, events: LinkEvents) {
     super(module, events);
-    this.#wire = wire;
     wire.onmessage = (event: MessageEvent<Uint8Array>) => {
       this.#guard("refused", () => {
         this.module.receive(micros(), event.data);
@@ -24,13 +22,13 @@ export class CableLink extends Link {
   /** Says farewell: the robot is stopped, and the ports are closed. */
   override close(): void {
     super.close();
-    this.#wire.onmessage = null;
-    this.#wire.postMessage(null);
-    this.#wire.close();
+    this.wire.onmessage = null;
+    this.wire.postMessage(null);
+    this.wire.close();
   }
 
   protected override send(bytes: Uint8Array<ArrayBuffer>): void {
-    this.#wire.postMessage(bytes, [bytes.buffer]);
+    this.wire.postMessage(bytes, [bytes.buffer]);
   }
 
   protected override tick(): void {
@@ -46,7 +44,7 @@ export class CableLink extends Link {
     } catch (error) {
       this.connection = otherwise;
       // The module speaks of bridge and network, and there is none.
-      this.fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : error instanceof Error ? error.message : String(error);
+      this.fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : faultOf(error).text;
     }
   }
 }

@@ -1,11 +1,11 @@
 // What a run changed since the frame before: what is long crosses only where it is new.
 
+import { degrees } from "../angle.js";
 import type { Change } from "../protocol/frame.js";
 import { LINE, LINE_STRIDE, type RunStatus, TRAIL, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
 import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
-const DEGREES = 180 / Math.PI;
 
 type Compared = "path" | "rawPath" | "tree" | "frontiers" | "doors";
 
@@ -17,9 +17,6 @@ const TRAIL_PERIOD = 250;
 
 export class Changes {
   readonly samples = new Samples();
-  readonly #module: WebRun;
-  /** The trail comes from the module as a whole, rather than pose by pose. */
-  readonly #bends: boolean;
   #features = 0;
   #grid = { generation: 0, revision: 0 };
   #scansSent = -1;
@@ -31,9 +28,8 @@ export class Changes {
   #trailAt = -Infinity;
   #twin = { sent: 0, reset: false };
 
-  constructor(module: WebRun, bends: boolean) {
-    [this.#module, this.#bends] = [module, bends];
-  }
+  /** With `bends` the trail comes from the module as a whole, rather than pose by pose. */
+  constructor(private readonly module: WebRun, private readonly bends: boolean) {}
 
   /** Walls of the line map, as of the last change. */
   get features(): number {
@@ -51,12 +47,12 @@ export class Changes {
   }
 
   follow(s: RunStatus): void {
-    if (!this.#bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y]);
+    if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y]);
   }
 
   /** `version` grows with what may change scan and lines, `isLast` has the run as it ended. */
   take(version: number, isLast: boolean): Change {
-    const module = this.#module;
+    const { module } = this;
     const { generation } = this.#grid;
     const view = module.view(generation, this.#grid.revision);
     this.#grid = { generation: view.generation, revision: view.revision };
@@ -107,19 +103,19 @@ export class Changes {
   }
 
   #trailChange(now: number, isLast: boolean): Pick<Change, "trail" | "trailReset"> {
-    if (!this.#bends) return { trail: this.#trail.take(), trailReset: false };
+    if (!this.bends) return { trail: this.#trail.take(), trailReset: false };
     const due = isLast || now - this.#trailAt >= TRAIL_PERIOD;
     if (due) this.#trailAt = now;
-    return { trail: due ? thinned(this.#module.trail()) : null, trailReset: due };
+    return { trail: due ? thinned(this.module.trail()) : null, trailReset: due };
   }
 
   #twinChange(): Pick<Change, "twin" | "twinReset"> {
     const { sent, reset } = this.#twin;
-    const samples = this.#module.twin_since(sent);
+    const samples = this.module.twin_since(sent);
     this.#twin = { sent: sent + samples.length / TWIN_STRIDE, reset: false };
     for (let i = 0; i < samples.length; i += TWIN_STRIDE) {
-      samples[i + TWIN.headingOff] = Math.abs(samples[i + TWIN.headingOff] ?? NaN) * DEGREES;
-      samples[i + TWIN.headingSigma3] = (samples[i + TWIN.headingSigma3] ?? NaN) * DEGREES;
+      samples[i + TWIN.headingOff] = degrees(Math.abs(samples[i + TWIN.headingOff] ?? NaN));
+      samples[i + TWIN.headingSigma3] = degrees(samples[i + TWIN.headingSigma3] ?? NaN);
     }
     return { twin: samples.length > 0 ? samples : null, twinReset: reset };
   }

@@ -1,7 +1,8 @@
 // All planners on one query: steps them in slices, measures their times, and reports how they
 // stand.
 
-import { fail, faultOf, post } from "../answer.js";
+import { fail, post } from "../answer.js";
+import { faultOf } from "../fault.js";
 import type { WebContest } from "../protocol/module.js";
 
 /** Wall milliseconds of one slice, and between two reports. */

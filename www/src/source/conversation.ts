@@ -19,17 +19,15 @@ export type Wire = (module: WebRun, events: LinkEvents) => Link;
 
 export class Conversation {
   readonly #module: WebRun;
-  readonly #player: Player;
-  readonly #link: Link;
+  readonly link: Link;
   /** The run that shows it, and which beginning of the robot that is. */
   #shown: { run: Run; begun: number } | null = null;
-
   #twin: boolean;
 
-  constructor(player: Player, { title, token, method, priorMap, cycle, settings, twin }: ConversationSetup, wire: Wire) {
-    [this.#player, this.#twin] = [player, twin];
+  constructor(private readonly player: Player, { title, token, method, priorMap, cycle, settings, twin }: ConversationSetup, wire: Wire) {
+    this.#twin = twin;
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: method === "prior-map" ? priorMap : null, cycle, settings, seed: 1 }));
+    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: method === "prior-map" ? priorMap : null, cycle, settings }));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.
@@ -44,7 +42,7 @@ export class Conversation {
       this.#shown.run.update(NaN);
       player.changed();
     };
-    link = this.#link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });
+    link = this.link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });
   }
 
   /** Of the robot that is there, and of those that the bridge may name later. */
@@ -55,23 +53,19 @@ export class Conversation {
   /** With a twin another one begins here. */
   setTwin(on: boolean): void {
     this.#twin = on;
-    if (this.#shown) this.#shown.run.setTwin(on);
-  }
-
-  get link(): Link {
-    return this.#link;
+    this.#shown?.run.setTwin(on);
   }
 
   /** A command to the bridge itself; it goes out at once. */
   say(act: (module: WebRun) => void): void {
     act(this.#module);
-    this.#link.flush();
-    this.#link.stir();
+    this.link.flush();
+    this.link.stir();
   }
 
   close(): void {
-    if (this.#shown && this.#player.run === this.#shown.run) this.#player.run = null;
-    this.#link.close();
+    if (this.#shown && this.player.run === this.#shown.run) this.player.run = null;
+    this.link.close();
     this.#module.free();
     post({ kind: "bridge", state: null });
   }

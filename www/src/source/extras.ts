@@ -2,7 +2,7 @@
 
 import type { Command } from "../protocol.js";
 import type { Requested } from "../protocol/frame.js";
-import type { FieldName, Inspection, Rooms } from "../protocol/module.js";
+import type { FieldName, Inspection, WebRun } from "../protocol/module.js";
 import { Sparing } from "./feeds.js";
 import type { Run } from "./run.js";
 
@@ -10,15 +10,17 @@ import type { Run } from "./run.js";
     faster. */
 const INSPECT_MILLIS = 200;
 
+export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "field" }>;
+
 export class Extras {
   #inspecting = { on: false, matrix: false };
   #inspectAt = -Infinity;
   /** The version of the run that was inspected last. */
   #inspected = -1;
   #showsRooms = false;
-  readonly #rooms = new Sparing<Rooms>();
+  readonly #rooms = new Sparing();
   #field: FieldName | null = null;
-  readonly #fields = new Sparing<NonNullable<Requested["field"]>>();
+  readonly #fields = new Sparing();
 
   /** Another run: everything is due. */
   reset(): void {
@@ -28,34 +30,41 @@ export class Extras {
   }
 
   /** Starts or stops showing something; returns whether there is something to show. */
-  attend(command: Extract<Command, { kind: "inspect" | "rooms" | "field" }>, run: Run | null): boolean {
-    switch (command.kind) {
+  attend(what: Watched): boolean {
+    switch (what.kind) {
       case "inspect":
-        this.#inspecting = { on: command.on, matrix: command.matrix };
+        this.#inspecting = what;
         this.#inspectAt = -Infinity;
         this.#inspected = -1;
-        return command.on;
+        return what.on;
       case "rooms":
-        this.#showsRooms = command.on;
+        this.#showsRooms = what.on;
         this.#rooms.refresh();
-        run?.forgetRooms();
-        return command.on;
+        return what.on;
       case "field":
-        this.#field = command.name;
+        this.#field = what.name;
         this.#fields.refresh();
-        run?.forgetField();
-        return command.name !== null;
+        return what.name !== null;
     }
   }
 
   /** What is due, for a frame. */
   of(run: Run, now: number, playing: boolean): Requested {
-    const name = this.#field;
+    const { module } = run;
     return {
       inspection: this.#inspect(run, now, playing),
-      rooms: this.#showsRooms ? this.#rooms.ask(playing, () => run.rooms()) : null,
-      field: name ? this.#fields.ask(playing, () => run.field(name)) : null,
+      rooms: this.#showsRooms ? this.#rooms.ask(playing, (known) => module.rooms(known.generation, known.revision)) : null,
+      field: this.#field ? this.#fieldOf(module, this.#field, playing) : null,
     };
+  }
+
+  /** A field of the grid where it may have changed. */
+  #fieldOf(module: WebRun, name: FieldName, playing: boolean): Requested["field"] {
+    const field = this.#fields.ask(playing, ({ generation, revision }) => {
+      const found = module.field(name, generation, revision);
+      return { ...found, reset: found.generation !== generation };
+    });
+    return field && (field.grid || field.reset) ? field : null;
   }
 
   /** After a scan, but a few times a second at most. */
@@ -63,6 +72,6 @@ export class Extras {
     if (!this.#inspecting.on || this.#inspected === run.version || (playing && now - this.#inspectAt < INSPECT_MILLIS)) return null;
     this.#inspectAt = now;
     this.#inspected = run.version;
-    return run.inspect(this.#inspecting.matrix);
+    return run.module.inspect(this.#inspecting.matrix) ?? null;
   }
 }

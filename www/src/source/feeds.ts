@@ -6,18 +6,15 @@ import { TRAIL_STRIDE } from "../protocol/module.js";
 /** A number that costs more than a step, asked for a few times a second only. */
 export class Slow {
   static readonly PERIOD = 300;
-  readonly #ask: () => number;
   #at = -Infinity;
   #value = NaN;
 
-  constructor(ask: () => number) {
-    this.#ask = ask;
-  }
+  constructor(private readonly ask: () => number) {}
 
   get value(): number {
     const now = performance.now();
     if (now - this.#at > Slow.PERIOD) {
-      this.#value = this.#ask();
+      this.#value = this.ask();
       this.#at = performance.now();
     }
     return this.#value;
@@ -29,8 +26,16 @@ export class Slow {
   }
 }
 
-/** Expensive work beside a run, done seldom and for a small part of the time. */
-export class Sparing<T> {
+/** A version of the map. */
+export interface Version {
+  readonly generation: number;
+  readonly revision: number;
+}
+
+const NONE: Version = { generation: -1, revision: -1 };
+
+/** Expensive work on the map, done seldom and for a small part of the time. */
+export class Sparing {
   /** Wall milliseconds between two runs of the work: walls change slowly, and many cells are
       read. */
   static readonly MILLIS = 1000;
@@ -38,20 +43,24 @@ export class Sparing<T> {
       robot is driven here too. */
   static readonly REST = 19;
   #due = -Infinity;
+  #known = NONE;
 
-  /** Null where it is not due; a run that stands still waits for nothing. */
-  ask(runs: boolean, work: () => T | null): T | null {
+  /** What `work` makes of the map, given the version for which it was done last. Null where it is
+      not due; a run that stands still waits for nothing. */
+  ask<T extends Version>(runs: boolean, work: (known: Version) => T | undefined): T | null {
     const before = performance.now();
     if (runs && before < this.#due) return null;
-    const found = work();
+    const found = work(this.#known);
     const after = performance.now();
     this.#due = after + Math.max(Sparing.MILLIS, Sparing.REST * (after - before));
-    return found;
+    this.#known = found ?? this.#known;
+    return found ?? null;
   }
 
-  /** The next request is due at once. */
+  /** The next request is due at once, and nothing is known. */
   refresh(): void {
     this.#due = -Infinity;
+    this.#known = NONE;
   }
 }
 

@@ -22,15 +22,12 @@ export function micros(): number {
 
 /** The wire to a bridge, or to devices of this very computer. */
 export abstract class Link {
-  protected readonly module: WebRun;
-  protected readonly events: LinkEvents;
   protected connection: Connection = "connecting";
   protected fault = "";
   readonly #ticker: ReturnType<typeof setInterval>;
   #reportedAt = -Infinity;
 
-  constructor(module: WebRun, events: LinkEvents) {
-    [this.module, this.events] = [module, events];
+  constructor(protected readonly module: WebRun, protected readonly events: LinkEvents) {
     this.#ticker = setInterval(() => {
       this.tick();
       this.report();
@@ -44,7 +41,7 @@ export abstract class Link {
 
   /** Sends the module's messages. */
   flush(): void {
-    for (let bytes = this.module.outgoing(); bytes.length > 0; bytes = this.module.outgoing()) this.send(bytes as Uint8Array<ArrayBuffer>);
+    for (const bytes of this.module.outgoing()) this.send(bytes as Uint8Array<ArrayBuffer>);
   }
 
   /** Reports the state at the next tick. */

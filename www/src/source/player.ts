@@ -103,7 +103,7 @@ export class Player {
     const now = performance.now();
     if (now - this.#hashAt >= HASH_MILLIS) {
       this.#hashAt = now;
-      post({ kind: "hash", run: this.#number, text: run.hash() });
+      post({ kind: "hash", run: this.#number, text: run.module.state_hash() });
     }
     if (!this.#pageReady || !this.#stale) return;
     this.#pageReady = false;

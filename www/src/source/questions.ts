@@ -3,12 +3,12 @@
 
 import { calibrate, read_building, read_prior_map, read_preset, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";
-import type { GivenBytes, Handlers } from "../protocol.js";
+import type { Command, GivenBytes, Handlers } from "../protocol.js";
 import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player): Questions {
   const contest = new ContestRunner();
@@ -19,36 +19,36 @@ export function questions(player: Player): Questions {
   const filesOf = (what: Parameters<Questions["save"]>[0]["what"]): SavedFile[] => {
     const { run } = player;
     if (!run) return [];
-    return what === "fit" ? presetFile(run.title, fitted) : run.export(what);
+    return what === "fit" ? presetFile(run.title, fitted) : run.module.export(what, fileName(run.title));
   };
 
   return {
     settings: ({ settings }) => {
       const { run } = player;
-      if (run) post({ kind: "settings", settings: run.settings(settings) });
+      if (run) post({ kind: "settings", settings: run.module.settings(settings) });
     },
     calibrate: ({ pairs }) => post({ kind: "calibrated", ...attempt("calibration", () => calibrate(pairs)) }),
     sigma: ({ growth }) => {
       const { run } = player;
-      if (run) post({ kind: "sigma", ...attempt("curve", () => run.estimateSigma(growth)) });
+      if (run) post({ kind: "sigma", ...attempt("curve", () => run.module.estimate_sigma(growth)) });
     },
     fit: () => {
-      fitted = player.run?.fit() ?? null;
+      fitted = player.run?.module.fit() ?? null;
       if (fitted) post({ kind: "fit", fit: fitted, error: "" });
     },
     preset: ({ name, bytes }) => given(name, () => post({ kind: "preset", ...read_preset(new Uint8Array(bytes)) })),
     bench: ({ trial }) => {
-      if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.bench(trial) });
+      if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.module.bench(trial) });
     },
     save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
     build: ({ name, files }) => given(name, () => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
     "read-prior-map": ({ name, files }) => given(name, () => {
-      const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.asPriorMap(name);
+      const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.module.as_prior_map(name);
       if (map) post({ kind: "prior-map", ...map });
     }),
     contest: ({ ask, watched }) => {
       const { run } = player;
-      if (run) contest.begin(watched, () => run.contest(ask));
+      if (run) contest.begin(watched, () => run.module.contest(ask));
     },
     "contest-watch": ({ watched }) => contest.watch(watched),
     "contest-stop": () => contest.stop(),
@@ -66,6 +66,10 @@ export function given(name: string, work: () => void): void {
 
 function fileOf({ name, bytes }: GivenBytes): GivenFile {
   return { name, bytes: new Uint8Array(bytes) };
+}
+
+function fileName(title: string): string {
+  return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
 }
 
 /** What was fitted last, as a preset. */

@@ -1,12 +1,12 @@
 // One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its
 // link.
 
-import type { Change, Requested, Status } from "../protocol/frame.js";
-import type { BenchResponse, BenchTrial, ContestAsk, DriveFit, FieldName, GrowthName, Inspection, PriorMapFile, MethodName, Rooms, RunStatus, SavedFile, SavedKind, SettingInfo, SettingValues, SigmaCurve, SourceKind, WebContest, WebRun } from "../protocol/module.js";
-import { sampleOf, turnBetween } from "../protocol/sample.js";
+import { turnBetween } from "../angle.js";
+import type { Change, Status } from "../protocol/frame.js";
+import type { MethodName, RunStatus, SourceKind, WebRun } from "../protocol/module.js";
+import { sampleOf } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
-import { micros } from "./link.js";
 import { doing, type Note, Story } from "./story.js";
 
 /** In a world larger than this, m², counting the reachable area would take too long; the explored
@@ -26,18 +26,15 @@ export class Run implements RunFacts {
   readonly kind: SourceKind;
   readonly title: string;
   readonly method: MethodName;
-  readonly module: WebRun;
   readonly #story: Story;
   readonly #changes: Changes;
   readonly #explored: Slow;
   readonly #knownArea: Slow;
   #status: RunStatus;
   #ended: "" | "end of the recording" | "cancelled" = "";
-  #roomsOf = { generation: -1, revision: -1 };
-  #fieldOf = { generation: -1, revision: -1 };
 
-  constructor(module: WebRun, { kind, title, method }: RunFacts, begins: string) {
-    [this.module, this.kind, this.title, this.method] = [module, kind, title, method];
+  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, begins: string) {
+    [this.kind, this.title, this.method] = [kind, title, method];
     this.#story = new Story(module);
     this.#changes = new Changes(module, kind === "replay");
     const countable = module.extent() < MOST_EXTENT;
@@ -104,19 +101,6 @@ export class Run implements RunFacts {
     this.update(0);
   }
 
-  stop(): void {
-    this.command((module) => module.stop(micros()), "Stop");
-  }
-
-  /** All settings of this run, with these changes. */
-  settings(changes: SettingValues): SettingInfo[] {
-    return this.module.settings(changes);
-  }
-
-  configure(settings: SettingValues): void {
-    this.module.configure(settings);
-  }
-
   /** With a twin another one begins here. */
   setTwin(on: boolean): void {
     this.module.set_twin(on);
@@ -125,10 +109,6 @@ export class Run implements RunFacts {
 
   notes(): Note[] {
     return this.#story.take();
-  }
-
-  hash(): string {
-    return this.module.state_hash();
   }
 
   status(): PacelessStatus {
@@ -146,61 +126,6 @@ export class Run implements RunFacts {
 
   change(): Change {
     return this.#changes.take(this.version, this.#ended !== "");
-  }
-
-  /** The inside of the filter, with the matrix or without; null for methods without a line
-      filter. */
-  inspect(matrix: boolean): Inspection | null {
-    return this.module.inspect(matrix) ?? null;
-  }
-
-  /** Rooms and doors of the map; null where the grid is as it was when they were asked for last. */
-  rooms(): Rooms | null {
-    const rooms = this.module.rooms(this.#roomsOf.generation, this.#roomsOf.revision);
-    if (rooms) this.#roomsOf = rooms;
-    return rooms ?? null;
-  }
-
-  forgetRooms(): void {
-    this.#roomsOf = { generation: -1, revision: -1 };
-  }
-
-  /** A field of the grid where it may have changed; null where it is as it was when it was asked
-      for last. */
-  field(name: FieldName): Requested["field"] {
-    const { generation, revision } = this.#fieldOf;
-    const field = this.module.field(name, generation, revision);
-    this.#fieldOf = field;
-    const reset = field.generation !== generation;
-    return field.grid || reset ? { ...field, reset } : null;
-  }
-
-  forgetField(): void {
-    this.#fieldOf = { generation: -1, revision: -1 };
-  }
-
-  estimateSigma(growth: GrowthName): SigmaCurve {
-    return this.module.estimate_sigma(growth);
-  }
-
-  fit(): DriveFit | null {
-    return this.module.fit() ?? null;
-  }
-
-  bench(trial: BenchTrial): BenchResponse {
-    return this.module.bench(trial);
-  }
-
-  contest(ask: ContestAsk): WebContest {
-    return this.module.contest(ask);
-  }
-
-  asPriorMap(name: string): PriorMapFile {
-    return this.module.as_prior_map(name);
-  }
-
-  export(what: SavedKind): SavedFile[] {
-    return this.module.export(what, fileName(this.title));
   }
 
   /** The module of a live run outlives it: it belongs to the conversation. */
@@ -235,8 +160,4 @@ export class Run implements RunFacts {
     if (how === "cancelled") this.#story.note("warn", `Cancelled after ${this.scans} scans; the map so far stays`);
     else this.#story.note("good", `End of the recording: ${this.scans} scans mapped`);
   }
-}
-
-function fileName(title: string): string {
-  return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
 }

@@ -2,6 +2,7 @@
 // or closed. The same for every source.
 
 import type { Level, RunStatus, WebRun } from "../protocol/module.js";
+import { sentence } from "../ui/format.js";
 
 export interface Note {
   time: number;
@@ -17,7 +18,6 @@ export interface Note {
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
 export class Story {
-  readonly #module: WebRun;
   #notes: Note[] = [];
   #time = 0;
   #goal = "";
@@ -30,12 +30,10 @@ export class Story {
   /** Commands so far: the legs of one task share one line. */
   #tasks = 0;
 
-  constructor(module: WebRun) {
-    this.#module = module;
-  }
+  constructor(private readonly module: WebRun) {}
 
   take(): Note[] {
-    for (const { level, text } of this.#module.notices()) this.note(level, text, text);
+    for (const { level, text } of this.module.notices()) this.note(level, text, text);
     return this.#notes.splice(0);
   }
 
@@ -69,7 +67,7 @@ export class Story {
 
   /** After each scan. */
   scanned(s: RunStatus): void {
-    const merged = this.#module.merged();
+    const merged = this.module.merged();
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
     }
@@ -117,7 +115,3 @@ export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
 }
 
 const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
-
-function sentence(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
-}

@@ -1,56 +1,42 @@
 // The drive controller on a bench: what it does for a straight drive when motors are not alike and
 // something pulls at a track.
 
-import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import { css, html, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import uPlot from "uplot";
-import plotCss from "uplot/dist/uPlot.min.css";
 import type { BenchResponse } from "../protocol/module.js";
-import type { Topic } from "../store.js";
-import { SlamElement } from "./element.js";
-import { degrees, fixed } from "./format.js";
-import { axes, colourOf } from "./plot_style.js";
-import { shared } from "./style.js";
+import { fixed } from "./format.js";
+import { valueOf } from "./input.js";
+import { colourOf } from "./plot_style.js";
+import { SlamPlotted } from "./plotted.js";
+import { tool } from "./style.js";
 
-const HEIGHT = 130;
 /** Wished speed as a part of the highest, when the pull comes on, and how long it all takes, s. */
 const TRIAL = { forward: 0.8, pullAt: 2.5, seconds: 5 };
 
-export class SlamBench extends SlamElement {
+export class SlamBench extends SlamPlotted {
   static override styles = [
-    unsafeCSS(plotCss),
-    shared,
+    tool,
     css`
-      :host { display: block; margin-top: 14px; border-top: 1px solid var(--line); padding-top: 12px; }
-      :host([hidden]) { display: none; }
-      summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }
-      summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
-      summary::-webkit-details-marker { display: none; }
-      details[open] > summary::before { transform: rotate(90deg); }
-      p { margin: 8px 0; font-size: 12.5px; color: var(--muted); }
+      :host { padding-top: 12px; }
       label { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font-size: 12.5px; margin-bottom: 8px; }
       input[type="range"] { grid-column: 1 / -1; width: 100%; accent-color: var(--accent); margin: 0; min-height: 24px; }
-      figcaption { display: flex; justify-content: space-between; gap: 8px; font-size: 12.5px; margin-bottom: 2px; }
-      figure { margin: 0 0 8px; }
       .key { display: flex; flex-wrap: wrap; gap: 4px 12px; font-size: 12px; color: var(--muted); margin-bottom: 8px; }
       .key span { display: inline-flex; align-items: center; gap: 5px; }
       .key svg { width: 20px; height: 8px; }
       .plot { height: 130px; }
-      .uplot, .u-wrap { font-family: var(--mono); }
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["run", "bench", "theme"];
+  protected override readonly topics = ["run", "bench", "theme"] as const;
+  protected override readonly height = 130;
   #open = false;
   #mismatch = 0.1;
   #pull = 1;
-  #plots: uPlot[] = [];
 
   override connectedCallback(): void {
     super.connectedCallback();
     this.store.on("run", () => this.#open && this.#ask());
-    new ResizeObserver(() => {
-      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
-    }).observe(this);
   }
 
   override render(): TemplateResult {
@@ -69,16 +55,14 @@ export class SlamBench extends SlamElement {
     </details>`;
   }
 
-  override updated(): void {
+  protected override draw(): uPlot[] {
     const { bench } = this.store;
-    for (const plot of this.#plots) plot.destroy();
-    this.#plots = [];
     const [speeds, headings] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
-    if (!bench || !this.#open || !speeds || !headings) return;
+    if (!bench || !this.#open || !speeds || !headings) return [];
     const n = bench.seconds.length;
     const series = (all: Float64Array, i: number): Float64Array => all.subarray(i * n, (i + 1) * n);
     const inDegrees = (all: Float64Array): Float64Array => all.map(degrees);
-    this.#plots = [
+    return [
       this.#plot(speeds, [bench.seconds, ...[2, 3, 0, 1].map((i) => series(bench.speeds, i)), bench.wished], ["odometry", "odometry", "path", "path", "truth"]),
       this.#plot(headings, [bench.seconds, inDegrees(series(bench.headings, 1)), inDegrees(series(bench.headings, 0))], ["odometry", "path"]),
     ];
@@ -87,10 +71,7 @@ export class SlamBench extends SlamElement {
   #plot(host: HTMLElement, data: uPlot.AlignedData, colours: readonly string[]): uPlot {
     const dashes: Readonly<Record<string, number[]>> = { odometry: [4, 3], truth: [1, 3], path: [] };
     const series = colours.map((colour) => ({ stroke: colourOf(host, `map-${colour}`), width: 1.6, dash: dashes[colour] ?? [], points: { show: false } }));
-    return new uPlot({
-      width: Math.max(this.clientWidth, 100), height: HEIGHT, series: [{}, ...series], legend: { show: false },
-      cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: axes(host),
-    }, data, host);
+    return new uPlot({ ...this.frame(host, "s"), series: [{}, ...series] }, data, host);
   }
 
   /** Heading at the end, with the controller and without. */
@@ -106,7 +87,7 @@ export class SlamBench extends SlamElement {
   }
 
   #set(which: "mismatch" | "pull", event: Event): void {
-    const value = Number((event.target as HTMLInputElement).value);
+    const value = Number(valueOf(event));
     if (which === "mismatch") this.#mismatch = value / 100;
     else this.#pull = value / 10;
     this.requestUpdate();

@@ -4,11 +4,10 @@
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { BridgeState } from "../protocol/devices.js";
 import type { DeviceStateName, DeviceStatus, DisarmReasonName } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
+import { figure, figures } from "./figures.js";
 import { DASH, fixed } from "./format.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 /** A state has a word too: not everyone can tell colours apart. */
 const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> = {
@@ -39,10 +38,9 @@ const REASONS: Readonly<Record<DisarmReasonName, string>> = {
 
 export class SlamBridge extends SlamElement {
   static override styles = [
-    shared,
+    figures,
     css`
-      :host { display: block; padding-bottom: 16px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
-      :host([hidden]) { display: none; }
+      :host { padding-bottom: 16px; margin-bottom: 16px; border-bottom: 1px solid var(--line); }
       h2 { margin-bottom: 10px; }
       ul { list-style: none; margin: 0 0 10px; padding: 0; display: grid; gap: 8px; font-size: 13px; }
       li { display: grid; grid-template-columns: 10px 1fr auto; gap: 2px 8px; align-items: baseline; }
@@ -51,18 +49,14 @@ export class SlamBridge extends SlamElement {
       i.warn { box-sizing: border-box; background: none; border: 2px solid var(--warn-ink); }
       i.bad { background: var(--danger); }
       small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
-      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0 0 10px; font-size: 13px; }
-      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
-      dl .wide { grid-column: 1 / -1; }
-      dt { color: var(--muted); }
-      dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
+      dl { margin: 0 0 10px; }
       p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
       .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
       .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["bridge", "run"];
+  protected override readonly topics = ["bridge", "run"] as const;
 
   override render(): TemplateResult | typeof nothing {
     const { bridge } = this.store;
@@ -71,7 +65,7 @@ export class SlamBridge extends SlamElement {
     return html`
       <h2>Robot</h2>
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
-      ${bridge.connection === "open" ? figures(bridge) : ""}
+      ${bridge.connection === "open" ? state(bridge) : ""}
       <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off; they stay off until this is undone"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
@@ -80,15 +74,15 @@ export class SlamBridge extends SlamElement {
 }
 
 /** Shown only while the bridge is connected: later it would be stale. */
-function figures(bridge: BridgeState): TemplateResult {
+function state(bridge: BridgeState): TemplateResult {
   return html`<ul aria-label="Devices">${bridge.devices.map(device)}</ul>
       <dl>
-        ${row("Battery", unit(bridge.battery, 1, "V"), "battery")}
-        ${row("Delay", unit(1000 * bridge.roundTrip, 1, "ms"), "delay", "From this page to the bridge and back")}
-        ${row("Data age", unit(1000 * bridge.readingAge, 0, "ms"), "data-age", "Age of the robot's newest reading at the bridge")}
-        ${row("Missed", String(bridge.dropped), "missed", "Readings that this page was too slow for; newer ones came instead")}
-        ${row("Watching", String(bridge.watchers), "watching", "Pages that are connected, this one included")}
-        ${row("Drives", bridge.driver || "nobody", "driver")}
+        ${figure("Battery", unit(bridge.battery, 1, "V"), "bridge-battery")}
+        ${figure("Delay", unit(1000 * bridge.roundTrip, 1, "ms"), "bridge-delay", "From this page to the bridge and back")}
+        ${figure("Data age", unit(1000 * bridge.readingAge, 0, "ms"), "bridge-data-age", "Age of the robot's newest reading at the bridge")}
+        ${figure("Missed", String(bridge.dropped), "bridge-missed", "Readings that this page was too slow for; newer ones came instead")}
+        ${figure("Watching", String(bridge.watchers), "bridge-watching", "Pages that are connected, this one included")}
+        ${figure("Drives", bridge.driver || "nobody", "bridge-driver")}
         ${bridge.recording ? html`<div class="wide" title="Messages that stand in the file"><dt>Records</dt><dd data-testid="recording">${bridge.recording} · ${bridge.recorded} messages</dd></div>` : ""}
       </dl>`;
 }
@@ -113,10 +107,6 @@ function device(d: DeviceStatus): TemplateResult {
   const state = STATES[d.state];
   return html`<li><i class=${state.tone} aria-hidden="true"></i><span>${d.model || d.name}</span><span class="muted">${state.word}</span>
     ${d.model ? html`<small>${d.name}</small>` : ""}${d.detail ? html`<small>${d.detail}</small>` : ""}</li>`;
-}
-
-function row(name: string, value: string, id: string, title = ""): TemplateResult {
-  return html`<div title=${title}><dt>${name}</dt><dd class="num" data-testid="bridge-${id}">${value}</dd></div>`;
 }
 
 function unit(value: number, digits: number, name: string): string {

@@ -2,14 +2,14 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { webSerial } from "../serial_ports.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { shared, tool } from "./style.js";
+import { isChecked } from "./input.js";
+import { tool } from "./style.js";
 
 export class SlamCable extends SlamElement {
-  static override styles = [shared, tool, css`.row { display: flex; flex-wrap: wrap; gap: 8px; margin: 4px 0 10px; } .row button { flex: 1 1 90px; }`];
+  static override styles = [tool, css`.row { display: flex; flex-wrap: wrap; gap: 8px; margin: 4px 0 10px; } .row button { flex: 1 1 90px; }`];
 
-  protected override readonly topics: readonly Topic[] = ["bridge", "run"];
+  protected override readonly topics = ["bridge", "run"] as const;
 
   /** The browser is to offer every port, not only those behind the device's usual adapters. */
   #ofAll = false;
@@ -21,7 +21,7 @@ export class SlamCable extends SlamElement {
       ${webSerial()
         ? html`<p>Choose what is plugged in; the browser then asks for its port. Several devices work together. The robot stands until you press Drive, and stops when this page is out of sight.</p>
           <div class="row">${this.store.offer.devices.map((kind) => html`<button data-testid="plug-${kind.name}" title=${kind.about} aria-pressed=${plugged.includes(kind.name)} @click=${() => void this.client.plug(kind, this.#ofAll)}>${kind.title}</button>`)}</div>
-          <label><input type="checkbox" data-testid="all-ports" .checked=${this.#ofAll} @change=${(e: Event) => (this.#ofAll = (e.target as HTMLInputElement).checked)}> Offer every port, also those of other adapters</label>
+          <label><input type="checkbox" data-testid="all-ports" .checked=${this.#ofAll} @change=${(e: Event) => (this.#ofAll = isChecked(e))}> Offer every port, also those of other adapters</label>
           ${plugged.length > 0 ? html`<div class="row"><button data-testid="unplug" @click=${() => this.client.start({ mode: "explore" })}>Leave the robot</button></div>` : ""}`
         : html`<p data-testid="no-web-serial">This browser has no Web Serial. Chrome, Edge and Opera on a computer have, where the page's address begins with https or is this computer's own. In all others use the bridge on the robot.</p>`}
     </details>`;

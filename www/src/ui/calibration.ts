@@ -1,46 +1,32 @@
 // Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it
 // misses, and where it cannot be trusted.
 
-import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import { css, html, type TemplateResult } from "lit";
 import uPlot from "uplot";
-import plotCss from "uplot/dist/uPlot.min.css";
 import type { Calibration, Pairs } from "../protocol/module.js";
-import type { Topic } from "../store.js";
-import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 import { icons } from "./icons.js";
-import { colourOf, numberAxes } from "./plot_style.js";
-import { shared, tool } from "./style.js";
+import { filesOf, valueOf } from "./input.js";
+import { colourOf } from "./plot_style.js";
+import { SlamPlotted } from "./plotted.js";
+import { tool } from "./style.js";
 
-const HEIGHT = 150;
-
-export class SlamCalibration extends SlamElement {
+export class SlamCalibration extends SlamPlotted {
   static override styles = [
-    unsafeCSS(plotCss),
-    shared,
     tool,
     css`
       textarea { width: 100%; min-height: 150px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); color: inherit; font: 500 12.5px/1.5 var(--mono); resize: vertical; }
       .row { display: flex; gap: 8px; margin: 8px 0; }
       .row > * { flex: 1; }
-      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
-      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
       .row label.file { display: contents; }
       .row label.file .button { flex: 1; }
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["calibration", "run", "theme"];
+  protected override readonly topics = ["calibration", "run", "theme"] as const;
+  protected override readonly height = 150;
   #pairs: Pairs | null = null;
   #open = false;
-  #plots: uPlot[] = [];
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    new ResizeObserver(() => {
-      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
-    }).observe(this);
-  }
 
   override render(): TemplateResult {
     const { store } = this;
@@ -52,9 +38,9 @@ export class SlamCalibration extends SlamElement {
     return html`<details data-testid="calibration" @toggle=${this.#toggle}>
       <summary>Calibrate the IR rangers</summary>
       <p>Set up a board at known ranges, note what the ranger says, and fit a polynomial of the fifth degree. One pair a line; the first line names the columns: <code>range_m</code>, <code>range_cm</code> or <code>range_mm</code>, then <code>volts</code>, <code>millivolts</code> or <code>adc</code> (10 bits over 5 V).</p>
-      <textarea data-testid="pairs" spellcheck="false" aria-label="Calibration pairs, one a line" aria-describedby="verdict" .value=${pairs.text} @input=${(e: Event) => this.#change({ text: (e.target as HTMLTextAreaElement).value })}></textarea>
+      <textarea data-testid="pairs" spellcheck="false" aria-label="Calibration pairs, one a line" aria-describedby="verdict" .value=${pairs.text} @input=${(e: Event) => this.#change({ text: valueOf(e) })}></textarea>
       <div class="row">
-        <select data-testid="variable" aria-label="Polynomial of" @change=${(e: Event) => this.#change({ variable: (e.target as HTMLSelectElement).value as Pairs["variable"] })}>
+        <select data-testid="variable" aria-label="Polynomial of" @change=${(e: Event) => this.#change({ variable: valueOf(e) as Pairs["variable"] })}>
           <option value="per-volt" .selected=${pairs.variable === "per-volt"}>in 1/V</option>
           <option value="volts" .selected=${pairs.variable === "volts"}>in V</option>
         </select>
@@ -71,13 +57,11 @@ export class SlamCalibration extends SlamElement {
     </details>`;
   }
 
-  override updated(): void {
-    for (const plot of this.#plots) plot.destroy();
-    this.#plots = [];
+  protected override draw(): uPlot[] {
     const { fit } = this.store.calibration;
     const [curve, residuals] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
-    if (!fit || !this.#open || !curve || !residuals) return;
-    this.#plots = [this.#curve(curve, fit), this.#residuals(residuals, fit)];
+    if (!fit || !this.#open || !curve || !residuals) return [];
+    return [this.#curve(curve, fit), this.#residuals(residuals, fit)];
   }
 
   #verdict(fit: Calibration): TemplateResult {
@@ -89,32 +73,24 @@ export class SlamCalibration extends SlamElement {
 
   /** Curve with its clamped ends, pairs as dots: all on one axis of volts. */
   #curve(host: HTMLElement, fit: Calibration): uPlot {
-    const pairs = [...fit.volts].map((v, i) => [v, fit.ranges[i] ?? NaN] as const);
-    const all = [...new Set([...fit.curveVolts, ...fit.volts])].sort((a, b) => a - b);
-    const at = new Map(pairs);
-    const curve = new Map([...fit.curveVolts].map((v, i) => [v, fit.curveRanges[i] ?? NaN] as const));
     const [low = NaN, high = NaN] = fit.domain;
     const within = (v: number): boolean => v >= low && v <= high;
-    const line = (keep: (v: number) => boolean): (number | null)[] => all.map((v) => (curve.has(v) && keep(v) ? (curve.get(v) ?? null) : null));
+    const line = (keep: (v: number) => boolean): (number | null)[] => [...fit.curveRanges].map((range, i) => (keep(fit.curveVolts[i] ?? NaN) ? range : null));
     const colour = colourOf(host, "map-estimate");
     return new uPlot({
-      ...this.#frame(host, "V"),
+      ...this.frame(host, "V"),
       series: [{}, { stroke: colour, width: 1.6, spanGaps: true, points: { show: false } },
         { stroke: colour, width: 1.4, dash: [3, 3], points: { show: false } },
         { stroke: colourOf(host, "map-truth"), width: 0, paths: () => null, points: { show: true, size: 6, fill: colourOf(host, "map-truth") } }],
-    }, [all, line(within), line((v) => !within(v)), all.map((v) => at.get(v) ?? null)] as uPlot.AlignedData, host);
+    }, uPlot.join([[fit.curveVolts, line(within), line((v) => !within(v))], [fit.volts, fit.ranges]]), host);
   }
 
   #residuals(host: HTMLElement, fit: Calibration): uPlot {
     const stroke = colourOf(host, "map-truth");
     return new uPlot({
-      ...this.#frame(host, "m"),
+      ...this.frame(host, "m"),
       series: [{}, { stroke, width: 1, points: { show: true, size: 6, fill: stroke } }],
     }, [fit.ranges, fit.residuals.map((r) => 1000 * r)], host);
-  }
-
-  #frame(host: HTMLElement, unit: string): Omit<uPlot.Options, "series"> {
-    return { width: Math.max(this.clientWidth, 100), height: HEIGHT, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: numberAxes(host, unit) };
   }
 
   get #now(): Pairs {
@@ -133,9 +109,7 @@ export class SlamCalibration extends SlamElement {
   }
 
   async #file(event: Event): Promise<void> {
-    const input = event.target as HTMLInputElement;
-    const file = input.files?.[0];
-    input.value = "";
+    const [file] = filesOf(event);
     if (file) this.#change({ text: await file.text() });
   }
 

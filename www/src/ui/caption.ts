@@ -8,6 +8,8 @@ export interface Caption {
   more: string;
 }
 
+const AIMING: Caption = { doing: "Click the map where the robot should go", more: "" };
+
 export function caption(store: Store): Caption {
   const { status, playing, source, title, reading, loading } = store;
   if (reading) return { doing: `Reading ${reading.name}`, more: percent(reading.done) };
@@ -24,14 +26,14 @@ export function caption(store: Store): Caption {
     const bridge = store.bridge;
     if (bridge?.connection !== "open") return { doing: bridge?.connection === "connecting" ? `Connecting to ${title}` : `No connection to ${title}`, more: bridge?.fault ?? "" };
     if (bridge.emergency) return { doing: "Emergency stop", more: "the motors are cut off" };
-    if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
+    if (store.aiming) return AIMING;
     if (bridge.armed && status.finished) return { doing: sentence(status.reason) || "Finished", more: "" };
     if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || byHand() };
     return { doing: bridge.driver ? `${bridge.driver} drives` : `Watching ${title}`, more: "" };
   }
   const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };
-  if (store.aiming) return { doing: "Click the map where the robot should go", more: "" };
+  if (store.aiming) return AIMING;
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? byHand() : "";
   return { doing: playing ? doing : `Paused · ${doing.toLowerCase()}`, more: [known, status.activity || hint].filter(Boolean).join(" · ") };

@@ -1,14 +1,12 @@
 // Curves of the run over its time, each with the bound or the band in which it should be.
 
-import { css, type CSSResultGroup, html, nothing, type PropertyValues, type TemplateResult, unsafeCSS } from "lit";
+import { css, type CSSResultGroup, html, nothing, type TemplateResult } from "lit";
 import uPlot from "uplot";
-import plotCss from "uplot/dist/uPlot.min.css";
 import { SAMPLE } from "../protocol/sample.js";
 import type { History } from "../history.js";
 import type { Topic } from "../store.js";
-import { SlamElement } from "./element.js";
-import { axes, colourOf, faint } from "./plot_style.js";
-import { shared } from "./style.js";
+import { colourOf, faint } from "./plot_style.js";
+import { SlamPlotted } from "./plotted.js";
 
 export interface Curve {
   title: string;
@@ -25,29 +23,22 @@ export interface Curve {
   colour: string;
 }
 
-const HEIGHT = 84;
 const REDRAW_MILLIS = 250;
 
-export abstract class SlamCharts extends SlamElement {
-  static override styles: CSSResultGroup = [
-    unsafeCSS(plotCss),
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin-bottom: 8px; }
-      figure { margin: 0 0 6px; }
-      figure[hidden] { display: none; }
-      figcaption { display: flex; justify-content: space-between; font-size: 12.5px; margin-bottom: 2px; }
-      figcaption .num { color: var(--ink); }
-      .key { display: inline-flex; align-items: center; gap: 5px; color: var(--muted); }
-      .key i { width: 12px; height: 9px; border-radius: 2px; background: color-mix(in srgb, var(--band) 28%, transparent); border-top: 1.5px solid var(--band); }
-      .plot { height: 84px; }
-      .uplot, .u-wrap { font-family: var(--mono); }
-      .u-cursor-x, .u-cursor-y { border-color: var(--muted) !important; }
-    `,
-  ];
+export abstract class SlamCharts extends SlamPlotted {
+  static override styles: CSSResultGroup = css`
+    h2 { margin-bottom: 8px; }
+    figure { margin: 0 0 6px; }
+    figcaption { display: flex; justify-content: space-between; font-size: 12.5px; margin-bottom: 2px; }
+    figcaption .num { color: var(--ink); }
+    .key { display: inline-flex; align-items: center; gap: 5px; color: var(--muted); }
+    .key i { width: 12px; height: 9px; border-radius: 2px; background: color-mix(in srgb, var(--band) 28%, transparent); border-top: 1.5px solid var(--band); }
+    .plot { height: 84px; }
+    .u-cursor-x, .u-cursor-y { border-color: var(--muted) !important; }
+  `;
 
   protected override readonly topics: readonly Topic[] = ["theme", "run"];
+  protected override readonly height = 84;
   protected abstract readonly curves: readonly Curve[];
   /** What tests call the numbers. */
   protected readonly names: string = "plot";
@@ -57,7 +48,6 @@ export abstract class SlamCharts extends SlamElement {
     return this.store.history;
   }
 
-  #plots: uPlot[] = [];
   #drawn = -1;
   #drawnAt = 0;
   #theme = "";
@@ -65,11 +55,12 @@ export abstract class SlamCharts extends SlamElement {
   override connectedCallback(): void {
     super.connectedCallback();
     this.store.on("frame", () => this.#feed());
-    new ResizeObserver(() => {
-      for (const plot of this.#plots) plot.setSize({ width: this.clientWidth, height: HEIGHT });
-      this.#drawn = -1;
-      this.#feed();
-    }).observe(this);
+  }
+
+  protected override resized(): void {
+    super.resized();
+    this.#drawn = -1;
+    this.#feed();
   }
 
   override render(): TemplateResult {
@@ -81,17 +72,20 @@ export abstract class SlamCharts extends SlamElement {
     )}`;
   }
 
-  override updated(_changed: PropertyValues): void {
-    const style = getComputedStyle(this);
-    const theme = style.color;
+  override updated(): void {
+    const theme = getComputedStyle(this).color;
     // Figures come and go with what there is to show.
     const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
-    if (theme === this.#theme && hosts.length === this.#plots.length && this.#plots.every((plot) => plot.root.isConnected)) return;
+    if (theme === this.#theme && hosts.length === this.plots.length && this.plots.every((plot) => plot.root.isConnected)) return;
     this.#theme = theme;
-    for (const plot of this.#plots) plot.destroy();
-    this.#plots = [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(this.curves[i], host, i)] : []);
+    super.updated();
     this.#drawn = -1;
     this.#feed();
+  }
+
+  protected override draw(): uPlot[] {
+    const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
+    return [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(this.curves[i], host, i)] : []);
   }
 
   #make(curve: Curve, host: HTMLElement, i: number): uPlot {
@@ -102,15 +96,11 @@ export abstract class SlamCharts extends SlamElement {
     const bands = curve.bounds.length === 2;
     series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
     const options: uPlot.Options = {
-      width: Math.max(this.clientWidth, 100),
-      height: HEIGHT,
+      ...this.frame(host, "s"),
       series,
       ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
-      legend: { show: false },
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
-      padding: [6, 6, 0, 0],
       scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, Math.max(max * 1.1, 1e-6)] } },
-      axes: axes(host),
       hooks: { setCursor: [() => this.#readout()] },
     };
     return new uPlot(options, columns(this.history.columns, curve), host);
@@ -123,7 +113,7 @@ export abstract class SlamCharts extends SlamElement {
     if (history.version === this.#drawn || (playing && now - this.#drawnAt < REDRAW_MILLIS) || this.offsetParent === null) return;
     this.#drawn = history.version;
     this.#drawnAt = now;
-    this.#plots.forEach((plot, i) => {
+    this.plots.forEach((plot, i) => {
       const curve = this.curves[i];
       if (!curve) return;
       plot.setData(columns(history.columns, curve));
@@ -137,7 +127,7 @@ export abstract class SlamCharts extends SlamElement {
 
   /** The number under the cursor, or else the latest. */
   #readout(): void {
-    this.#plots.forEach((plot, i) => {
+    this.plots.forEach((plot, i) => {
       const curve = this.curves[i];
       const target = this.renderRoot.querySelector(`#now-${i}`);
       if (!curve || !target) return;

@@ -2,11 +2,11 @@
 // cause where they leave them.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import type { DiagnosisName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
-import type { Topic } from "../store.js";
 import { type Curve, SlamCharts } from "./charts.js";
-import { degrees, fixed } from "./format.js";
+import { fixed } from "./format.js";
 
 interface Words {
   level: "good" | "warn" | "plain";
@@ -38,7 +38,7 @@ export class SlamConsistency extends SlamCharts {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["theme", "run", "frame", "inspection"];
+  protected override readonly topics = ["theme", "run", "frame", "inspection"] as const;
   protected override readonly curves: readonly Curve[] = [
     { title: "NEES", meaning: "Normalised estimation error squared of the pose, mean of 25 scans: 3 is honest. Needs the truth, so only a simulation has it.", unit: "",
       value: SAMPLE.nees, bounds: [SAMPLE.neesHigh, SAMPLE.neesLow], key: "95 % of χ²", digits: 2, colour: "estimate" },

@@ -3,17 +3,14 @@
 
 import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
 import uPlot from "uplot";
-import plotCss from "uplot/dist/uPlot.min.css";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
-import { SlamElement } from "./element.js";
 import { fixed, sentence } from "./format.js";
 import { icons } from "./icons.js";
-import { colourOf, numberAxes } from "./plot_style.js";
-import { shared } from "./style.js";
+import { valueOf } from "./input.js";
+import { colourOf } from "./plot_style.js";
+import { SlamPlotted } from "./plotted.js";
 
-const HEIGHT = 140;
 const GROUNDS: readonly { ground: Ground; label: string; simOnly?: boolean }[] = [
   { ground: "truth", label: "True walls", simOnly: true },
   { ground: "map", label: "Map so far" },
@@ -27,53 +24,42 @@ const WHY: Readonly<Record<NoPathKind, string>> = {
   "start-blocked": "blocked", "goal-blocked": "blocked", unreachable: "no way, proved", "not-offered": "needs walls", exhausted: "none found", "budget-spent": "none found",
 };
 
-export class SlamContest extends SlamElement {
-  static override styles = [
-    unsafeCSS(plotCss),
-    shared,
-    css`
-      :host { display: block; container-type: inline-size; }
-      p { margin: 8px 0 10px; font-size: 12.5px; color: var(--muted); }
-      .bad { color: var(--warn-ink); }
-      .row { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
-      .ends button { flex-direction: column; gap: 0; align-items: flex-start; padding: 5px 10px; min-height: 46px; line-height: 1.3; font-size: 12.5px; }
-      .ends button .num { font-size: 11.5px; font-weight: 500; color: var(--muted); }
-      .ends button[aria-pressed="true"] { border-color: var(--accent); box-shadow: inset 0 0 0 1px var(--accent); }
-      label { display: grid; gap: 3px; font-size: 12px; color: var(--muted); }
-      label select { color: var(--ink); font-size: 13px; }
-      table { width: 100%; border-collapse: collapse; margin: 6px 0 4px; font-size: 12px; }
-      th { font: 500 11px/1.2 var(--sans); color: var(--muted); text-align: right; padding: 0 0 5px 5px; white-space: nowrap; }
-      th:first-child { text-align: left; padding-left: 0; }
-      td { padding: 0 0 0 5px; text-align: right; font: 500 11.5px/1.2 var(--mono); font-variant-numeric: tabular-nums; white-space: nowrap; border-top: 1px solid var(--line); letter-spacing: -.02em; }
-      td:first-child { padding-left: 0; text-align: left; }
-      td.why { font-family: var(--sans); letter-spacing: 0; color: var(--muted); white-space: normal; }
-      td:first-child button { text-align: left; }
-      td button { border: 0; border-radius: 6px; background: transparent; min-height: 31px; padding: 0 4px 0 0; gap: 6px; font: 500 12.5px/1.2 var(--sans); width: 100%; justify-content: flex-start; }
-      tr { cursor: pointer; }
-      tbody tr:hover td, tr.watched td { background: var(--sunk); }
-      tr.watched button { font-weight: 650; }
-      i { width: 12px; height: 3px; border-radius: 2px; flex: none; }
-      ${unsafeCSS(CONTEST_COLOURS.map((colour, row) => `.swatch-${row} { background: var(--map-${colour}); }`).join(" "))}
-      tr.watched i { height: 9px; }
-      .busy td.time { color: var(--accent-ink); }
-      figure { margin: 10px 0 0; }
-      figcaption { font-size: 12.5px; margin-bottom: 2px; }
-      .plot { height: ${HEIGHT}px; }
-      [hidden] { display: none; }
-      .uplot, .u-wrap { font-family: var(--mono); }
-      @container (max-width: 305px) { .iter { display: none; } }
-      @media (pointer: coarse) { td button { min-height: 40px; } }
-    `,
-  ];
+export class SlamContest extends SlamPlotted {
+  static override styles = css`
+    :host { container-type: inline-size; }
+    p { margin: 8px 0 10px; font-size: 12.5px; color: var(--muted); }
+    .bad { color: var(--warn-ink); }
+    .row { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
+    .ends button { flex-direction: column; gap: 0; align-items: flex-start; padding: 5px 10px; min-height: 46px; line-height: 1.3; font-size: 12.5px; }
+    .ends button .num { font-size: 11.5px; font-weight: 500; color: var(--muted); }
+    .ends button[aria-pressed="true"] { border-color: var(--accent); box-shadow: inset 0 0 0 1px var(--accent); }
+    label { display: grid; gap: 3px; font-size: 12px; color: var(--muted); }
+    label select { color: var(--ink); font-size: 13px; }
+    table { width: 100%; border-collapse: collapse; margin: 6px 0 4px; font-size: 12px; }
+    th { font: 500 11px/1.2 var(--sans); color: var(--muted); text-align: right; padding: 0 0 5px 5px; white-space: nowrap; }
+    th:first-child { text-align: left; padding-left: 0; }
+    td { padding: 0 0 0 5px; text-align: right; font: 500 11.5px/1.2 var(--mono); font-variant-numeric: tabular-nums; white-space: nowrap; border-top: 1px solid var(--line); letter-spacing: -.02em; }
+    td:first-child { padding-left: 0; text-align: left; }
+    td.why { font-family: var(--sans); letter-spacing: 0; color: var(--muted); white-space: normal; }
+    td:first-child button { text-align: left; }
+    td button { border: 0; border-radius: 6px; background: transparent; min-height: 31px; padding: 0 4px 0 0; gap: 6px; font: 500 12.5px/1.2 var(--sans); width: 100%; justify-content: flex-start; }
+    tr { cursor: pointer; }
+    tbody tr:hover td, tr.watched td { background: var(--sunk); }
+    tr.watched button { font-weight: 650; }
+    i { width: 12px; height: 3px; border-radius: 2px; flex: none; }
+    ${unsafeCSS(CONTEST_COLOURS.map((colour, row) => `.swatch-${row} { background: var(--map-${colour}); }`).join(" "))}
+    tr.watched i { height: 9px; }
+    .busy td.time { color: var(--accent-ink); }
+    figure { margin: 10px 0 0; }
+    figcaption { font-size: 12.5px; margin-bottom: 2px; }
+    .plot { height: 140px; }
+    @container (max-width: 305px) { .iter { display: none; } }
+    @media (pointer: coarse) { td button { min-height: 40px; } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["contest", "run", "theme", "tab"];
-  #plot: uPlot | null = null;
+  protected override readonly topics = ["contest", "run", "theme", "tab"] as const;
+  protected override readonly height = 140;
   #hasTable = false;
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    new ResizeObserver(() => this.#plot?.setSize({ width: Math.max(this.clientWidth, 100), height: HEIGHT })).observe(this);
-  }
 
   override render(): TemplateResult {
     const { source, contest } = this.store;
@@ -88,10 +74,10 @@ export class SlamContest extends SlamElement {
         <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : `next ${click}`}</span></button>
       </div>
       <div class="row">
-        <label>Among<select data-testid="contest-ground" @change=${(e: Event) => this.client.contest({ ground: (e.target as HTMLSelectElement).value as Ground })}>
+        <label>Among<select data-testid="contest-ground" @change=${(e: Event) => this.client.contest({ ground: valueOf(e) as Ground })}>
           ${GROUNDS.filter((g) => source === "sim" || !g.simOnly).map((g) => html`<option value=${g.ground} .selected=${g.ground === ground}>${g.label}</option>`)}
         </select></label>
-        <label>Time for each<select data-testid="contest-seconds" @change=${(e: Event) => this.client.contest({ seconds: Number((e.target as HTMLSelectElement).value) })}>
+        <label>Time for each<select data-testid="contest-seconds" @change=${(e: Event) => this.client.contest({ seconds: Number(valueOf(e)) })}>
           ${TIMES.map((t) => html`<option value=${t} .selected=${t === seconds}>${t} s</option>`)}
         </select></label>
       </div>
@@ -134,11 +120,14 @@ export class SlamContest extends SlamElement {
     // The table is what was asked for: on a wide screen it may have come below the edge.
     if (found && !this.#hasTable && matchMedia("(min-width: 761px)").matches) document.querySelector("slam-tabs")?.scrollIntoView({ block: "start" });
     this.#hasTable = found !== null;
+    super.updated();
+  }
+
+  protected override draw(): uPlot[] {
+    const { found } = this.store.contest;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
-    this.#plot?.destroy();
-    this.#plot = null;
-    if (!found || !host || !Number.isFinite(found.shortest) || this.offsetParent === null) return;
-    this.#plot = curvesOf(found, host, Math.max(this.clientWidth, 100));
+    if (!found || !host || !Number.isFinite(found.shortest) || this.offsetParent === null) return [];
+    return [curvesOf(found, host, this.frame(host, "s"))];
   }
 
   #pick(picking: "start" | "goal"): void {
@@ -148,7 +137,7 @@ export class SlamContest extends SlamElement {
 
 /** Each planner's length as a staircase that ends with its time; the one that is watched is
     thick. */
-function curvesOf(found: ContestState, host: HTMLElement, width: number): uPlot {
+function curvesOf(found: ContestState, host: HTMLElement, frame: Omit<uPlot.Options, "series">): uPlot {
   const steps = found.entrants.map(({ curve, seconds }) => {
     const points = new Map<number, number>();
     for (let i = 0; i + 1 < curve.length; i += 2) points.set(Math.max(curve[i] ?? NaN, 1e-4), curve[i + 1] ?? NaN);
@@ -156,12 +145,11 @@ function curvesOf(found: ContestState, host: HTMLElement, width: number): uPlot 
     if (last !== undefined) points.set(Math.max(seconds, 1e-4), last);
     return points;
   });
-  const times = [...new Set(steps.flatMap((points) => [...points.keys()]))].sort((a, b) => a - b);
-  const data = [times, ...steps.map((points) => times.map((t) => points.get(t) ?? undefined))] as unknown as uPlot.AlignedData;
+  const data = uPlot.join(steps.map((points) => [[...points.keys()], [...points.values()]]));
   const stepped = uPlot.paths.stepped?.({ align: 1 });
-  const [below, beside] = numberAxes(host, "s");
+  const [below, beside] = frame.axes ?? [];
   return new uPlot({
-    width, height: HEIGHT, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } }, padding: [8, 18, 0, 0],
+    ...frame, padding: [8, 18, 0, 0],
     series: [{}, ...steps.map((points, row) => {
       const stroke = colourOf(host, `map-${CONTEST_COLOURS[row] ?? "ink"}`);
       return { stroke, width: row === found.watched ? 2.6 : 1.5, ...(stepped ? { paths: stepped } : {}), points: { show: points.size < 40, size: row === found.watched ? 7 : 5, fill: stroke } };

@@ -4,34 +4,31 @@
 import { css, html, type TemplateResult } from "lit";
 import { firstRowOf, rowOf, type Row, sizeOf } from "../inspect.js";
 import type { Inspection } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
+import { type Rgb, rgb } from "../view/palette.js";
+import { mix, packed } from "../view/tiles.js";
 import { fixed } from "./format.js";
-import { shared } from "./style.js";
+import { colourOf } from "./plot_style.js";
 
 const TONES = 128;
 
 export class SlamCorrelations extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; margin-top: 14px; }
-      :host([hidden]) { display: none; }
-      h2 { margin-bottom: 6px; }
-      p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
-      #field { position: relative; aspect-ratio: 1; border: 1px solid var(--line); cursor: crosshair; touch-action: pan-y; overflow: hidden; background: var(--corr-zero); }
-      canvas { position: absolute; inset: 0; width: 100%; height: 100%; image-rendering: pixelated; }
-      .mark { position: absolute; pointer-events: none; border: 1.5px solid var(--ink); display: none; }
-      .mark.row { left: -2px; right: -2px; }
-      .mark.column { top: -2px; bottom: -2px; }
-      .mark.chosen { border-color: var(--map-path); border-width: 2px; }
-      #readout { min-height: 40px; margin: 6px 0 8px; font-size: 13px; color: var(--ink); }
-      .scale { display: grid; grid-template-columns: auto 1fr auto; gap: 8px; align-items: center; font: 500 11.5px/1 var(--mono); color: var(--muted); }
-      .scale i { height: 10px; border-radius: 5px; border: 1px solid var(--line); background: linear-gradient(90deg, var(--corr-minus), var(--corr-zero), var(--corr-plus)); }
-    `,
-  ];
+  static override styles = css`
+    :host { margin-top: 14px; }
+    h2 { margin-bottom: 6px; }
+    p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
+    #field { position: relative; aspect-ratio: 1; border: 1px solid var(--line); cursor: crosshair; touch-action: pan-y; overflow: hidden; background: var(--corr-zero); }
+    canvas { position: absolute; inset: 0; width: 100%; height: 100%; image-rendering: pixelated; }
+    .mark { position: absolute; pointer-events: none; border: 1.5px solid var(--ink); display: none; }
+    .mark.row { left: -2px; right: -2px; }
+    .mark.column { top: -2px; bottom: -2px; }
+    .mark.chosen { border-color: var(--map-path); border-width: 2px; }
+    #readout { min-height: 40px; margin: 6px 0 8px; font-size: 13px; color: var(--ink); }
+    .scale { display: grid; grid-template-columns: auto 1fr auto; gap: 8px; align-items: center; font: 500 11.5px/1 var(--mono); color: var(--muted); }
+    .scale i { height: 10px; border-radius: 5px; border: 1px solid var(--line); background: linear-gradient(90deg, var(--corr-minus), var(--corr-zero), var(--corr-plus)); }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["inspection", "spot", "theme", "run"];
+  protected override readonly topics = ["inspection", "spot", "theme", "run"] as const;
   /** The cell under the pointer or the keyboard's cursor. */
   #cell: readonly [row: number, column: number] | null = null;
   #painted: { inspection: Inspection | null; theme: string } = { inspection: null, theme: "" };
@@ -94,17 +91,11 @@ export class SlamCorrelations extends SlamElement {
   #mixTones(): void {
     const probe = this.renderRoot.querySelector<HTMLElement>("#readout");
     if (!probe) return;
-    const colour = (name: string): number[] => {
-      probe.style.setProperty("color", `var(--corr-${name})`);
-      return (getComputedStyle(probe).color.match(/[\d.]+/g) ?? []).map(Number);
-    };
+    const colour = (name: string): Rgb => rgb(colourOf(probe, `corr-${name}`));
     const [minus, zero, plus] = [colour("minus"), colour("zero"), colour("plus")];
-    probe.style.removeProperty("color");
     this.#tones.forEach((_, i) => {
       const part = (i - TONES) / TONES;
-      const end = part < 0 ? minus : plus;
-      const mix = (k: number): number => Math.round((zero[k] ?? 0) + ((end[k] ?? 0) - (zero[k] ?? 0)) * Math.abs(part));
-      this.#tones[i] = ((255 << 24) | (mix(2) << 16) | (mix(1) << 8) | mix(0)) >>> 0;
+      this.#tones[i] = packed(mix(zero, part < 0 ? minus : plus, Math.abs(part)));
     });
   }
 

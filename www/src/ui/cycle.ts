@@ -3,10 +3,8 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { Stage } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 interface Words {
   label: string;
@@ -27,33 +25,29 @@ const STAGES: Readonly<Record<Stage, Words>> = {
 };
 
 export class SlamCycle extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; width: 100%; max-width: 640px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 14px; background: var(--glass); box-shadow: var(--shadow); }
-      :host([hidden]) { display: none; }
-      ol { display: grid; grid-template-columns: repeat(9, 1fr); gap: 3px; margin: 0; padding: 0; list-style: none; }
-      li button { transition: none; width: 100%; min-height: 32px; padding: 0 2px; border: 0; border-radius: 8px; background: var(--sunk); font-size: 12px; color: var(--muted); box-shadow: inset 0 -3px 0 var(--line); }
-      li button:hover { background: var(--hover); }
-      li.done button { color: var(--ink); box-shadow: inset 0 -3px 0 var(--good); }
-      li.now button { background: var(--accent); color: var(--on-accent); box-shadow: none; }
-      li.chosen button { outline: 2px solid var(--focus); outline-offset: -2px; }
-      .foot { display: flex; gap: 12px; align-items: center; margin-top: 8px; }
-      p { flex: 1; min-width: 0; margin: 0; min-height: 38px; font-size: 12.5px; line-height: 1.5; }
-      p b { font-weight: 600; }
-      p small { display: block; font-size: 12px; color: var(--muted); }
-      .next { flex: none; }
-      @media (max-width: 760px) {
-        :host { border-radius: 0; border-width: 1px 0 0; box-shadow: none; max-width: none; padding: 8px; }
-        li button { min-height: 40px; font-size: 10px; letter-spacing: -.02em; overflow: hidden; }
-        p small { display: none; }
-        p { min-height: 36px; max-height: 36px; overflow: hidden; font-size: 12px; }
-        .next { padding: 0 10px; }
-      }
-    `,
-  ];
+  static override styles = css`
+    :host { width: 100%; max-width: 640px; padding: 8px 10px; border: 1px solid var(--line); border-radius: 14px; background: var(--glass); box-shadow: var(--shadow); }
+    ol { display: grid; grid-template-columns: repeat(9, 1fr); gap: 3px; margin: 0; padding: 0; list-style: none; }
+    li button { transition: none; width: 100%; min-height: 32px; padding: 0 2px; border: 0; border-radius: 8px; background: var(--sunk); font-size: 12px; color: var(--muted); box-shadow: inset 0 -3px 0 var(--line); }
+    li button:hover { background: var(--hover); }
+    li.done button { color: var(--ink); box-shadow: inset 0 -3px 0 var(--good); }
+    li.now button { background: var(--accent); color: var(--on-accent); box-shadow: none; }
+    li.chosen button { outline: 2px solid var(--focus); outline-offset: -2px; }
+    .foot { display: flex; gap: 12px; align-items: center; margin-top: 8px; }
+    p { flex: 1; min-width: 0; margin: 0; min-height: 38px; font-size: 12.5px; line-height: 1.5; }
+    p b { font-weight: 600; }
+    p small { display: block; font-size: 12px; color: var(--muted); }
+    .next { flex: none; }
+    @media (max-width: 760px) {
+      :host { border-radius: 0; border-width: 1px 0 0; box-shadow: none; max-width: none; padding: 8px; }
+      li button { min-height: 40px; font-size: 10px; letter-spacing: -.02em; overflow: hidden; }
+      p small { display: none; }
+      p { min-height: 36px; max-height: 36px; overflow: hidden; font-size: 12px; }
+      .next { padding: 0 10px; }
+    }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["cycle", "run"];
+  protected override readonly topics = ["cycle", "run"] as const;
   /** The stage that is shown; null for the newest. */
   #chosen: Stage | null = null;
 
@@ -76,7 +70,7 @@ export class SlamCycle extends SlamElement {
       <div class="foot">
         <p aria-live="polite" data-testid="stage-words"><b>${words.label}</b>${cycle && cycle.round > 0 ? html` <span class="muted">round ${cycle.round}</span>` : ""} · ${shown?.text || "not yet"}<small>${words.meaning}</small></p>
         ${store.source !== "sim" ? nothing : html`<button class="next" data-testid="next-stage" title="Go on to the end of the next stage, then pause (.)" ?disabled=${store.status?.finished ?? false}
-          @click=${(e: Event) => { this.next(); this.giveBackFocus(e); }}>${icons.step} Next stage</button>`}
+          @click=${this.press(() => this.next())}>${icons.step} Next stage</button>`}
       </div>
     </section>`;
   }

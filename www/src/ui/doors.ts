@@ -2,9 +2,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { shared } from "./style.js";
 
 /** Doors that get a button of their own; the others are clicked on the map. */
 const MOST_BUTTONS = 12;
@@ -16,18 +14,14 @@ interface Door {
 }
 
 export class SlamDoors extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin: 16px 0 10px; }
-      div { display: flex; flex-wrap: wrap; gap: 6px; }
-      button[aria-pressed="true"] { border-color: var(--map-door); }
-      p { margin: 8px 0 0; font-size: 12.5px; }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin: 16px 0 10px; }
+    div { display: flex; flex-wrap: wrap; gap: 6px; }
+    button[aria-pressed="true"] { border-color: var(--map-door); }
+    p { margin: 8px 0 0; font-size: 12.5px; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["doors", "run"];
+  protected override readonly topics = ["doors", "run"] as const;
 
   override render(): TemplateResult | typeof nothing {
     const doors = this.#doors();

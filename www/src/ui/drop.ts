@@ -1,22 +1,16 @@
 // Files dropped anywhere on the page.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 export class SlamDrop extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      div { position: fixed; inset: 12px; z-index: 50; display: grid; place-content: center; justify-items: center; gap: 14px; text-align: center; border: 3px dashed var(--accent); border-radius: 24px; background: color-mix(in srgb, var(--surface) 88%, transparent); pointer-events: none; }
-      svg { width: 56px; height: 56px; color: var(--accent-ink); }
-      b { font-size: 22px; font-weight: 600; }
-    `,
-  ];
+  static override styles = css`
+    div { position: fixed; inset: 12px; z-index: 50; display: grid; place-content: center; justify-items: center; gap: 14px; text-align: center; border: 3px dashed var(--accent); border-radius: 24px; background: color-mix(in srgb, var(--surface) 88%, transparent); pointer-events: none; }
+    svg { width: 56px; height: 56px; color: var(--accent-ink); }
+    b { font-size: 22px; font-weight: 600; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = [];
   #over = false;
 
   override connectedCallback(): void {

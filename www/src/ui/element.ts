@@ -1,26 +1,36 @@
-// What every component starts from: the store, the client, and the topics that make it render
-// again.
+// What every component starts from: the common style, the store, the client, and the topics that
+// make it render again.
 
-import { LitElement } from "lit";
+import { type CSSResultGroup, type CSSResultOrNative, LitElement } from "lit";
 import type { Client } from "../client.js";
-import { Listening, type Store, type Topic } from "../store.js";
+import type { Store, Topic } from "../store.js";
+import type { Scene } from "../view/scene.js";
+import { shared } from "./style.js";
 
+/** A component; it stays for as long as the page. */
 export abstract class SlamElement extends LitElement {
   /** Set by main.ts before the element is connected. */
   store!: Store;
+  scene!: Scene;
   client!: Client;
 
-  protected abstract readonly topics: readonly Topic[];
+  protected readonly topics: readonly Topic[] = [];
+
+  protected static override finalizeStyles(own: CSSResultGroup = []): CSSResultOrNative[] {
+    return super.finalizeStyles([shared, own]);
+  }
 
   override connectedCallback(): void {
     super.connectedCallback();
-    if (!this.#listening) this.#listening = new Listening(this, this.store, ...this.topics);
+    for (const topic of this.topics) this.store.on(topic, () => this.requestUpdate());
   }
 
-  #listening: Listening | null = null;
-
-  /** After a click with the mouse the keys belong to the robot again, not to the button. */
-  protected giveBackFocus(event: Event): void {
-    if (event instanceof PointerEvent && event.detail > 0) this.dispatchEvent(new CustomEvent("focus-map", { bubbles: true, composed: true }));
+  /** What a button does. After a click with the mouse the keys belong to the robot again, not to the
+      button. */
+  protected press(act: () => void): (event: Event) => void {
+    return (event) => {
+      act();
+      if (event instanceof PointerEvent && event.detail > 0) this.dispatchEvent(new CustomEvent("focus-map", { bubbles: true, composed: true }));
+    };
   }
 }

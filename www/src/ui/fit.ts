@@ -3,13 +3,12 @@
 
 import { css, html, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { shared, tool } from "./style.js";
+import { isChecked } from "./input.js";
+import { tool } from "./style.js";
 
 export class SlamFit extends SlamElement {
   static override styles = [
-    shared,
     tool,
     css`
       .row { display: flex; flex-wrap: wrap; gap: 8px; margin: 8px 0; }
@@ -25,7 +24,7 @@ export class SlamFit extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["fit", "run", "settings"];
+  protected override readonly topics = ["fit", "run", "settings"] as const;
 
   override render(): TemplateResult {
     const { store } = this;
@@ -38,7 +37,7 @@ export class SlamFit extends SlamElement {
       <div class="row"><button data-testid="fit-drive" @click=${() => this.client.send({ kind: "fit" })}>Fit from this drive</button></div>
       <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="fit-error">${error}</p>` : fit ? this.#table(fit) : ""}</div>
       ${used ? html`<p data-testid="fit-used">In use: ${used.name}. <button @click=${() => this.client.usePreset(null)} data-testid="fit-drop">Stop using it</button></p>` : ""}
-      <label class="twin"><input type="checkbox" data-testid="twin" .checked=${store.tuning.twin} @change=${(e: Event) => this.client.setTwin((e.target as HTMLInputElement).checked)}>
+      <label class="twin"><input type="checkbox" data-testid="twin" .checked=${store.tuning.twin} @change=${(e: Event) => this.client.setTwin(isChecked(e))}>
         <span>Run a simulated twin beside it<small>${used ? "With the figures of the preset." : "With the figures of the robot's model."} The curves are among the plots.</small></span></label>
     </details>`;
   }

@@ -22,10 +22,6 @@ export function percent(fraction: number): string {
   return Number.isFinite(fraction) ? `${Math.floor(fraction * 100)} %` : DASH;
 }
 
-export function degrees(radians: number): number {
-  return (radians * 180) / Math.PI;
-}
-
 /** 4.2 cm reads better than 0.04 m. */
 export function length(metres: number): { value: string; unit: string } {
   if (!Number.isFinite(metres)) return { value: DASH, unit: "" };

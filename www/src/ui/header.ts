@@ -2,40 +2,35 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { isDark, switchTheme } from "../theme.js";
-import type { Topic } from "../store.js";
 import { caption } from "./caption.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 export class SlamHeader extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: flex; align-items: center; gap: 18px; padding: 0 14px 0 18px; height: 100%; }
-      .brand { display: flex; align-items: center; gap: 10px; font: 650 19px/1 var(--sans); letter-spacing: -.02em; }
-      .brand b { font-weight: 650; color: var(--accent-ink); }
-      .brand svg { width: 26px; height: 26px; stroke: none; }
-      .caption { flex: 1; min-width: 0; display: flex; align-items: center; gap: 10px; font-size: 14.5px; }
-      .caption p { margin: 0; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
-      .caption strong { font-weight: 600; }
-      .dot { width: 9px; height: 9px; border-radius: 50%; background: var(--muted); flex: none; }
-      .dot.on { background: var(--good); box-shadow: 0 0 0 4px color-mix(in srgb, var(--good) 22%, transparent); animation: beat 1.8s ease-in-out infinite; }
-      @keyframes beat { 50% { box-shadow: 0 0 0 7px color-mix(in srgb, var(--good) 8%, transparent); } }
-      .tools { display: flex; gap: 6px; }
-      .tools button { border-color: transparent; background: transparent; }
-      .tools button:hover { background: var(--hover); }
-      @media (max-width: 760px) {
-        :host { gap: 10px; padding: 0 6px 0 12px; }
-        .brand span { display: none; }
-        .caption { font-size: 13px; line-height: 1.3; }
-        .caption p { white-space: normal; display: -webkit-box; -webkit-line-clamp: 2; -webkit-box-orient: vertical; }
-        .tools { gap: 0; }
-      }
-    `,
-  ];
+  static override styles = css`
+    :host { display: flex; align-items: center; gap: 18px; padding: 0 14px 0 18px; height: 100%; }
+    .brand { display: flex; align-items: center; gap: 10px; font: 650 19px/1 var(--sans); letter-spacing: -.02em; }
+    .brand b { font-weight: 650; color: var(--accent-ink); }
+    .brand svg { width: 26px; height: 26px; stroke: none; }
+    .caption { flex: 1; min-width: 0; display: flex; align-items: center; gap: 10px; font-size: 14.5px; }
+    .caption p { margin: 0; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
+    .caption strong { font-weight: 600; }
+    .dot { width: 9px; height: 9px; border-radius: 50%; background: var(--muted); flex: none; }
+    .dot.on { background: var(--good); box-shadow: 0 0 0 4px color-mix(in srgb, var(--good) 22%, transparent); animation: beat 1.8s ease-in-out infinite; }
+    @keyframes beat { 50% { box-shadow: 0 0 0 7px color-mix(in srgb, var(--good) 8%, transparent); } }
+    .tools { display: flex; gap: 6px; }
+    .tools button { border-color: transparent; background: transparent; }
+    .tools button:hover { background: var(--hover); }
+    @media (max-width: 760px) {
+      :host { gap: 10px; padding: 0 6px 0 12px; }
+      .brand span { display: none; }
+      .caption { font-size: 13px; line-height: 1.3; }
+      .caption p { white-space: normal; display: -webkit-box; -webkit-line-clamp: 2; -webkit-box-orient: vertical; }
+      .tools { gap: 0; }
+    }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["frame", "run", "theme", "bridge"];
+  protected override readonly topics = ["frame", "run", "theme", "bridge"] as const;
 
   override render(): TemplateResult {
     const { store } = this;
@@ -52,7 +47,7 @@ export class SlamHeader extends SlamElement {
       </div>
       <div class="tools">
         <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title="${dark ? "Light" : "Dark"} theme (T)" data-testid="theme"
-          @click=${(e: Event) => { switchTheme(store); this.giveBackFocus(e); }}>${dark ? icons.sun : icons.moon}</button>
+          @click=${this.press(() => switchTheme(store))}>${dark ? icons.sun : icons.moon}</button>
         <button class="icon" aria-label="Help" title="Help (?)" data-testid="help"
           @click=${() => this.dispatchEvent(new CustomEvent("show-help", { bubbles: true, composed: true }))}>${icons.help}</button>
       </div>

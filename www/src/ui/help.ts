@@ -1,10 +1,8 @@
 // What the page shows, and every key.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 const KEYS: readonly (readonly [string, string])[] = [
   ["Arrow keys, W A S D", "drive by hand while held"],
@@ -27,23 +25,19 @@ const KEYS: readonly (readonly [string, string])[] = [
 ];
 
 export class SlamHelp extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      dialog { width: min(680px, calc(100vw - 24px)); max-height: calc(100dvh - 40px); padding: 26px 30px 30px; color: var(--ink); background: var(--surface); border: 1px solid var(--line); border-radius: 20px; box-shadow: var(--shadow); }
-      dialog::backdrop { background: #0a1216a8; }
-      header { display: flex; justify-content: space-between; align-items: start; gap: 12px; }
-      h3 { margin: 0 0 8px; font: 620 24px/1.2 var(--sans); letter-spacing: -.02em; }
-      p { margin: 0 0 12px; max-width: 62ch; line-height: 1.55; }
-      h2 { margin: 20px 0 8px; }
-      dl { display: grid; grid-template-columns: auto 1fr; gap: 5px 18px; margin: 0; font-size: 13.5px; }
-      dt { font-family: var(--mono); font-size: 12.5px; }
-      dd { margin: 0; color: var(--muted); }
-      @media (max-width: 760px) { dialog { padding: 18px; } }
-    `,
-  ];
+  static override styles = css`
+    dialog { width: min(680px, calc(100vw - 24px)); max-height: calc(100dvh - 40px); padding: 26px 30px 30px; color: var(--ink); background: var(--surface); border: 1px solid var(--line); border-radius: 20px; box-shadow: var(--shadow); }
+    dialog::backdrop { background: #0a1216a8; }
+    header { display: flex; justify-content: space-between; align-items: start; gap: 12px; }
+    h3 { margin: 0 0 8px; font: 620 24px/1.2 var(--sans); letter-spacing: -.02em; }
+    p { margin: 0 0 12px; max-width: 62ch; line-height: 1.55; }
+    h2 { margin: 20px 0 8px; }
+    dl { display: grid; grid-template-columns: auto 1fr; gap: 5px 18px; margin: 0; font-size: 13.5px; }
+    dt { font-family: var(--mono); font-size: 12.5px; }
+    dd { margin: 0; color: var(--muted); }
+    @media (max-width: 760px) { dialog { padding: 18px; } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = [];
 
   override render(): TemplateResult {
     return html`<dialog aria-labelledby="title" data-testid="help-dialog" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>

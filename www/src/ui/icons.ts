@@ -1,7 +1,6 @@
 // Line icons, drawn on 24 x 24.
 
-import { svg, type TemplateResult } from "lit";
-import { html } from "lit";
+import { html, svg, type TemplateResult } from "lit";
 
 const icon = (paths: TemplateResult<2>): TemplateResult => html`<svg viewBox="0 0 24 24" aria-hidden="true">${paths}</svg>`;
 

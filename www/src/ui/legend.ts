@@ -1,12 +1,11 @@
 // Every layer with its sign, what it means, and a switch.
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import type { LayerName, Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
-import { shared } from "./style.js";
+import { valueOf } from "./input.js";
 
 interface Entry {
   name: LayerName;
@@ -71,36 +70,30 @@ const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, 
 ];
 
 export class SlamLegend extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin-bottom: 8px; }
-      ul { list-style: none; margin: 0; padding: 0; }
-      label { display: grid; grid-template-columns: 28px 1fr auto; align-items: center; gap: 9px; padding: 4px 0; cursor: pointer; font-size: 13px; min-height: 28px; }
-      label:hover span { text-decoration: underline; text-decoration-color: var(--line-strong); text-underline-offset: 3px; }
-      svg { width: 28px; height: 18px; }
-      .off svg { opacity: .35; }
-      .off span { color: var(--muted); }
-      input { appearance: none; width: 28px; height: 16px; margin: 0; border-radius: 8px; background: var(--line-strong); position: relative; cursor: pointer; transition: background .15s; }
-      input::after { content: ""; position: absolute; left: 2px; top: 2px; width: 12px; height: 12px; border-radius: 50%; background: var(--surface); transition: left .15s; }
-      input:checked { background: var(--accent); }
-      input:checked::after { left: 14px; }
-      small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
-      .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
-      .tones { display: grid; gap: 5px; margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); font-size: 13px; }
-      .tones select { width: 100%; }
-      .scale { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
-      .scale i { grid-column: 1 / -1; height: 10px; border-radius: 3px; border: 1px solid var(--line); background: linear-gradient(to right, var(--map-field), color-mix(in srgb, var(--map-field), var(--map-free) 50%) 25%, var(--map-free)); }
-      .scale i.likelihood { background: linear-gradient(to right, var(--map-free), var(--map-field)); }
-      .scale small { display: block; grid-column: 1 / -1; margin: 2px 0 0; font-family: var(--sans); }
-      @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin-bottom: 8px; }
+    ul { list-style: none; margin: 0; padding: 0; }
+    label { display: grid; grid-template-columns: 28px 1fr auto; align-items: center; gap: 9px; padding: 4px 0; cursor: pointer; font-size: 13px; min-height: 28px; }
+    label:hover span { text-decoration: underline; text-decoration-color: var(--line-strong); text-underline-offset: 3px; }
+    svg { width: 28px; height: 18px; }
+    .off svg { opacity: .35; }
+    .off span { color: var(--muted); }
+    input { appearance: none; width: 28px; height: 16px; margin: 0; border-radius: 8px; background: var(--line-strong); position: relative; cursor: pointer; transition: background .15s; }
+    input::after { content: ""; position: absolute; left: 2px; top: 2px; width: 12px; height: 12px; border-radius: 50%; background: var(--surface); transition: left .15s; }
+    input:checked { background: var(--accent); }
+    input:checked::after { left: 14px; }
+    small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
+    .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
+    .tones { display: grid; gap: 5px; margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); font-size: 13px; }
+    .tones select { width: 100%; }
+    .scale { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
+    .scale i { grid-column: 1 / -1; height: 10px; border-radius: 3px; border: 1px solid var(--line); background: linear-gradient(to right, var(--map-field), color-mix(in srgb, var(--map-field), var(--map-free) 50%) 25%, var(--map-free)); }
+    .scale i.likelihood { background: linear-gradient(to right, var(--map-free), var(--map-field)); }
+    .scale small { display: block; grid-column: 1 / -1; margin: 2px 0 0; font-family: var(--sans); }
+    @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["view", "run"];
-  /** Set by main.ts: knows which materials the world has. */
-  scene!: Scene;
+  protected override readonly topics = ["view", "run"] as const;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -126,7 +119,7 @@ export class SlamLegend extends SlamElement {
         )}
         ${store.source === "sim" && store.layers.truth ? MATERIALS.filter((m) => m.has(this.scene)).map((m) => html`<li class="material" title=${m.meaning} data-testid="material-${m.label}"><div><svg viewBox="0 0 28 18" aria-hidden="true">${m.sign}</svg><span>${m.label}</span><small>${m.meaning}</small></div></li>`) : ""}
         <li class="tones"><span id="grid-view">The map shows</span>
-          <select data-testid="grid-view" aria-labelledby="grid-view" @change=${(e: Event) => store.set("view", { gridView: (e.target as HTMLSelectElement).value as GridView })}>
+          <select data-testid="grid-view" aria-labelledby="grid-view" @change=${(e: Event) => store.set("view", { gridView: valueOf(e) as GridView })}>
             ${VIEWS.map(({ view, label }) => html`<option value=${view} .selected=${store.gridView === view}>${label}</option>`)}
           </select>
           ${this.#scale()}</li>

@@ -1,29 +1,24 @@
 // What was decided, and why, with the time of the run.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
-import { shared } from "./style.js";
 
 export class SlamLog extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: flex; flex-direction: column; min-height: 120px; }
-      /* Room for a dozen entries, where there is a page to scroll. */
-      @media (min-width: 761px) { :host { min-height: min(420px, 60dvh); } }
-      h2 { margin-bottom: 10px; }
-      ol { list-style: none; margin: 0; padding: 0; overflow-y: auto; flex: 1; font-size: 12.5px; line-height: 1.4; }
-      li { display: grid; grid-template-columns: 42px 1fr; gap: 8px; padding: 3px 0; }
-      time { font-family: var(--mono); color: var(--muted); }
-      b { color: var(--muted); font-weight: 500; }
-      .good { color: var(--good-ink); }
-      .warn { color: var(--warn-ink); }
-    `,
-  ];
+  static override styles = css`
+    :host { display: flex; flex-direction: column; min-height: 120px; }
+    /* Room for a dozen entries, where there is a page to scroll. */
+    @media (min-width: 761px) { :host { min-height: min(420px, 60dvh); } }
+    h2 { margin-bottom: 10px; }
+    ol { list-style: none; margin: 0; padding: 0; overflow-y: auto; flex: 1; font-size: 12.5px; line-height: 1.4; }
+    li { display: grid; grid-template-columns: 42px 1fr; gap: 8px; padding: 3px 0; }
+    time { font-family: var(--mono); color: var(--muted); }
+    b { color: var(--muted); font-weight: 500; }
+    .good { color: var(--good-ink); }
+    .warn { color: var(--warn-ink); }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["log"];
+  protected override readonly topics = ["log"] as const;
 
   override render(): TemplateResult {
     const entries = [...this.store.log].reverse();

@@ -1,12 +1,10 @@
 // Why this match: the lines of the last scan, what each was compared with, and what became of it.
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
-import { type Candidate, type Sighting, sightingsOf } from "../inspect.js";
-import type { Gate, Inspection, Verdict } from "../protocol/module.js";
-import type { Topic } from "../store.js";
+import { degrees } from "../angle.js";
+import type { Candidate, Gate, Inspection, Sighting, Verdict } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
-import { degrees, fixed } from "./format.js";
-import { shared } from "./style.js";
+import { fixed } from "./format.js";
 
 const VERDICT_WORDS: Readonly<Record<Verdict, string>> = {
   matched: "recognised",
@@ -26,43 +24,39 @@ const GATE_WORDS: Readonly<Record<Gate, string>> = {
 };
 
 export class SlamMatches extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; margin-top: 16px; }
-      :host([hidden]) { display: none; }
-      header { display: flex; justify-content: space-between; align-items: center; gap: 8px; margin-bottom: 6px; }
-      header button { min-height: 28px; padding: 0 10px; font-size: 12.5px; }
-      p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
-      ul { list-style: none; margin: 0; padding: 0; }
-      li > button { width: 100%; justify-content: start; white-space: normal; text-align: left; font-weight: 400; font-size: 13px; line-height: 1.3; border-color: transparent; background: transparent; padding: 4px 8px; min-height: 32px; }
-      li > button:hover { background: var(--hover); }
-      .dot { width: 9px; height: 9px; border-radius: 50%; flex: none; border: 2px solid var(--muted); }
-      .matched { border-color: var(--good); background: var(--good); }
-      .added { border-color: var(--map-truth); background: var(--map-truth); }
-      .card { padding: 10px 12px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 12px; background: var(--sunk); font-size: 13px; }
-      .card b { font-weight: 600; }
-      table { width: 100%; border-collapse: collapse; margin-top: 6px; font-size: 12.5px; }
-      th { text-align: left; font-weight: 500; color: var(--muted); padding: 2px 0; }
-      td { padding: 3px 6px 3px 0; border-top: 1px solid var(--line); vertical-align: top; }
-      td.num, th.num { text-align: right; white-space: nowrap; }
-      tr.winner td { font-weight: 600; }
-      td small { display: block; font-weight: 400; color: var(--muted); font-size: 11.5px; }
-      .ruler { width: 100%; height: 34px; margin-top: 6px; overflow: visible; stroke-width: 1.5; }
-      .ruler line { stroke: var(--line-strong); }
-      .ruler text { fill: var(--muted); stroke: none; font: 500 11px/1 var(--mono); text-anchor: middle; }
-      .ruler circle { fill: var(--muted); stroke: var(--sunk); }
-      .ruler circle.winner { fill: var(--good); }
-      @media (pointer: coarse) { li > button { min-height: 44px; } }
-    `,
-  ];
+  static override styles = css`
+    :host { margin-top: 16px; }
+    header { display: flex; justify-content: space-between; align-items: center; gap: 8px; margin-bottom: 6px; }
+    header button { min-height: 28px; padding: 0 10px; font-size: 12.5px; }
+    p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
+    ul { list-style: none; margin: 0; padding: 0; }
+    li > button { width: 100%; justify-content: start; white-space: normal; text-align: left; font-weight: 400; font-size: 13px; line-height: 1.3; border-color: transparent; background: transparent; padding: 4px 8px; min-height: 32px; }
+    li > button:hover { background: var(--hover); }
+    .dot { width: 9px; height: 9px; border-radius: 50%; flex: none; border: 2px solid var(--muted); }
+    .matched { border-color: var(--good); background: var(--good); }
+    .added { border-color: var(--map-truth); background: var(--map-truth); }
+    .card { padding: 10px 12px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 12px; background: var(--sunk); font-size: 13px; }
+    .card b { font-weight: 600; }
+    table { width: 100%; border-collapse: collapse; margin-top: 6px; font-size: 12.5px; }
+    th { text-align: left; font-weight: 500; color: var(--muted); padding: 2px 0; }
+    td { padding: 3px 6px 3px 0; border-top: 1px solid var(--line); vertical-align: top; }
+    td.num, th.num { text-align: right; white-space: nowrap; }
+    tr.winner td { font-weight: 600; }
+    td small { display: block; font-weight: 400; color: var(--muted); font-size: 11.5px; }
+    .ruler { width: 100%; height: 34px; margin-top: 6px; overflow: visible; stroke-width: 1.5; }
+    .ruler line { stroke: var(--line-strong); }
+    .ruler text { fill: var(--muted); stroke: none; font: 500 11px/1 var(--mono); text-anchor: middle; }
+    .ruler circle { fill: var(--muted); stroke: var(--sunk); }
+    .ruler circle.winner { fill: var(--good); }
+    @media (pointer: coarse) { li > button { min-height: 44px; } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["inspection", "spot", "run"];
+  protected override readonly topics = ["inspection", "spot", "run"] as const;
 
   override render(): TemplateResult {
     const { inspection, spot, method } = this.store;
     this.toggleAttribute("hidden", method !== "line-ekf");
-    const sightings = inspection ? sightingsOf(inspection) : [];
+    const sightings = inspection?.sightings ?? [];
     const own = sightings.filter((s) => s.wall === spot.pinned);
     const rival = sightings.filter((s) => s.wall !== spot.pinned && s.candidates.some((c) => c.wall === spot.pinned));
     return html`<header><h2>Why this match?</h2>${spot.pinned === null ? nothing : html`<button data-testid="unpin" @click=${() => this.store.point({ pinned: null })}>All lines</button>`}</header>

@@ -15,11 +15,6 @@ export function faint(colour: string): string {
   return colour.replace(/^rgb\((.*)\)$/, (_, parts: string) => `rgba(${parts}, 0.2)`);
 }
 
-/** Seconds below, values at the left. */
-export function axes(probe: HTMLElement): uPlot.Axis[] {
-  return numberAxes(probe, "s");
-}
-
 /** A number with its unit below, values at the left. */
 export function numberAxes(probe: HTMLElement, unit: string): uPlot.Axis[] {
   const axis = { stroke: colourOf(probe, "muted"), font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: colourOf(probe, "line"), width: 1 } };

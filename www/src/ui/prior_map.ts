@@ -3,36 +3,27 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { PriorMapSetup } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
+import { filesOf } from "./input.js";
 
 /** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
 const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
 
 export class SlamPriorMap extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin: 18px 0 8px; }
-      p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
-      p.bad { color: var(--danger); font-weight: 600; }
-      .two label { display: contents; }
-      .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
-      .three { grid-template-columns: 1fr 1fr 1fr; }
-      .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
-      input[type="number"] { width: 100%; min-width: 0; }
-      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
-      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
-      .button:hover { border-color: var(--line-strong); background: var(--hover); }
-      @media (pointer: coarse) { .button { min-height: 44px; } }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin: 18px 0 8px; }
+    p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
+    p.bad { color: var(--danger); font-weight: 600; }
+    .two label { display: contents; }
+    .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
+    .three { grid-template-columns: 1fr 1fr 1fr; }
+    .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
+    input[type="number"] { width: 100%; min-width: 0; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["run", "frame"];
+  protected override readonly topics = ["run", "frame"] as const;
 
   override render(): TemplateResult {
     const { source, method, setup } = this.store;
@@ -43,7 +34,7 @@ export class SlamPriorMap extends SlamElement {
       ${isUsed ? this.#used(priorMap) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
       <div class="two">
         <label>
-          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.svg,.json" multiple data-testid="prior-map-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, SVG or a world" @change=${this.#open}>
+          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.svg,.json" multiple data-testid="prior-map-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, SVG or a world" @change=${(e: Event) => void this.client.openKnown(filesOf(e))}>
           <span class="button">${icons.open} Open map…</span>
         </label>
         <button data-testid="prior-map-this" title="Begin again, and find yourself in the map drawn so far" @click=${() => this.client.localiseInThisMap()}>${icons.again} Map so far</button>
@@ -86,12 +77,6 @@ export class SlamPriorMap extends SlamElement {
     }
     // The field says again where the robot began.
     input.value = String(Number(((priorMap.start[index] ?? 0) * unit).toFixed(3)));
-  }
-
-  #open(event: Event): void {
-    const input = event.target as HTMLInputElement;
-    void this.client.openKnown([...(input.files ?? [])]);
-    input.value = "";
   }
 }
 

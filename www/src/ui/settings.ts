@@ -3,54 +3,45 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
+import { isChecked, valueOf } from "./input.js";
 
 export class SlamSettings extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin-bottom: 10px; }
-      input[type="search"] { min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
-      .bar { display: flex; gap: 8px; align-items: center; margin: 10px 0; padding: 8px 10px; border-radius: 10px; background: var(--sunk); border: 1px solid var(--line); font-size: 12.5px; }
-      .bar span { flex: 1; }
-      .all { display: flex; gap: 8px; align-items: center; margin-top: 10px; font-size: 13px; }
-      .idle { margin: 10px 0; padding-left: 18px; font-size: 12.5px; color: var(--muted); }
-      details { border-top: 1px solid var(--line); }
-      summary { display: flex; justify-content: space-between; align-items: center; cursor: pointer; min-height: 40px; font-weight: 550; font-size: 13.5px; list-style: none; }
-      summary::before { content: "›"; width: 10px; margin-right: 6px; line-height: 1; text-align: center; color: var(--muted); transition: transform .12s; }
-      details[open] > summary::before { transform: rotate(90deg); }
-      summary > span:first-of-type { flex: 1; }
-      summary::-webkit-details-marker { display: none; }
-      .count { font-size: 12px; color: var(--accent-ink); }
-      .presets { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 8px; }
-      .presets button { min-height: 30px; font-size: 12.5px; padding: 0 10px; }
-      .presets button[aria-pressed="true"] { border-color: var(--accent); color: var(--accent-ink); }
-      .row { display: grid; grid-template-columns: 1fr 116px 30px; gap: 2px 8px; align-items: center; padding: 7px 0; border-top: 1px solid color-mix(in srgb, var(--line) 55%, transparent); }
-      .row label { font-size: 13px; }
-      .row.changed label { color: var(--accent-ink); font-weight: 600; }
-      .row small { grid-column: 1 / -1; font-size: 12px; line-height: 1.4; color: var(--muted); }
-      .row em { font-style: normal; color: var(--warn-ink); }
-      .field { display: flex; align-items: center; gap: 5px; }
-      .field input[type="number"] { min-height: 32px; padding: 0 6px; text-align: right; font-family: var(--mono); font-size: 12.5px; }
-      .field span { font: 500 11px/1 var(--mono); color: var(--muted); }
-      .row.choice { grid-template-columns: 1fr 30px; }
-      .row.choice .field { grid-column: 1 / -1; }
-      .row.choice label { grid-column: 1; }
-      .row.choice .back { grid-column: 2; grid-row: 1; }
-      .back { min-height: 30px; width: 30px; padding: 0; border: 0; background: transparent; color: var(--muted); }
-      .back svg { width: 15px; height: 15px; }
-      .back[hidden] { display: block; visibility: hidden; }
-      input[type="checkbox"] { width: 18px; height: 18px; accent-color: var(--accent); }
-      p { font-size: 12.5px; color: var(--muted); margin: 10px 0; }
-      @media (pointer: coarse) { .back { min-height: 36px; width: 36px; } .row { grid-template-columns: 1fr 116px 36px; } .field input[type="number"] { min-height: 40px; } .presets button { min-height: 40px; } input[type="checkbox"] { width: 24px; height: 24px; } }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin-bottom: 10px; }
+    input[type="search"] { min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
+    .bar { display: flex; gap: 8px; align-items: center; margin: 10px 0; padding: 8px 10px; border-radius: 10px; background: var(--sunk); border: 1px solid var(--line); font-size: 12.5px; }
+    .bar span { flex: 1; }
+    .all { display: flex; gap: 8px; align-items: center; margin-top: 10px; font-size: 13px; }
+    .idle { margin: 10px 0; padding-left: 18px; font-size: 12.5px; color: var(--muted); }
+    details { border-top: 1px solid var(--line); }
+    summary > span:first-of-type { flex: 1; }
+    .count { font-size: 12px; color: var(--accent-ink); }
+    .presets { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 8px; }
+    .presets button { min-height: 30px; font-size: 12.5px; padding: 0 10px; }
+    .presets button[aria-pressed="true"] { border-color: var(--accent); color: var(--accent-ink); }
+    .row { display: grid; grid-template-columns: 1fr 116px 30px; gap: 2px 8px; align-items: center; padding: 7px 0; border-top: 1px solid color-mix(in srgb, var(--line) 55%, transparent); }
+    .row label { font-size: 13px; }
+    .row.changed label { color: var(--accent-ink); font-weight: 600; }
+    .row small { grid-column: 1 / -1; font-size: 12px; line-height: 1.4; color: var(--muted); }
+    .row em { font-style: normal; color: var(--warn-ink); }
+    .field { display: flex; align-items: center; gap: 5px; }
+    .field input[type="number"] { min-height: 32px; padding: 0 6px; text-align: right; font-family: var(--mono); font-size: 12.5px; }
+    .field span { font: 500 11px/1 var(--mono); color: var(--muted); }
+    .row.choice { grid-template-columns: 1fr 30px; }
+    .row.choice .field { grid-column: 1 / -1; }
+    .row.choice label { grid-column: 1; }
+    .row.choice .back { grid-column: 2; grid-row: 1; }
+    .back { min-height: 30px; width: 30px; padding: 0; border: 0; background: transparent; color: var(--muted); }
+    .back svg { width: 15px; height: 15px; }
+    .back[hidden] { display: block; visibility: hidden; }
+    input[type="checkbox"] { width: 18px; height: 18px; accent-color: var(--accent); }
+    p { font-size: 12.5px; color: var(--muted); margin: 10px 0; }
+    @media (pointer: coarse) { .back { min-height: 36px; width: 36px; } .row { grid-template-columns: 1fr 116px 36px; } .field input[type="number"] { min-height: 40px; } .presets button { min-height: 40px; } input[type="checkbox"] { width: 24px; height: 24px; } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["settings", "run"];
+  protected override readonly topics = ["settings", "run"] as const;
   #search = "";
   #all = false;
 
@@ -66,8 +57,8 @@ export class SlamSettings extends SlamElement {
     const waits = this.#waiting();
     return html`
       <h2>Settings</h2>
-      <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = (e.target as HTMLInputElement).value; this.requestUpdate(); }}>
-      <label class="all"><input type="checkbox" data-testid="settings-all" .checked=${this.#all} @change=${(e: Event) => { this.#all = (e.target as HTMLInputElement).checked; this.requestUpdate(); }}> All settings</label>
+      <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = valueOf(e); this.requestUpdate(); }}>
+      <label class="all"><input type="checkbox" data-testid="settings-all" .checked=${this.#all} @change=${(e: Event) => { this.#all = isChecked(e); this.requestUpdate(); }}> All settings</label>
       ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.join(", ")} ${waits.length === 1 ? "waits" : "wait"} for a restart.</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
       ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure({})}>All defaults</button></div>` : ""}
       ${idle.length > 0 ? html`<ul class="idle" data-testid="settings-idle">${idle.map((s) => html`<li>${s.idle}.</li>`)}</ul>` : ""}
@@ -100,9 +91,9 @@ export class SlamSettings extends SlamElement {
   }
 
   #field(s: SettingInfo, id: string, value: number): TemplateResult {
-    if (s.kind === "switch") return html`<input id=${id} type="checkbox" data-testid=${id} .checked=${value !== 0} @change=${(e: Event) => this.#set(s, (e.target as HTMLInputElement).checked ? 1 : 0)}>`;
+    if (s.kind === "switch") return html`<input id=${id} type="checkbox" data-testid=${id} .checked=${value !== 0} @change=${(e: Event) => this.#set(s, isChecked(e) ? 1 : 0)}>`;
     if (s.kind === "choice") {
-      return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number((e.target as HTMLSelectElement).value))}>
+      return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number(valueOf(e)))}>
         ${s.choices.map((choice, i) => html`<option value=${i} .selected=${i === value}>${choice}</option>`)}</select>`;
     }
     return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${plain(s.scale * value)}

@@ -3,10 +3,9 @@
 import { css, html, type TemplateResult } from "lit";
 import { SAVED } from "../protocol.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
+import { filesOf, valueOf } from "./input.js";
 
 /** The module takes 32 bits. */
 const MOST_SEED = 4_294_967_295;
@@ -33,56 +32,46 @@ const SENSOR_WORDS: Readonly<Record<string, string>> = {
 };
 
 export class SlamSetup extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; }
-      h2 { margin-bottom: 12px; }
-      .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; }
-      label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
-      label > * { color: var(--ink); font-size: 14px; }
-      [hidden] { display: none; }
-      .wide { grid-column: 1 / -1; }
-      .seed { display: flex; gap: 6px; }
-      .seed button:not(.icon) { flex: 1; }
-      .files { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
-      .files button, .files select { padding: 0 6px; }
-      input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
-      input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
-      .button:hover { border-color: var(--line-strong); background: var(--hover); }
-      p.about { margin: 0; color: var(--muted); line-height: 1.4; }
-      p { margin: 10px 0 0; font-size: 12.5px; }
-      .files label { display: contents; }
-      .files label .button { grid-column: 1 / -1; }
-      @media (pointer: coarse) { .button { min-height: 44px; } }
-    `,
-  ];
+  static override styles = css`
+    h2 { margin-bottom: 12px; }
+    .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; }
+    label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
+    label > * { color: var(--ink); font-size: 14px; }
+    .wide { grid-column: 1 / -1; }
+    .seed { display: flex; gap: 6px; }
+    .seed button:not(.icon) { flex: 1; }
+    .files { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
+    .files button, .files select { padding: 0 6px; }
+    p.about { margin: 0; color: var(--muted); line-height: 1.4; }
+    p { margin: 10px 0 0; font-size: 12.5px; }
+    .files label { display: contents; }
+    .files label .button { grid-column: 1 / -1; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["run"];
+  protected override readonly topics = ["run"] as const;
 
   override render(): TemplateResult {
     const { setup, source, title, offer: { worlds, sensors, methods } } = this.store;
     const own = setup.worldJson !== null;
     const recorded = source !== "sim";
     const { method } = this.store;
-    const value = (e: Event): string => (e.target as HTMLSelectElement).value;
     return html`
       <h2 id="run">Run</h2>
       <div class="grid" role="group" aria-labelledby="run">
         <label class="wide">World
-          <select data-testid="world" @change=${(e: Event) => this.#restart({ world: value(e), worldJson: null })}>
+          <select data-testid="world" @change=${(e: Event) => this.#restart({ world: valueOf(e), worldJson: null })}>
             ${recorded ? html`<option selected value="">${source === "bridge" ? "Robot at" : "Recording:"} ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
             ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>
         </label>
         <label ?hidden=${recorded}>Sensor
-          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: value(e) })}>
+          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: valueOf(e) })}>
             ${sensors.map((s) => html`<option value=${s.name} .selected=${setup.sensor === s.name}>${s.title}</option>`)}
           </select>
         </label>
         <label>Method
-          <select data-testid="method" @change=${(e: Event) => this.client.again(value(e) as MethodName)}>
+          <select data-testid="method" @change=${(e: Event) => this.client.again(valueOf(e) as MethodName)}>
             ${methods.filter(({ name }) => name !== "prior-map" || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>
@@ -103,7 +92,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.mcap,.json,.svg,.txt,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${this.#open}>
+          <input type="file" accept=".clf,.log,.mcap,.json,.svg,.txt,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
@@ -145,12 +134,6 @@ export class SlamSetup extends SlamElement {
     const select = event.target as HTMLSelectElement;
     this.client.send({ kind: "save", what: select.value as SavedKind });
     select.value = "";
-  }
-
-  #open(event: Event): void {
-    const input = event.target as HTMLInputElement;
-    void this.client.openAll([...(input.files ?? [])]);
-    input.value = "";
   }
 }
 

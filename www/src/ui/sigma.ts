@@ -1,21 +1,16 @@
 // How much the ranges of this sensor err, estimated from scans of a robot that stands; and its use.
 
-import { css, html, type TemplateResult, unsafeCSS } from "lit";
+import { css, html, type TemplateResult } from "lit";
 import uPlot from "uplot";
-import plotCss from "uplot/dist/uPlot.min.css";
 import type { GrowthName, SigmaCurve } from "../protocol/module.js";
-import type { Topic } from "../store.js";
-import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
-import { colourOf, numberAxes } from "./plot_style.js";
-import { shared, tool } from "./style.js";
+import { valueOf } from "./input.js";
+import { colourOf } from "./plot_style.js";
+import { SlamPlotted } from "./plotted.js";
+import { tool } from "./style.js";
 
-const HEIGHT = 150;
-
-export class SlamSigma extends SlamElement {
+export class SlamSigma extends SlamPlotted {
   static override styles = [
-    unsafeCSS(plotCss),
-    shared,
     tool,
     css`
       .row { display: flex; gap: 8px; margin: 8px 0; }
@@ -23,14 +18,9 @@ export class SlamSigma extends SlamElement {
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["sigma", "settings", "run", "theme"];
+  protected override readonly topics = ["sigma", "settings", "run", "theme"] as const;
+  protected override readonly height = 150;
   #growth: GrowthName = "linear";
-  #plot: uPlot | null = null;
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    new ResizeObserver(() => this.#plot?.setSize({ width: this.clientWidth, height: HEIGHT })).observe(this);
-  }
 
   override render(): TemplateResult {
     const { store } = this;
@@ -43,7 +33,7 @@ export class SlamSigma extends SlamElement {
         ? "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. The stretches of this recording in which it stood are compared."
         : "Two readings of one beam, one scan after the other, differ by √2 σ where the robot stands. A twin of this robot stands where it is now and scans 120 times."}</p>
       <div class="row">
-        <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = (e.target as HTMLSelectElement).value as GrowthName; this.requestUpdate(); }}>
+        <select data-testid="growth" aria-label="How σ grows" @change=${(e: Event) => { this.#growth = valueOf(e) as GrowthName; this.requestUpdate(); }}>
           <option value="linear" .selected=${this.#growth === "linear"}>σ = a + b ρ</option>
           <option value="square" .selected=${this.#growth === "square"}>σ = a + b ρ²</option>
         </select>
@@ -55,23 +45,18 @@ export class SlamSigma extends SlamElement {
     </details>`;
   }
 
-  override updated(): void {
-    this.#plot?.destroy();
-    this.#plot = null;
+  protected override draw(): uPlot[] {
     const { curve } = this.store.sigma;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
-    if (!curve || !host || this.clientWidth === 0) return;
-    const at = new Map(curve.bins.map((bin) => [bin.range, bin.sigma] as const));
-    const on = new Map([...curve.curveRanges].map((range, i) => [range, i] as const));
-    const all = [...new Set([...at.keys(), ...on.keys()])].sort((a, b) => a - b);
-    const line = (values: Float64Array): (number | null)[] => all.map((range) => (on.has(range) && values.length > 0 ? 1000 * (values[on.get(range) ?? 0] ?? NaN) : null));
+    if (!curve || !host || this.clientWidth === 0) return [];
+    const millimetres = (metres: Float64Array): Float64Array => metres.map((m) => 1000 * m);
+    const bins: uPlot.AlignedData = [curve.bins.map((bin) => bin.range), curve.bins.map((bin) => 1000 * bin.sigma)];
     const [estimate, truth] = [colourOf(host, "map-estimate"), colourOf(host, "map-truth")];
-    this.#plot = new uPlot({
-      width: Math.max(this.clientWidth, 100), height: HEIGHT, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } }, padding: [6, 6, 0, 0],
-      scales: { x: { time: false } }, axes: numberAxes(host, "m"),
+    return [new uPlot({
+      ...this.frame(host, "m"),
       series: [{}, { stroke: estimate, width: 1.6, spanGaps: true, points: { show: false } }, { stroke: truth, width: 1.6, dash: [1, 3], spanGaps: true, points: { show: false } },
         { stroke: estimate, width: 0, paths: () => null, points: { show: true, size: 5, fill: estimate } }],
-    }, [all, line(curve.curveSigmas), line(curve.truth), all.map((range) => (at.has(range) ? 1000 * (at.get(range) ?? NaN) : null))] as uPlot.AlignedData, host);
+    }, uPlot.join([[curve.curveRanges, millimetres(curve.curveSigmas), millimetres(curve.truth)], bins]), host)];
   }
 
   #words(curve: SigmaCurve): TemplateResult {

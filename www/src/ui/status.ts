@@ -1,16 +1,15 @@
 // The current figures.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
+import { degrees } from "../angle.js";
 import { SlamElement } from "./element.js";
-import { clock, DASH, degrees, fixed, length } from "./format.js";
-import { shared } from "./style.js";
+import { figure, figures } from "./figures.js";
+import { clock, DASH, fixed, length } from "./format.js";
 
 export class SlamStatus extends SlamElement {
   static override styles = [
-    shared,
+    figures,
     css`
-      :host { display: block; }
       h2 { margin-bottom: 12px; }
       .big { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 12px; }
       .big div { padding: 10px 12px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
@@ -21,23 +20,16 @@ export class SlamStatus extends SlamElement {
       meter::-webkit-meter-bar { background: var(--line); border: 0; height: 4px; border-radius: 2px; }
       meter::-webkit-meter-optimum-value { background: var(--accent); }
       meter::-moz-meter-bar { background: var(--accent); }
-      dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }
-      dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
-      dt { color: var(--muted); }
-      dd { margin: 0; }
-      .wide { grid-column: 1 / -1; }
     `,
   ];
 
-  protected override readonly topics: readonly Topic[] = ["frame", "run"];
+  protected override readonly topics = ["frame", "run"] as const;
 
   override render(): TemplateResult {
     const s = this.store.status;
     const sim = this.store.source === "sim";
     const error = length(s?.positionError ?? NaN);
     const wheels = length(s?.odometryError ?? NaN);
-    const row = (name: string, value: string, id: string, title = "", wide = ""): TemplateResult =>
-      html`<div class=${wide} title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
     return html`
       <h2>Status</h2>
       <div class="big">
@@ -52,16 +44,16 @@ export class SlamStatus extends SlamElement {
             <div><b data-testid="scans">${s?.scans ?? DASH}</b><span>scans mapped</span></div>`}
       </div>
       <dl>
-        ${row(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
-        ${this.store.source === "bridge" ? "" : row("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
-        ${row("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
-        ${row("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
-        ${row("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
-        ${sim ? row("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
-        ${row("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
-        ${sim ? row("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${claimed(3 * Math.sqrt(s?.covHeading ?? NaN))})`, "heading-error",
+        ${figure(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
+        ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
+        ${figure("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
+        ${figure("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
+        ${figure("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
+        ${sim ? figure("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
+        ${figure("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
+        ${sim ? figure("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${claimed(3 * Math.sqrt(s?.covHeading ?? NaN))})`, "heading-error",
           "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : ""}
-        <div class="wide" title="A fingerprint of the whole state. The same run gives the same one here and on the command line."><dt>State hash</dt><dd class="num" data-testid="hash">${this.store.hash || DASH}</dd></div>
+        ${figure("State hash", this.store.hash || DASH, "hash", "A fingerprint of the whole state. The same run gives the same one here and on the command line.", "wide")}
       </dl>
     `;
   }

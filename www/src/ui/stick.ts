@@ -1,26 +1,21 @@
 // A stick for the thumb: up is forward, left turns left. Letting go stops the robot.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
-import { shared } from "./style.js";
 
 /** Within this part of the radius nothing moves. */
 const DEAD = 0.12;
 
 export class SlamStick extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: none; }
-      :host([shown]) { display: block; }
-      #base { width: 128px; height: 128px; border-radius: 50%; background: var(--glass); border: 1.5px solid var(--line-strong); touch-action: none; position: relative; cursor: grab; box-shadow: var(--shadow); }
-      #base::before { content: ""; position: absolute; inset: 14px; border-radius: 50%; border: 1px dashed var(--line-strong); }
-      #knob { position: absolute; left: 50%; top: 50%; width: 56px; height: 56px; margin: -28px; border-radius: 50%; background: var(--accent); box-shadow: 0 3px 10px #0006; pointer-events: none; }
-    `,
-  ];
+  static override styles = css`
+    :host { display: none; }
+    :host([shown]) { display: block; }
+    #base { width: 128px; height: 128px; border-radius: 50%; background: var(--glass); border: 1.5px solid var(--line-strong); touch-action: none; position: relative; cursor: grab; box-shadow: var(--shadow); }
+    #base::before { content: ""; position: absolute; inset: 14px; border-radius: 50%; border: 1px dashed var(--line-strong); }
+    #knob { position: absolute; left: 50%; top: 50%; width: 56px; height: 56px; margin: -28px; border-radius: 50%; background: var(--accent); box-shadow: 0 3px 10px #0006; pointer-events: none; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["frame", "run"];
+  protected override readonly topics = ["frame", "run"] as const;
   #pointer: number | null = null;
 
   override render(): TemplateResult {

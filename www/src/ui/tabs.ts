@@ -2,10 +2,9 @@
 // share the rest of the side: these choose which.
 
 import { css, html, type TemplateResult } from "lit";
-import type { Tab, Topic } from "../store.js";
+import type { Tab } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult; phoneOnly?: boolean }[] = [
   { tab: "run", label: "Run", icon: icons.flag, phoneOnly: true },
@@ -19,23 +18,20 @@ const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResul
 ];
 
 export class SlamTabs extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      nav { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
-      button { flex-direction: column; gap: 2px; min-height: 50px; padding: 0; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
-      button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
-      @media (min-width: 761px) {
-        nav { grid-auto-columns: auto; padding: 0 6px; border-bottom: 1px solid var(--line); border-top: 0; }
-        .phone { display: none; }
-        button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
-        button svg { width: 16px; height: 16px; }
-        button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
-      }
-    `,
-  ];
+  static override styles = css`
+    nav { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
+    button { flex-direction: column; gap: 2px; min-height: 50px; padding: 0; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
+    button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
+    @media (min-width: 761px) {
+      nav { grid-auto-columns: auto; padding: 0 6px; border-bottom: 1px solid var(--line); border-top: 0; }
+      .phone { display: none; }
+      button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
+      button svg { width: 16px; height: 16px; }
+      button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
+    }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["tab"];
+  protected override readonly topics = ["tab"] as const;
   #wide = matchMedia("(min-width: 761px)");
 
   override connectedCallback(): void {

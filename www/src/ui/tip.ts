@@ -1,26 +1,22 @@
 // One hint for the first visit, dismissed for good by the first action.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
+import { ifAllowed } from "../storage.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 const KEY = "slamlab-tip-seen";
 
 export class SlamTip extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      div { display: flex; align-items: center; gap: 8px; padding: 4px 4px 4px 14px; border-radius: 22px; max-width: calc(100vw - 24px); line-height: 1.3; background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
-      button { border: 0; background: transparent; border-radius: 50%; min-height: 32px; width: 32px; }
-      button:hover { background: #8883; }
-      @keyframes in { from { opacity: 0; transform: translateY(6px); } }
-    `,
-  ];
+  static override styles = css`
+    div { display: flex; align-items: center; gap: 8px; padding: 4px 4px 4px 14px; border-radius: 22px; max-width: calc(100vw - 24px); line-height: 1.3; background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
+    button { border: 0; background: transparent; border-radius: 50%; min-height: 32px; width: 32px; }
+    button:hover { background: #8883; }
+    @keyframes in { from { opacity: 0; transform: translateY(6px); } }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["run", "frame", "tab", "view"];
-  #seen = seen();
+  protected override readonly topics = ["run", "frame", "tab", "view"] as const;
+  #seen = ifAllowed(() => localStorage.getItem(KEY)) !== null;
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, layers } = this.store;
@@ -35,20 +31,9 @@ export class SlamTip extends SlamElement {
 
   dismiss(): void {
     this.#seen = true;
-    try {
-      localStorage.setItem(KEY, "1");
-    } catch {
-      // Without storage the hint comes again with the next visit.
-    }
+    // Without storage the hint comes again with the next visit.
+    ifAllowed(() => localStorage.setItem(KEY, "1"));
     this.requestUpdate();
-  }
-}
-
-function seen(): boolean {
-  try {
-    return localStorage.getItem(KEY) !== null;
-  } catch {
-    return false;
   }
 }
 

@@ -1,24 +1,19 @@
 // A sentence that wants to be read: what could not be done, and why.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
 
 export class SlamToast extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { position: fixed; left: 50%; top: 72px; transform: translateX(-50%); z-index: 40; width: min(620px, calc(100vw - 24px)); pointer-events: none; }
-      div { pointer-events: auto; display: flex; align-items: start; gap: 12px; padding: 12px 12px 12px 16px; border-radius: 14px; background: var(--raised); border: 1px solid var(--warn); border-left-width: 6px; box-shadow: var(--shadow); animation: in .18s ease-out; }
-      @keyframes in { from { opacity: 0; transform: translateY(-8px); } }
-      p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; }
-      button { border-color: transparent; background: transparent; }
-    `,
-  ];
+  static override styles = css`
+    :host { position: fixed; left: 50%; top: 72px; transform: translateX(-50%); z-index: 40; width: min(620px, calc(100vw - 24px)); pointer-events: none; }
+    div { pointer-events: auto; display: flex; align-items: start; gap: 12px; padding: 12px 12px 12px 16px; border-radius: 14px; background: var(--raised); border: 1px solid var(--warn); border-left-width: 6px; box-shadow: var(--shadow); animation: in .18s ease-out; }
+    @keyframes in { from { opacity: 0; transform: translateY(-8px); } }
+    p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; }
+    button { border-color: transparent; background: transparent; }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["toast"];
+  protected override readonly topics = ["toast"] as const;
 
   override render(): TemplateResult | typeof nothing {
     const { toast } = this.store;

@@ -2,64 +2,60 @@
 
 import { css, html, type TemplateResult } from "lit";
 import type { Mode } from "../protocol/module.js";
-import type { Topic } from "../store.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";
 import { icons } from "./icons.js";
-import { shared } from "./style.js";
+import { valueOf } from "./input.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 10, 20, Infinity];
 
 export class SlamTransport extends SlamElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: flex; align-items: center; gap: 10px; padding: 8px; border: 1px solid var(--line); border-radius: 16px; background: var(--glass); box-shadow: var(--shadow); }
-      .time { display: flex; gap: 6px; align-items: center; }
-      .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
-      .play:hover { background: var(--ink); opacity: .88; }
-      .lease { min-height: 44px; border-radius: 12px; }
-      .lease[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-color: transparent; }
-      select { width: auto; min-width: 78px; min-height: 44px; }
-      .time .icon { height: 44px; width: 40px; }
-      .modes { display: flex; padding: 3px; gap: 2px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
-      .modes button { border: 0; background: transparent; min-height: 36px; border-radius: 9px; }
-      .modes button:hover { background: var(--hover); }
-      .modes button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); }
-      .modes .cycle { border-left: 1px solid var(--line); border-radius: 0 9px 9px 0; }
-      .modes .cycle[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-radius: 9px; opacity: 1; }
-      .stop { min-height: 44px; padding: 0 18px; border-radius: 12px; border-color: transparent; background: var(--danger); color: #fff; font-weight: 700; letter-spacing: .04em; }
-      .stop:hover { background: var(--danger-hover); border-color: transparent; }
-      .progress { display: flex; flex-direction: column; gap: 5px; min-width: 190px; font-size: 12.5px; }
-      .progress div { display: flex; justify-content: space-between; gap: 12px; }
-      progress { appearance: none; width: 100%; height: 6px; border: 0; border-radius: 3px; overflow: hidden; background: var(--sunk); }
-      progress::-webkit-progress-bar { background: var(--sunk); }
-      progress::-webkit-progress-value { background: var(--accent); }
-      progress::-moz-progress-bar { background: var(--accent); }
-      @container stage (max-width: 640px) {
-        .modes svg, .stop svg { display: none; }
-        select { min-width: 58px; padding: 0 2px; }
-        :host { gap: 5px; padding: 6px; }
-        .time { gap: 4px; }
-        .time .icon { width: 34px; }
-        .time .play { width: 40px; }
-        .modes { padding: 2px; gap: 0; }
-        .modes button { padding: 0 7px; font-size: 13px; }
-        .stop { padding: 0 9px; font-size: 13px; }
-      }
-      @media (max-width: 760px) {
-        .modes svg, .stop svg { display: block; }
-        :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
-        .modes, .progress { order: -1; flex: 1 0 100%; }
-        .modes button { flex: 1; padding: 0 4px; min-height: 40px; gap: 5px; font-size: 13px; }
-        .time { flex: 1; }
-        select { flex: 1; }
-        .stop { flex: 1; }
-      }
-    `,
-  ];
+  static override styles = css`
+    :host { display: flex; align-items: center; gap: 10px; padding: 8px; border: 1px solid var(--line); border-radius: 16px; background: var(--glass); box-shadow: var(--shadow); }
+    .time { display: flex; gap: 6px; align-items: center; }
+    .play { width: 44px; height: 44px; border-radius: 12px; background: var(--ink); color: var(--surface); border-color: transparent; }
+    .play:hover { background: var(--ink); opacity: .88; }
+    .lease { min-height: 44px; border-radius: 12px; }
+    .lease[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-color: transparent; }
+    select { width: auto; min-width: 78px; min-height: 44px; }
+    .time .icon { height: 44px; width: 40px; }
+    .modes { display: flex; padding: 3px; gap: 2px; border-radius: 12px; background: var(--sunk); border: 1px solid var(--line); }
+    .modes button { border: 0; background: transparent; min-height: 36px; border-radius: 9px; }
+    .modes button:hover { background: var(--hover); }
+    .modes button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); }
+    .modes .cycle { border-left: 1px solid var(--line); border-radius: 0 9px 9px 0; }
+    .modes .cycle[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-radius: 9px; opacity: 1; }
+    .stop { min-height: 44px; padding: 0 18px; border-radius: 12px; border-color: transparent; background: var(--danger); color: #fff; font-weight: 700; letter-spacing: .04em; }
+    .stop:hover { background: var(--danger-hover); border-color: transparent; }
+    .progress { display: flex; flex-direction: column; gap: 5px; min-width: 190px; font-size: 12.5px; }
+    .progress div { display: flex; justify-content: space-between; gap: 12px; }
+    progress { appearance: none; width: 100%; height: 6px; border: 0; border-radius: 3px; overflow: hidden; background: var(--sunk); }
+    progress::-webkit-progress-bar { background: var(--sunk); }
+    progress::-webkit-progress-value { background: var(--accent); }
+    progress::-moz-progress-bar { background: var(--accent); }
+    @container stage (max-width: 640px) {
+      .modes svg, .stop svg { display: none; }
+      select { min-width: 58px; padding: 0 2px; }
+      :host { gap: 5px; padding: 6px; }
+      .time { gap: 4px; }
+      .time .icon { width: 34px; }
+      .time .play { width: 40px; }
+      .modes { padding: 2px; gap: 0; }
+      .modes button { padding: 0 7px; font-size: 13px; }
+      .stop { padding: 0 9px; font-size: 13px; }
+    }
+    @media (max-width: 760px) {
+      .modes svg, .stop svg { display: block; }
+      :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
+      .modes, .progress { order: -1; flex: 1 0 100%; }
+      .modes button { flex: 1; padding: 0 4px; min-height: 40px; gap: 5px; font-size: 13px; }
+      .time { flex: 1; }
+      select { flex: 1; }
+      .stop { flex: 1; }
+    }
+  `;
 
-  protected override readonly topics: readonly Topic[] = ["frame", "run", "bridge"];
+  protected override readonly topics = ["frame", "run", "bridge"] as const;
 
   override render(): TemplateResult {
     const { store, client } = this;
@@ -68,16 +64,16 @@ export class SlamTransport extends SlamElement {
       ${store.source === "bridge" ? this.#lease() : html`<div class="time" role="group" aria-label="Time">
         <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
           ?disabled=${finished}
-          @click=${(e: Event) => { client.send({ kind: store.playing ? "pause" : "play" }); this.giveBackFocus(e); }}>${store.playing ? icons.pause : icons.play}</button>
+          @click=${this.press(() => client.send({ kind: store.playing ? "pause" : "play" }))}>${store.playing ? icons.pause : icons.play}</button>
         <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
-          @click=${(e: Event) => { client.send({ kind: "step" }); this.giveBackFocus(e); }}>${icons.step}</button>
+          @click=${this.press(() => client.send({ kind: "step" }))}>${icons.step}</button>
         <select data-testid="speed" aria-label="Speed" title="Speed ([ and ])"
-          @change=${(e: Event) => { client.setSpeed(Number((e.target as HTMLSelectElement).value)); (e.target as HTMLSelectElement).blur(); }}>
+          @change=${(e: Event) => { client.setSpeed(Number(valueOf(e))); (e.target as HTMLSelectElement).blur(); }}>
           ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
         </select>
       </div>`}
       ${store.source !== "replay" && !store.reading ? this.#modes() : this.#progress()}
-      <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${(e: Event) => { client.stop(); this.giveBackFocus(e); }}>${icons.stop} STOP</button>
+      <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${this.press(() => client.stop())}>${icons.stop} STOP</button>
     `;
   }
 
@@ -99,7 +95,7 @@ export class SlamTransport extends SlamElement {
     const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
-      @click=${(e: Event) => { this.client.lease(!drives); this.giveBackFocus(e); }}>${icons.hand} ${words}</button>`;
+      @click=${this.press(() => this.client.lease(!drives))}>${icons.hand} ${words}</button>`;
   }
 
   #modes(): TemplateResult {
@@ -108,14 +104,14 @@ export class SlamTransport extends SlamElement {
     const now: Mode = store.aiming ? "goto" : (store.status?.mode ?? store.setup.mode);
     const mode = (name: Mode, label: string, key: string, icon: TemplateResult, act: () => void): TemplateResult => html`
       <button data-testid="mode-${name}" aria-pressed=${now === name} ?disabled=${idle} title="${label} (${key})"
-        @click=${(e: Event) => { act(); this.giveBackFocus(e); }}>${icon}${label}</button>`;
+        @click=${this.press(() => act())}>${icon}${label}</button>`;
     return html`<div class="modes" role="group" aria-label="Mode">
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
       <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle || store.setup.cycle} ?disabled=${store.inCycle && !store.setup.cycle}
         title=${store.inCycle && !store.setup.cycle ? "This sensor scans only while the robot stands: the robot always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
-        @click=${(e: Event) => { client.setCycle(!store.setup.cycle); this.giveBackFocus(e); }}>${icons.cycle}Cycle</button>
+        @click=${this.press(() => client.setCycle(!store.setup.cycle))}>${icons.cycle}Cycle</button>
     </div>`;
   }
 

@@ -7,6 +7,12 @@ export interface Box {
   maxY: number;
 }
 
+/** The smallest box around both. */
+export function union(a: Box | null, b: Box): Box {
+  if (a === null) return b;
+  return { minX: Math.min(a.minX, b.minX), minY: Math.min(a.minY, b.minY), maxX: Math.max(a.maxX, b.maxX), maxY: Math.max(a.maxY, b.maxY) };
+}
+
 export class Camera {
   /** Map point in the middle of the free part of the canvas, m. */
   x = 0;
@@ -85,6 +91,6 @@ export class Camera {
   }
 }
 
-function clamp(value: number, low: number, high: number): number {
+export function clamp(value: number, low: number, high: number): number {
   return Math.min(Math.max(value, low), high);
 }

@@ -28,10 +28,9 @@ const truthPicture = new TruthPicture();
 /** The ground: changes only with the map and the camera. */
 export function drawGround(brush: Brush, on: Switches): void {
   clear(brush);
-  brush.camera.applyTo(brush.context);
-  if (on.grid) grid.draw(brush);
-  grid.drawRules(brush);
-  if (on.truth) truthPicture.draw(brush);
+  if (on.grid) paint(brush, grid.draw);
+  paint(brush, grid.drawRules);
+  if (on.truth) paint(brush, (brush) => truthPicture.draw(brush));
 }
 
 const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
@@ -62,6 +61,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
   paint(brush, spot.draw);
 }
 
+/** A layer leaves the context as it was. */
 function paint(brush: Brush, draw: (brush: Brush) => void): void {
   brush.context.save();
   brush.camera.applyTo(brush.context);

@@ -11,8 +11,8 @@ export interface GestureHandlers {
 /** A press that moves less than this is a tap, CSS pixels. */
 const SLOP = 6;
 
-/** Listens on `element` until `signal` aborts. */
-export function listenToGestures(element: HTMLElement, on: GestureHandlers, signal: AbortSignal): void {
+/** Listens on `element`. */
+export function listenToGestures(element: HTMLElement, on: GestureHandlers): void {
   const pointers = new Map<number, { x: number; y: number }>();
   let moved = 0;
   let hadTwo = false;
@@ -68,10 +68,10 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers, sign
     on.zoom(Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)), x, y);
   };
 
-  element.addEventListener("pointerdown", down, { signal });
-  element.addEventListener("pointermove", move, { signal });
-  element.addEventListener("pointerup", up, { signal });
-  element.addEventListener("pointercancel", up, { signal });
-  element.addEventListener("pointerleave", () => on.leave(), { signal });
-  element.addEventListener("wheel", wheel, { passive: false, signal });
+  element.addEventListener("pointerdown", down);
+  element.addEventListener("pointermove", move);
+  element.addEventListener("pointerup", up);
+  element.addEventListener("pointercancel", up);
+  element.addEventListener("pointerleave", () => on.leave());
+  element.addEventListener("wheel", wheel, { passive: false });
 }

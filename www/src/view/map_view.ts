@@ -1,16 +1,13 @@
 // The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and
 // tied to the robot.
 
-import { css, html, LitElement, type TemplateResult } from "lit";
-import type { Client } from "../client.js";
+import { css, html, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
-import { Listening, type Store } from "../store.js";
+import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
-import { shared } from "../ui/style.js";
 import { Camera } from "./camera.js";
 import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
-import { type Sighting, sightingsOf } from "../inspect.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
@@ -18,7 +15,6 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
-import type { Scene } from "./scene.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
 
@@ -31,43 +27,37 @@ const LEAST_SCALED = 140;
 /** The panels that a phone shows as a sheet over the map. */
 const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
-export class SlamMap extends LitElement {
-  static override styles = [
-    shared,
-    css`
-      :host { display: block; position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
-      canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
-      #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
-      #pad.plain { cursor: grab; }
-      #pad.wall, #pad.door { cursor: pointer; }
-      #pad:active { cursor: grabbing; }
-      #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
-      #pad:focus-visible ~ #cross { display: block; }
-      #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
-      #tools button { background: var(--glass); }
-      #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
-      #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
-      #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; }
-      #hover[hidden] { display: none; }
-      #scale { display: flex; align-items: end; gap: 8px; }
-      #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
-      /* Beside the dock there is no room for a long line but on very wide screens. */
-      @container stage (max-width: 1700px) { #foot { bottom: 92px; } }
-      @media (max-width: 760px) {
-        #foot { bottom: auto; top: 12px; left: 12px; }
-        :host([low]) #scale { display: none; }
-        #hover { display: none; }
-        #tools { right: 10px; top: 10px; }
-      }
-      @media (pointer: coarse) and (max-width: 760px) {
-        #tools .pinch { display: none; }
-      }
-    `,
-  ];
+export class SlamMap extends SlamElement {
+  static override styles = css`
+    :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
+    canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
+    #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
+    #pad.plain { cursor: grab; }
+    #pad.wall, #pad.door { cursor: pointer; }
+    #pad:active { cursor: grabbing; }
+    #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
+    #pad:focus-visible ~ #cross { display: block; }
+    #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
+    #tools button { background: var(--glass); }
+    #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
+    #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
+    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; }
+    #scale { display: flex; align-items: end; gap: 8px; }
+    #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
+    /* Beside the dock there is no room for a long line but on very wide screens. */
+    @container stage (max-width: 1700px) { #foot { bottom: 92px; } }
+    @media (max-width: 760px) {
+      #foot { bottom: auto; top: 12px; left: 12px; }
+      :host([low]) #scale { display: none; }
+      #hover { display: none; }
+      #tools { right: 10px; top: 10px; }
+    }
+    @media (pointer: coarse) and (max-width: 760px) {
+      #tools .pinch { display: none; }
+    }
+  `;
 
-  store!: Store;
-  scene!: Scene;
-  client!: Client;
+  protected override readonly topics = ["view", "run"] as const;
   readonly camera = new Camera();
 
   /** The view keeps showing everything that is known. */
@@ -77,12 +67,10 @@ export class SlamMap extends LitElement {
   #palette: Palette | null = null;
   #drawn = { ground: "", overlays: "" };
   #lastTick = 0;
-  #sightings: readonly Sighting[] = [];
   #inCycle = false;
   #hasTable = false;
   /** Grows with every change of what lights up. */
   #spotVersion = 0;
-  #abort = new AbortController();
   #still = matchMedia("(prefers-reduced-motion: reduce)");
   /** Pictures drawn in the last second, for the curious and for tests. */
   frames = 0;
@@ -90,7 +78,6 @@ export class SlamMap extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    new Listening(this, this.store, "view", "run");
     this.store.on("theme", () => (this.#palette = null));
     this.store.on("contest", () => {
       this.#spotVersion += 1;
@@ -99,12 +86,7 @@ export class SlamMap extends LitElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    this.store.on("rooms", () => (this.#spotVersion += 1));
-    this.store.on("spot", () => (this.#spotVersion += 1));
-    this.store.on("inspection", () => {
-      this.#sightings = this.store.inspection ? sightingsOf(this.store.inspection) : [];
-      this.#spotVersion += 1;
-    });
+    for (const topic of ["rooms", "spot", "inspection"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
@@ -116,28 +98,23 @@ export class SlamMap extends LitElement {
   }
 
   override firstUpdated(): void {
-    const pad = this.#element("pad");
-    listenToGestures(
-      pad,
-      {
-        pan: (dx, dy) => {
-          this.#release();
-          this.camera.panBy(dx, dy);
-        },
-        zoom: (factor, x, y) => {
-          if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
-          else this.#release();
-          this.camera.zoomAt(factor, x, y);
-        },
-        tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
-        hover: (x, y) => this.#hover(x, y),
-        leave: () => {
-          this.#element("hover").toggleAttribute("hidden", true);
-          this.#light(null);
-        },
+    listenToGestures(this.#element("pad"), {
+      pan: (dx, dy) => {
+        this.#release();
+        this.camera.panBy(dx, dy);
       },
-      this.#abort.signal,
-    );
+      zoom: (factor, x, y) => {
+        if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
+        else this.#release();
+        this.camera.zoomAt(factor, x, y);
+      },
+      tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
+      hover: (x, y) => this.#hover(x, y),
+      leave: () => {
+        this.#element("hover").toggleAttribute("hidden", true);
+        this.#light(null);
+      },
+    });
     new ResizeObserver(() => this.#resize()).observe(this);
     this.#resize();
   }
@@ -358,7 +335,7 @@ export class SlamMap extends LitElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = store.playing && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: this.#sightings, contest: this.#contest(), rooms: this.#rooms() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

@@ -5,6 +5,7 @@
 // nothing is guessed. A run that is paused, or goes as fast as it can, is drawn as of its newest
 // step.
 
+import { turnBetween } from "../angle.js";
 import type { Clock, Frame, Status } from "../protocol/frame.js";
 
 /** How far behind its clock a run is drawn: a picture of the screen, wall seconds, */
@@ -58,21 +59,14 @@ export class Motion {
   }
 }
 
+const MIXED = ["time", "x", "y", "covXx", "covXy", "covYy", "covHeading", "truthX", "truthY", "odometryX", "odometryY"] as const;
+const TURNED = ["heading", "truthHeading", "odometryHeading"] as const;
+
 /** `part` of the way from `a` to `b`. */
 function between(a: Instant, b: Instant, part: number): Instant {
-  const mix = (key: "time" | "x" | "y" | "covXx" | "covXy" | "covYy" | "covHeading" | "truthX" | "truthY" | "odometryX" | "odometryY"): number =>
-    a.status[key] + (b.status[key] - a.status[key]) * part;
-  const turn = (key: "heading" | "truthHeading" | "odometryHeading"): number => {
-    const by = b.status[key] - a.status[key];
-    return a.status[key] + Math.atan2(Math.sin(by), Math.cos(by)) * part;
-  };
-  const status: Status = {
-    ...b.status,
-    time: mix("time"), x: mix("x"), y: mix("y"), heading: turn("heading"),
-    covXx: mix("covXx"), covXy: mix("covXy"), covYy: mix("covYy"), covHeading: mix("covHeading"),
-    truthX: mix("truthX"), truthY: mix("truthY"), truthHeading: turn("truthHeading"),
-    odometryX: mix("odometryX"), odometryY: mix("odometryY"), odometryHeading: turn("odometryHeading"),
-  };
+  const status = { ...b.status };
+  for (const key of MIXED) status[key] = a.status[key] + (b.status[key] - a.status[key]) * part;
+  for (const key of TURNED) status[key] = a.status[key] + turnBetween(b.status[key], a.status[key]) * part;
   const movers = a.movers.length === b.movers.length ? b.movers.map((value, i) => (a.movers[i] ?? value) * (1 - part) + value * part) : b.movers;
   return { status, movers };
 }

@@ -2,6 +2,8 @@
 // disagree. Hues from Okabe & Ito (2008), safe for the common kinds of colour blindness; line
 // styles differ as well.
 
+import { colourOf } from "../ui/plot_style.js";
+
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
   "frontiers", "ink", "glass", "dark", "people", "found", "door", "twin", "prior", "field",
@@ -23,11 +25,7 @@ export function readPalette(): Palette {
   const probe = document.createElement("i");
   probe.hidden = true;
   document.body.append(probe);
-  const resolve = (name: PaletteName): string => {
-    probe.style.setProperty("color", `var(--map-${name})`);
-    return getComputedStyle(probe).color;
-  };
-  const css = Object.fromEntries(NAMES.map((name) => [name, resolve(name)])) as Record<PaletteName, string>;
+  const css = Object.fromEntries(NAMES.map((name) => [name, colourOf(probe, `map-${name}`)])) as Record<PaletteName, string>;
   probe.remove();
   return { css, tones: { unknown: rgb(css.unknown), free: rgb(css.free), occupied: rgb(css.occupied) } };
 }

@@ -2,7 +2,7 @@
 
 import { type Frame, type Status } from "../protocol/frame.js";
 import { type FieldName, TRAIL_STRIDE } from "../protocol/module.js";
-import type { Box } from "./camera.js";
+import { type Box, union } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
@@ -10,6 +10,9 @@ export const LAYERS = ["grid", "rooms", "truth", "priorMap", "walls", "lines", "
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
+
+/** What a frame replaces, if it has it. */
+const SHAPES = ["scan", "beams", "doors", "found", "truth", "priorMap", "path", "rawPath", "tree", "frontiers"] as const;
 
 export class Scene {
   readonly tiles = new Tiles();
@@ -51,7 +54,8 @@ export class Scene {
     this.status = null;
     this.#motion.clear();
     this.materials = new Uint8Array(0);
-    this.scan = this.beams = this.doors = this.found = this.truth = this.priorMap = this.movers = this.path = this.rawPath = this.tree = this.frontiers = EMPTY;
+    this.movers = EMPTY;
+    for (const name of SHAPES) this[name] = EMPTY;
     this.lines = new Float64Array(0);
     this.trailLength = 0;
     this.twin = [];
@@ -69,18 +73,9 @@ export class Scene {
     if (frame.gridReset) this.tiles.clear();
     if (frame.grid) this.tiles.take(frame.grid);
     if (frame.field) this.#takeField(frame.field);
-    this.scan = frame.scan ?? this.scan;
-    this.beams = frame.beams ?? this.beams;
-    this.doors = frame.doors ?? this.doors;
-    this.found = frame.found ?? this.found;
     this.lines = frame.lines ?? this.lines;
     this.materials = frame.materials ?? this.materials;
-    this.truth = frame.truth ?? this.truth;
-    this.priorMap = frame.priorMap ?? this.priorMap;
-    this.path = frame.path ?? this.path;
-    this.rawPath = frame.rawPath ?? this.rawPath;
-    this.tree = frame.tree ?? this.tree;
-    this.frontiers = frame.frontiers ?? this.frontiers;
+    for (const name of SHAPES) this[name] = frame[name] ?? this[name];
     if (frame.trailReset) this.trailLength = 0;
     if (frame.trail) this.#append(frame.trail);
     if (frame.twinReset) this.twin = [];
@@ -101,9 +96,7 @@ export class Scene {
     let box = this.tiles.bounds();
     const grow = (x: number, y: number): void => {
       if (!Number.isFinite(x) || !Number.isFinite(y)) return;
-      box = box === null
-        ? { minX: x, minY: y, maxX: x, maxY: y }
-        : { minX: Math.min(box.minX, x), minY: Math.min(box.minY, y), maxX: Math.max(box.maxX, x), maxY: Math.max(box.maxY, y) };
+      box = union(box, { minX: x, minY: y, maxX: x, maxY: y });
     };
     if (withTruth) for (let i = 0; i + 1 < this.truth.length; i += 2) grow(this.truth[i] ?? NaN, this.truth[i + 1] ?? NaN);
     for (let i = 0; i + 1 < this.priorMap.length; i += 2) grow(this.priorMap[i] ?? NaN, this.priorMap[i + 1] ?? NaN);

@@ -2,7 +2,7 @@
 // then only stretches.
 
 import type { FieldName, GridChange } from "../protocol/module.js";
-import type { Box } from "./camera.js";
+import { type Box, union } from "./camera.js";
 import { type Palette, type Rgb, rgb } from "./palette.js";
 
 /** What the grid shows: how sure it is, that in three tones as it is saved, or a field of it. */
@@ -95,15 +95,7 @@ export class Tiles {
   /** The rectangle of everything known, to a cell; null while nothing is. */
   bounds(): Box | null {
     let all: Box | null = null;
-    for (const { box } of this.#blocks.values()) {
-      if (box === null) continue;
-      all = all === null ? box : {
-        minX: Math.min(all.minX, box.minX),
-        minY: Math.min(all.minY, box.minY),
-        maxX: Math.max(all.maxX, box.maxX),
-        maxY: Math.max(all.maxY, box.maxY),
-      };
-    }
+    for (const { box } of this.#blocks.values()) if (box !== null) all = union(all, box);
     return all;
   }
 
@@ -181,12 +173,12 @@ function fieldTable(palette: Palette, view: FieldName): Uint32Array {
   return table;
 }
 
-function mix(from: Rgb, to: Rgb, part: number): Rgb {
+export function mix(from: Rgb, to: Rgb, part: number): Rgb {
   const at = (i: 0 | 1 | 2): number => Math.round(from[i] + (to[i] - from[i]) * part);
   return [at(0), at(1), at(2)];
 }
 
-function packed([r, g, b]: Rgb): number {
+export function packed([r, g, b]: Rgb): number {
   return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
 }
 

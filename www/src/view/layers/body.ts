@@ -1,7 +1,7 @@
 // What of the robot touches walls: the disc around it, or its rectangle; and where that stands
 // along a path.
 
-import type { Brush } from "./layer.js";
+import { type Brush, stroke } from "./layer.js";
 
 /** Adds the body at a pose to the path of the context, at its true size. */
 export function addBody({ context, scene: { status } }: Brush, x: number, y: number, heading: number): void {
@@ -13,12 +13,17 @@ export function addBody({ context, scene: { status } }: Brush, x: number, y: num
     context.arc(x, y, radius, 0, 2 * Math.PI);
     return;
   }
+  addShape(context, x, y, heading, [[halfLength, halfWidth], [-halfLength, halfWidth], [-halfLength, -halfWidth], [halfLength, -halfWidth]]);
+}
+
+/** Adds a closed shape at a pose to the path; its corners are given forward and to the left. */
+export function addShape(context: CanvasRenderingContext2D, x: number, y: number, heading: number, corners: readonly (readonly [number, number])[]): void {
   const [c, s] = [Math.cos(heading), Math.sin(heading)];
-  const to = (forward: number, left: number): [number, number] => [x + c * forward - s * left, y + s * forward + c * left];
-  context.moveTo(...to(halfLength, halfWidth));
-  context.lineTo(...to(-halfLength, halfWidth));
-  context.lineTo(...to(-halfLength, -halfWidth));
-  context.lineTo(...to(halfLength, -halfWidth));
+  corners.forEach(([forward, left], i) => {
+    const corner = [x + c * forward - s * left, y + s * forward + c * left] as const;
+    if (i === 0) context.moveTo(...corner);
+    else context.lineTo(...corner);
+  });
   context.closePath();
 }
 
@@ -26,17 +31,12 @@ export function addBody({ context, scene: { status } }: Brush, x: number, y: num
     is no disc. */
 export function drawGhosts(brush: Brush, path: Float32Array, colour: string): void {
   if (!brush.scene.status?.isRectangle) return;
-  const { context, camera } = brush;
-  context.strokeStyle = colour;
-  context.lineWidth = camera.px(1);
-  context.globalAlpha = 0.7;
-  context.beginPath();
-  for (let i = 0; i + 3 < path.length; i += 2) {
-    const [ax, ay, bx, by] = [path[i] ?? 0, path[i + 1] ?? 0, path[i + 2] ?? 0, path[i + 3] ?? 0];
-    const heading = Math.atan2(by - ay, bx - ax);
-    if (i > 0) addBody(brush, ax, ay, heading);
-    addBody(brush, bx, by, heading);
-  }
-  context.stroke();
-  context.globalAlpha = 1;
+  stroke(brush, { colour, width: 1, alpha: 0.7 }, () => {
+    for (let i = 0; i + 3 < path.length; i += 2) {
+      const [ax = 0, ay = 0, bx = 0, by = 0] = path.subarray(i, i + 4);
+      const heading = Math.atan2(by - ay, bx - ax);
+      if (i > 0) addBody(brush, ax, ay, heading);
+      addBody(brush, bx, by, heading);
+    }
+  });
 }

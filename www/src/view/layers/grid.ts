@@ -10,7 +10,6 @@ export function draw({ context, camera, tiles }: Brush): void {
     return [Math.round(screenX * camera.ratio), Math.round(screenY * camera.ratio)];
   };
   const view = camera.visible;
-  context.save();
   context.resetTransform();
   context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
   for (const tile of tiles.all()) {
@@ -20,7 +19,6 @@ export function draw({ context, camera, tiles }: Brush): void {
     const [right, bottom] = pixel(x + side, y);
     context.drawImage(tile.canvas, left, top, right - left, bottom - top);
   }
-  context.restore();
 }
 
 /** Thin lines every `step` metres, chosen by `ruleStep`. */
@@ -42,7 +40,6 @@ export function drawRules({ context, camera, palette }: Brush): void {
     }
     context.stroke();
   }
-  context.globalAlpha = 1;
 }
 
 /** A round number of metres that is at least 24 pixels wide. */

@@ -1,9 +1,8 @@
 // What every layer is given.
 
-import type { Sighting } from "../../inspect.js";
-import type { ContestState, Rooms } from "../../protocol/module.js";
+import type { ContestState, Rooms, Sighting } from "../../protocol/module.js";
 import type { Spot } from "../../store.js";
-import type { Camera } from "../camera.js";
+import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
 import type { Tiles } from "../tiles.js";
@@ -30,8 +29,57 @@ export interface Brush {
   readonly sightings: readonly Sighting[];
 }
 
+/** How a line is drawn: width and dashes in CSS pixels. */
+export interface Pen {
+  readonly colour: string;
+  readonly width: number;
+  readonly alpha?: number;
+  readonly dash?: readonly number[];
+}
+
+/** Strokes what `add` puts into the path. */
+export function stroke({ context, camera }: Brush, { colour, width, alpha = 1, dash = [] }: Pen, add: () => void): void {
+  context.strokeStyle = colour;
+  context.lineWidth = camera.px(width);
+  context.globalAlpha = alpha;
+  context.setLineDash(dash.map((length) => camera.px(length)));
+  context.beginPath();
+  add();
+  context.stroke();
+}
+
+/** Fills a disc; its radius is in metres. */
+export function disc({ context }: Brush, x: number, y: number, radius: number): void {
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fill();
+}
+
+/** Writes upright beside a map point: `write` works in CSS pixels, from that point. */
+export function label({ context, camera }: Brush, mapX: number, mapY: number, write: () => void): void {
+  const [x, y] = camera.toScreen(mapX, mapY);
+  context.save();
+  context.setTransform(camera.ratio, 0, 0, camera.ratio, x * camera.ratio, y * camera.ratio);
+  write();
+  context.restore();
+}
+
+/** Where the row begins whose segment, x1 y1 x2 y2 from its `place` on, is nearest to a map point,
+    if it is nearer than `reach`, m. */
+export function nearestSegment(rows: Float32Array | Float64Array, stride: number, place: number, x: number, y: number, reach: number): number | null {
+  let [nearest, found] = [reach, null as number | null];
+  for (let i = 0; i + stride <= rows.length; i += stride) {
+    const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = rows.subarray(i + place, i + place + 4);
+    const [dx, dy] = [x2 - x1, y2 - y1];
+    const along = clamp(((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy || 1), 0, 1);
+    const distance = Math.hypot(x - x1 - along * dx, y - y1 - along * dy);
+    if (distance < nearest) [nearest, found] = [distance, i];
+  }
+  return found;
+}
+
 /** Adds x1 y1 x2 y2 … as separate strokes to the path. */
-export function addSegments(context: CanvasRenderingContext2D, data: Float32Array): void {
+export function addSegments(context: CanvasPath, data: ArrayLike<number>): void {
   for (let i = 0; i + 3 < data.length; i += 4) {
     context.moveTo(data[i] ?? 0, data[i + 1] ?? 0);
     context.lineTo(data[i + 2] ?? 0, data[i + 3] ?? 0);
@@ -39,7 +87,7 @@ export function addSegments(context: CanvasRenderingContext2D, data: Float32Arra
 }
 
 /** Adds x y, x y, … as one stroke to the path. */
-export function addPolyline(context: CanvasRenderingContext2D, data: Float32Array): void {
+export function addPolyline(context: CanvasPath, data: Float32Array): void {
   for (let i = 0; i + 1 < data.length; i += 2) {
     if (i === 0) context.moveTo(data[0] ?? 0, data[1] ?? 0);
     else context.lineTo(data[i] ?? 0, data[i + 1] ?? 0);

@@ -23,7 +23,6 @@ export function draw({ context, camera, palette, scene }: Brush): void {
     context.globalAlpha = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0.9 : 0.45) : 0.3;
     context.stroke();
   }
-  context.globalAlpha = 1;
 }
 
 function addBand(context: CanvasRenderingContext2D, line: Float64Array, least: number): void {

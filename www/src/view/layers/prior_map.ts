@@ -1,15 +1,8 @@
 // Walls of the map that the robot is to be found in.
 
-import type { Brush } from "./layer.js";
+import { addSegments, type Brush, stroke } from "./layer.js";
 
-export function draw({ context, camera, palette, scene }: Brush): void {
-  const { priorMap } = scene;
-  context.beginPath();
-  for (let i = 0; i + 3 < priorMap.length; i += 4) {
-    context.moveTo(priorMap[i] ?? NaN, priorMap[i + 1] ?? NaN);
-    context.lineTo(priorMap[i + 2] ?? NaN, priorMap[i + 3] ?? NaN);
-  }
-  context.lineWidth = camera.px(1.8);
-  context.strokeStyle = palette.css.prior;
-  context.stroke();
+export function draw(brush: Brush): void {
+  const { context, palette, scene } = brush;
+  stroke(brush, { colour: palette.css.prior, width: 1.8 }, () => addSegments(context, scene.priorMap));
 }

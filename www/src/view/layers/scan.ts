@@ -2,7 +2,7 @@
 // more of the direction.
 
 import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
-import type { Brush } from "./layer.js";
+import { type Brush, stroke } from "./layer.js";
 
 /** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
     NaN where it reports none. */
@@ -24,23 +24,21 @@ export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y:
   return { range: at(BEAM.range), sigma: at(BEAM.sigma), quality: at(BEAM.quality) };
 }
 
-export function draw({ context, camera, palette, scene }: Brush): void {
-  const { scan, status } = scene;
+export function draw(brush: Brush): void {
+  const { context, camera, palette, scene: { scan, status } } = brush;
   if (!status || scan.length === 0) return;
   context.fillStyle = context.strokeStyle = palette.css.scan;
   if (status.beamHalfAngle > 0) {
     drawCones(context, scan, status.x, status.y, status.beamHalfAngle, camera.px(1.5));
     return;
   }
-  context.globalAlpha = 0.1;
-  context.lineWidth = camera.px(1);
   const every = Math.max(1, Math.ceil(scan.length / 2 / 90));
-  context.beginPath();
-  for (let i = 0; i + 1 < scan.length; i += 2 * every) {
-    context.moveTo(status.x, status.y);
-    context.lineTo(scan[i] ?? 0, scan[i + 1] ?? 0);
-  }
-  context.stroke();
+  stroke(brush, { colour: palette.css.scan, width: 1, alpha: 0.1 }, () => {
+    for (let i = 0; i + 1 < scan.length; i += 2 * every) {
+      context.moveTo(status.x, status.y);
+      context.lineTo(scan[i] ?? 0, scan[i + 1] ?? 0);
+    }
+  });
   context.globalAlpha = 1;
   const size = Math.max(camera.px(2.5), 0.02);
   context.beginPath();
@@ -64,5 +62,4 @@ function drawCones(context: CanvasRenderingContext2D, scan: Float32Array, x: num
     context.arc(x, y, range, axis - half, axis + half);
     context.stroke();
   }
-  context.globalAlpha = 1;
 }

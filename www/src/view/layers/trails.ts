@@ -1,16 +1,13 @@
 // Where the robot was: in truth (dashed), by its wheels alone (dotted), and as estimated (solid).
 
-import { TRAIL_STRIDE } from "../../protocol/module.js";
-import type { Brush } from "./layer.js";
+import { TRAIL, TRAIL_STRIDE } from "../../protocol/module.js";
+import { type Brush, stroke } from "./layer.js";
 
-export function draw({ context, camera, palette, scene }: Brush): void {
+export function draw(brush: Brush): void {
+  const { context, camera, palette, scene } = brush;
   const pixel = camera.px(1.5);
-  const trail = (offset: number, colour: string, width: number, dash: number[]): void => {
-    context.strokeStyle = colour;
-    context.lineWidth = camera.px(width);
-    context.lineJoin = "round";
-    context.setLineDash(dash.map((length) => camera.px(length)));
-    context.beginPath();
+  context.lineJoin = "round";
+  const addTrail = (offset: number): void => {
     let pen = false;
     let [lastX, lastY] = [NaN, NaN];
     for (let i = offset; i + 1 < scene.trailLength; i += TRAIL_STRIDE) {
@@ -25,12 +22,8 @@ export function draw({ context, camera, palette, scene }: Brush): void {
       else context.moveTo(x, y);
       [pen, lastX, lastY] = [true, x, y];
     }
-    context.stroke();
   };
-  context.globalAlpha = 0.8;
-  trail(2, palette.css.odometry, 1.5, [1.5, 3.5]);
-  trail(0, palette.css.truth, 2, [6, 4]);
-  trail(4, palette.css.estimate, 2, []);
-  context.globalAlpha = 1;
-  context.setLineDash([]);
+  stroke(brush, { colour: palette.css.odometry, width: 1.5, alpha: 0.8, dash: [1.5, 3.5] }, () => addTrail(TRAIL.odometryX));
+  stroke(brush, { colour: palette.css.truth, width: 2, alpha: 0.8, dash: [6, 4] }, () => addTrail(TRAIL.truthX));
+  stroke(brush, { colour: palette.css.estimate, width: 2, alpha: 0.8 }, () => addTrail(TRAIL.x));
 }

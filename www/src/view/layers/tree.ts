@@ -1,13 +1,8 @@
 // The search tree of the planner.
 
-import { addSegments, type Brush } from "./layer.js";
+import { addSegments, type Brush, stroke } from "./layer.js";
 
-export function draw({ context, camera, palette, scene }: Brush): void {
-  context.strokeStyle = palette.css.tree;
-  context.lineWidth = camera.px(1);
-  context.globalAlpha = 0.6;
-  context.beginPath();
-  addSegments(context, scene.tree);
-  context.stroke();
-  context.globalAlpha = 1;
+export function draw(brush: Brush): void {
+  const { context, palette, scene } = brush;
+  stroke(brush, { colour: palette.css.tree, width: 1, alpha: 0.6 }, () => addSegments(context, scene.tree));
 }

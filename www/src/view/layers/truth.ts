@@ -5,7 +5,7 @@
 
 import type { Box } from "../camera.js";
 import type { Palette } from "../palette.js";
-import type { Brush } from "./layer.js";
+import { type Brush, disc } from "./layer.js";
 
 /** Walls drawn with dashes at most: of a whole town nobody would see them, and they cost more than
     the walls. */
@@ -39,25 +39,19 @@ export function drawWalls(context: CanvasRenderingContext2D | OffscreenCanvasRen
     context.setLineDash(dashed ? dash.map((length) => pixel * length) : []);
     context.stroke();
   });
-  context.setLineDash([]);
 }
 
 /** People: a disc with a head, so that nobody takes them for pillars. */
-export function drawMovers({ context, camera, palette, scene }: Brush): void {
+export function drawMovers(brush: Brush): void {
+  const { context, camera, palette, scene: { movers } } = brush;
   context.lineWidth = camera.px(1.5);
   context.strokeStyle = context.fillStyle = palette.css.people;
-  const { movers } = scene;
   for (let i = 0; i + 2 < movers.length; i += 3) {
     const [x = 0, y = 0, radius = 0] = [movers[i], movers[i + 1], movers[i + 2]];
     context.globalAlpha = 0.28;
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    context.fill();
+    disc(brush, x, y, radius);
     context.globalAlpha = 0.9;
     context.stroke();
-    context.beginPath();
-    context.arc(x, y, 0.4 * radius, 0, 2 * Math.PI);
-    context.fill();
+    disc(brush, x, y, 0.4 * radius);
   }
-  context.globalAlpha = 1;
 }

@@ -44,10 +44,8 @@ export class TruthPicture {
     const { canvas, box } = this.#painted;
     const [left, top] = camera.toScreen(box.minX, box.maxY);
     const [right, bottom] = camera.toScreen(box.maxX, box.minY);
-    context.save();
     context.resetTransform();
     context.drawImage(canvas, left * camera.ratio, top * camera.ratio, (right - left) * camera.ratio, (bottom - top) * camera.ratio);
-    context.restore();
   }
 
   #fits(painted: Painted, { camera, palette, scene }: Brush): boolean {

@@ -1,18 +1,14 @@
 // Segments of the line map: the walls that the filter believes in.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
-import type { Brush } from "./layer.js";
+import { addSegments, type Brush, stroke } from "./layer.js";
 
-export function draw({ context, camera, palette, scene }: Brush): void {
-  const { lines } = scene;
-  context.strokeStyle = palette.css.walls;
-  context.lineWidth = camera.px(2.5);
+export function draw(brush: Brush): void {
+  const { context, palette, scene: { lines } } = brush;
   context.lineCap = "round";
-  context.beginPath();
-  for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
-    if (!lines[i + LINE.confirmed]) continue;
-    context.moveTo(lines[i + LINE.x1] ?? 0, lines[i + LINE.y1] ?? 0);
-    context.lineTo(lines[i + LINE.x2] ?? 0, lines[i + LINE.y2] ?? 0);
-  }
-  context.stroke();
+  stroke(brush, { colour: palette.css.walls, width: 2.5 }, () => {
+    for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
+      if (lines[i + LINE.confirmed]) addSegments(context, lines.subarray(i + LINE.x1, i + LINE.y2 + 1));
+    }
+  });
 }

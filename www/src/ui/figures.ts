@@ -1,0 +1,16 @@
+// Figures with their names, in two columns.
+
+import { css, html, type TemplateResult } from "lit";
+
+export const figures = css`
+  dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }
+  dl div { display: flex; justify-content: space-between; gap: 8px; padding: 4px 0; border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); }
+  dl .wide { grid-column: 1 / -1; }
+  dt { color: var(--muted); }
+  dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
+`;
+
+/** One figure; `id` is what tests know it by, `title` says more about it. */
+export function figure(name: string, value: unknown, id: string, title = "", wide = ""): TemplateResult {
+  return html`<div class=${wide} title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
+}
