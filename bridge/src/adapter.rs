@@ -6,7 +6,7 @@
 //! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing may
 //!    still send a stop. Each write has its time.
 //! 2. Answers are queued; a client that lets the queue grow full is disconnected. Readings of the
-//!    robot are taken only when the queue is empty ([`Adapter::idle`]), so that a slow client gets
+//!    robot are taken only when the queue is empty ([`Adapter::when_idle`]), so that a slow client gets
 //!    fewer and newer ones.
 //! 3. Each message of a client, pings too, counts against the rate that the bridge allows.
 //! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; a client that
@@ -15,16 +15,15 @@
 use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
-use futures_util::stream::{SplitSink, SplitStream};
-use futures_util::{SinkExt, StreamExt};
 use serde::Serialize;
 use slamlab_core::wire::message::close;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, timeout};
 
-use crate::ending::{End, FAREWELL, INTERNAL, TOO_MANY, TOO_SLOW, farewell, of_error};
-use crate::rate::Bucket;
+use crate::ending::{End, FAREWELL, INTERNAL, TOO_SLOW};
+use crate::hub::outbox::{Next, Outbox};
 use crate::shared::Shared;
+use crate::socket;
 
 /// Between two pings.
 pub(crate) const PING: Duration = Duration::from_secs(1);
@@ -42,29 +41,24 @@ pub(crate) enum Incoming {
 
 /// The reading half, and the queue of the other.
 pub(crate) struct Adapter<'a> {
-    stream: SplitStream<WebSocket>,
+    socket: socket::Reader<'a>,
     queue: mpsc::Sender<Message>,
-    shared: &'a Shared,
     heard: Instant,
-    bucket: Bucket,
 }
 
 impl<'a> Adapter<'a> {
     /// Both halves of a socket.
     pub(crate) fn new(socket: WebSocket, shared: &'a Shared) -> (Self, Writer<'a>) {
-        let (sink, stream) = socket.split();
+        let (reading, writing) = socket::halves(socket, shared);
         let (queue, waiting) = mpsc::channel(MOST_WAITING);
         let adapter = Self {
-            stream,
+            socket: reading,
             queue,
-            shared,
             heard: Instant::now(),
-            bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
         };
         let writer = Writer {
-            sink,
+            socket: writing,
             waiting,
-            shared,
         };
         (adapter, writer)
     }
@@ -72,11 +66,8 @@ impl<'a> Adapter<'a> {
     /// The next message.
     pub(crate) async fn next(&mut self) -> Result<Incoming, End> {
         loop {
-            let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
+            let message = self.socket.next().await?;
             self.heard = Instant::now();
-            if !self.bucket.take(self.shared.clock.now()) {
-                return Err(Some(TOO_MANY));
-            }
             let incoming = match message {
                 Message::Close(_) => return Err(None),
                 Message::Ping(_) => continue,
@@ -84,23 +75,24 @@ impl<'a> Adapter<'a> {
                 Message::Text(text) => Incoming::Text(text.to_string()),
                 Message::Binary(_) => Incoming::Binary,
             };
-            self.shared.metrics.received.add(1);
+            self.socket.shared.metrics.received.add(1);
             return Ok(incoming);
         }
     }
 
-    /// Waits until the queue is empty.
-    pub(crate) fn idle(&self) -> impl Future<Output = ()> + use<> {
+    /// What the hub has next, as soon as the queue is empty.
+    pub(crate) fn when_idle<'o>(&self, outbox: &'o Outbox) -> impl Future<Output = Next> + use<'o> {
         let queue = self.queue.clone();
         async move {
             // An error means that nothing is written any more: the connection ends by that.
             let _ = queue.reserve_many(MOST_WAITING).await;
+            outbox.next().await
         }
     }
 
     /// Asks for a sign of life; an error where the last is too old.
     pub(crate) fn ping(&self, content: &[u8]) -> Result<(), End> {
-        if self.heard.elapsed() > self.shared.limits.heartbeat {
+        if self.heard.elapsed() > self.socket.shared.limits.heartbeat {
             return Err(Some(close::HEARTBEAT));
         }
         // A client that takes nothing now is asked the next time.
@@ -129,9 +121,8 @@ impl<'a> Adapter<'a> {
 
 /// The half that writes.
 pub(crate) struct Writer<'a> {
-    sink: SplitSink<WebSocket, Message>,
+    socket: socket::Writer<'a>,
     waiting: mpsc::Receiver<Message>,
-    shared: &'a Shared,
 }
 
 impl Writer<'_> {
@@ -143,12 +134,12 @@ impl Writer<'_> {
         };
         let Err(Some(code)) = ended else { return };
         if code == close::ACCESS {
-            self.shared.metrics.intruders.add(1);
+            self.socket.shared.metrics.intruders.add(1);
         }
         self.waiting.close();
         let rest = async {
             self.run().await;
-            self.sink.send(farewell(code)).await
+            self.socket.close(code).await;
         };
         // A client that is gone needs no farewell.
         let _ = timeout(FAREWELL, rest).await;
@@ -157,18 +148,8 @@ impl Writer<'_> {
     /// Until nothing more can come, or the client takes nothing.
     async fn run(&mut self) {
         while let Some(message) = self.waiting.recv().await {
-            let bytes = match &message {
-                Message::Text(text) => text.len(),
-                Message::Binary(bytes) => bytes.len(),
-                _ => 0,
-            };
-            let sent = timeout(self.shared.limits.write, self.sink.send(message)).await;
-            if !matches!(sent, Ok(Ok(()))) {
+            if self.socket.send(message).await.is_err() {
                 return;
-            }
-            if bytes > 0 {
-                self.shared.metrics.sent.add(1);
-                self.shared.metrics.sent_bytes.add(bytes as u64);
             }
         }
     }

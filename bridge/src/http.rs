@@ -14,7 +14,7 @@ use tower_http::services::ServeDir;
 
 use crate::page::Page;
 use crate::shared::{Limits, Place, Shared};
-use crate::{embedded, foxglove, headers, host, rosbridge, session};
+use crate::{connection, embedded, foxglove, headers, host, rosbridge};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
@@ -164,7 +164,7 @@ async fn socket(
         }
     };
     limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
-        session::run(socket, &shared, format).await;
+        connection::run(socket, &shared, format).await;
         drop(place);
     })
 }

@@ -7,7 +7,7 @@
 //! robot.
 //!
 //! ```text
-//!   sources ── events ──> hub ── messages ──> outboxes ──> sessions ──> clients
+//!   sources ── events ──> hub ── messages ──> outboxes ──> connections ──> clients
 //!           <── orders ──  │  <──────────── messages ───────────────
 //!                       safety, recorder
 //! ```
@@ -16,7 +16,7 @@
 //! 2. [`run`] starts the sources ([`source`]), each on a thread, and the hub, one task that owns
 //!    all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name
-//!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `session`
+//!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `connection`
 //!    talks to one client, behind its [`token`]. `foxglove` and `rosbridge` speak the protocols of
 //!    other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
@@ -33,6 +33,7 @@ mod adapter;
 pub mod address;
 pub mod announce;
 mod clock;
+mod connection;
 pub mod doctor;
 mod embedded;
 mod ending;
@@ -51,9 +52,9 @@ mod rosbridge;
 pub mod secret_file;
 pub mod serial;
 mod serve;
-mod session;
 pub mod settings;
 mod shared;
+mod socket;
 pub mod source;
 pub mod tls;
 pub mod token;

@@ -20,7 +20,6 @@ use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
 use crate::record::{RecordError, Recorder};
-use crate::safety::SafetyConfig;
 use crate::shared::{Limits, Shared};
 use crate::source::{self, Running, Source};
 use crate::tls::Identity;
@@ -53,8 +52,6 @@ pub struct Config {
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
     pub limits: Limits,
-    /// The rules for driving.
-    pub safety: SafetyConfig,
 }
 
 impl Config {
@@ -116,7 +113,8 @@ pub async fn run(
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start(config.sources, &sender)?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
-    let robot = source::robot_figures(sources.iter().map(|source| &source.profile));
+    let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
+    let robot = source::robot_figures(&profiles);
     let shared = Arc::new(Shared {
         page: config.page,
         about: about(&sources, robot.as_ref(), config.watching),
@@ -127,7 +125,6 @@ pub async fn run(
         rosbridge: config.rosbridge,
         is_tls: config.tls.is_some(),
         limits: config.limits,
-        safety: config.safety,
         hub,
         clock,
         metrics: Arc::clone(&metrics),
@@ -145,7 +142,6 @@ pub async fn run(
         clients,
         metrics,
         recorder,
-        safety: config.safety,
     };
     let hub = tokio::spawn(hub::run(parts, accept::until(stopped.clone())));
     let entrance = Entrance {

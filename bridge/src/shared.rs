@@ -13,7 +13,7 @@ use crate::hub::outbox::Outbox;
 use crate::hub::{FromClient, NewClient};
 use crate::metrics::Metrics;
 use crate::page::Page;
-use crate::safety::{ClientId, SafetyConfig};
+use crate::safety::ClientId;
 use crate::token::Token;
 
 /// What all connections share.
@@ -29,7 +29,6 @@ pub(crate) struct Shared {
     pub(crate) rosbridge: bool,
     pub(crate) is_tls: bool,
     pub(crate) limits: Limits,
-    pub(crate) safety: SafetyConfig,
     pub(crate) hub: mpsc::Sender<FromClient>,
     pub(crate) clock: Clock,
     pub(crate) metrics: Arc<Metrics>,
@@ -39,7 +38,7 @@ impl Shared {
     /// What the bridge says first, to a client and to a recording.
     pub(crate) fn hello(&self, challenge: [u8; CHALLENGE_BYTES]) -> BridgeHello {
         let (watching, robot) = (self.about.watching, self.robot.clone());
-        hub::hello(challenge, watching, robot, &self.safety)
+        hub::hello(challenge, watching, robot)
     }
 }
 

@@ -72,11 +72,7 @@ impl Viewer<'_> {
         self.adapter.send(&Reply::advertise(&TOPICS))?;
         let mut ping = tokio::time::interval(PING);
         loop {
-            let idle = self.adapter.idle();
-            let next = async {
-                idle.await;
-                outbox.next().await
-            };
+            let next = self.adapter.when_idle(outbox);
             tokio::select! {
                 incoming = self.adapter.next() => self.receive(incoming?)?,
                 next = next => match next {

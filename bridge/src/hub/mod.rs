@@ -21,7 +21,7 @@ use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::record::Recorder;
-use crate::safety::{ClientId, SafetyConfig};
+use crate::safety::ClientId;
 use crate::source::{Order, Running, SourceEvent};
 use outbox::Outbox;
 
@@ -58,15 +58,14 @@ pub(crate) struct HubParts {
     pub(crate) clients: mpsc::Receiver<FromClient>,
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) recorder: Option<Recorder>,
-    pub(crate) safety: SafetyConfig,
 }
 
 /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
 pub(crate) async fn run(parts: HubParts, stop: impl Future<Output = ()>) {
     let (mut events, mut clients) = (parts.events, parts.clients);
-    let profiles = parts.sources.iter().map(|source| &source.profile);
+    let profiles: Vec<_> = parts.sources.iter().map(|source| &source.profile).collect();
     let mut task = Task {
-        hub: Hub::new(&profiles, parts.safety),
+        hub: Hub::new(&profiles),
         clock: parts.clock,
         sources: parts.sources,
         outboxes: BTreeMap::new(),
@@ -154,7 +153,7 @@ impl Task {
                 }
             }
             FromClient::Message(id, header, message, came) => {
-                self.hub.message(now, came, id, header, &message);
+                self.hub.message(now, came, id, header, message);
             }
             FromClient::Left(id) => self.left(now, id),
         }

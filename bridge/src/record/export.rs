@@ -7,47 +7,29 @@
 //! computer. So this is done afterwards, by the replay that `evaluate` and the page run. A map
 //! stands in the file every [`MAP_EVERY`] s, as it was known then.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mcap::McapError;
 use slamlab_core::replay::{Log, Replay, ReplayError};
 use slamlab_core::slam::Method;
-use slamlab_core::wire::recording::{Recorded, Recording, RecordingError};
+use slamlab_core::wire::recording::{Recorded, Recording};
 
 use super::ros::{self, Topic};
-use super::thread::{Entry, Layout, Writer};
+use super::thread::Writer;
 use super::{RecordError, place};
+use crate::source::replay;
 
 /// Between two maps, s of the recording.
 pub const MAP_EVERY: f64 = 5.0;
-
-const MAPPED: Layout = Layout {
-    topics: &Topic::ALL,
-    in_chunks: true,
-};
 
 /// Why a recording cannot be exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// The system said no.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What it said.
-        source: io::Error,
-    },
-    /// Nothing in it can be used.
-    #[error("{}: {source}", path.display())]
-    Recording {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: RecordingError,
-    },
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] replay::ReplayError),
     /// The new file cannot begin.
     #[error(transparent)]
     Create(#[from] RecordError),
@@ -81,22 +63,13 @@ pub struct Exported {
 ///
 /// # Errors    [`ExportError`]; a new file that could not be finished stays as far as it came.
 pub fn export(from: &Path, to: &Path, method: Method) -> Result<Exported, ExportError> {
-    let read = |source| ExportError::Read {
-        path: from.to_owned(),
-        source,
-    };
-    let bytes = std::fs::read(from).map_err(read)?;
-    let recording = Recording::parse(&bytes).map_err(|source| ExportError::Recording {
-        path: from.to_owned(),
-        source,
-    })?;
-    drop(bytes);
+    let recording = replay::read(from)?;
     let file = place::create_file(to.to_owned())?.0;
     let write = |source| ExportError::Write {
         path: to.to_owned(),
         source,
     };
-    let mut writer = Writer::new(file, &MAPPED).map_err(write)?;
+    let mut writer = Writer::new(file, Topic::ALL, true).map_err(write)?;
     let mut export = Export::begin(recording, method)?;
     while let Some((entries, made, time)) = export.step() {
         writer.write(&entries).map_err(write)?;
@@ -139,7 +112,7 @@ impl Export {
     }
 
     /// Messages up to the next scan, and what is made of it; `None` at the end.
-    fn step(&mut self) -> Option<(Vec<Entry>, ros::Messages, Duration)> {
+    fn step(&mut self) -> Option<(Vec<Recorded>, ros::Messages, Duration)> {
         if self.is_over {
             return None;
         }
@@ -164,13 +137,13 @@ impl Export {
         Some((entries, made, self.time))
     }
 
-    fn entries(&mut self, end: usize) -> Vec<Entry> {
+    fn entries(&mut self, end: usize) -> Vec<Recorded> {
         let mut entries = vec![];
         while self.next < end {
             // The replay has reported what cannot be read.
             if let Some(Ok(recorded)) = self.recording.message(self.next) {
                 self.time = Duration::from_nanos(recorded.nanos);
-                entries.push(entry(recorded));
+                entries.push(recorded);
             }
             self.next += 1;
         }
@@ -194,13 +167,5 @@ impl Export {
             self.map_due = self.time + Duration::from_secs_f64(MAP_EVERY);
         }
         made
-    }
-}
-
-fn entry(recorded: Recorded) -> Entry {
-    Entry {
-        said: recorded.said,
-        at: Duration::from_micros(recorded.header.micros),
-        time_of_day: Duration::from_nanos(recorded.nanos),
     }
 }

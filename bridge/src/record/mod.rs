@@ -33,18 +33,18 @@ mod thread;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use slamlab_core::wire::message::{DriveBody, FromBridge, Motion, RecordingBody, ToBridge};
-use slamlab_core::wire::recording::Said;
+use slamlab_core::wire::message::{DriveBody, FromBridge, Header, Motion, RecordingBody, ToBridge};
+use slamlab_core::wire::recording::{Recorded, Said};
 
 use crate::clock::Clock;
 use crate::source::Order;
 pub use export::{ExportError, Exported, MAP_EVERY, export};
-use thread::{Entry, Progress};
+use ros::Topic;
+use thread::Progress;
 
 /// Messages that wait for the disk: ten seconds of a robot with a lidar.
 const MOST_WAITING: usize = 4096;
@@ -72,12 +72,9 @@ pub enum RecordError {
 /// A recording under way, as the hub holds it.
 #[derive(Debug)]
 pub struct Recorder {
-    file: String,
     clock: Clock,
-    entries: Option<SyncSender<Entry>>,
+    entries: Option<SyncSender<Recorded>>,
     progress: Arc<Progress>,
-    /// Found no room.
-    crowded: AtomicU64,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -90,15 +87,14 @@ impl Recorder {
         let (file, path) = place::create(path, clock.time_of_day(clock.now()))?;
         let (entries, waiting) = sync_channel(MOST_WAITING);
         let progress = Arc::new(Progress::default());
+        let name = path.file_name().unwrap_or_default();
+        progress.lock().file = name.to_string_lossy().into();
         let shared = Arc::clone(&progress);
         let thread = std::thread::Builder::new()
             .name("record".into())
             .spawn(move || {
-                thread::run(
-                    || thread::Writer::new(file, &thread::LIVE),
-                    &waiting,
-                    &shared,
-                )
+                let writer = || thread::Writer::new(file, Topic::HEARD, false);
+                thread::run(writer, &waiting, &shared)
             })
             .map_err(|source| RecordError::Io {
                 path: path.clone(),
@@ -106,13 +102,9 @@ impl Recorder {
             })?;
         tracing::info!(file = %path.display(), "recording");
         Ok(Self {
-            file: path
-                .file_name()
-                .map_or(String::new(), |name| name.to_string_lossy().into()),
             clock,
             entries: Some(entries),
             progress,
-            crowded: AtomicU64::new(0),
             thread: Some(thread),
         })
     }
@@ -141,29 +133,27 @@ impl Recorder {
     }
 
     fn put(&self, said: Said, at: Duration) {
-        let entry = Entry {
+        let entry = Recorded {
+            nanos: self.clock.time_of_day(at).as_nanos() as u64,
+            header: Header {
+                sequence: 0, // The writer counts.
+                micros: at.as_micros() as u64,
+            },
             said,
-            at,
-            time_of_day: self.clock.time_of_day(at),
         };
         let taken = self
             .entries
             .as_ref()
             .is_some_and(|to| to.try_send(entry).is_ok());
         if !taken {
-            self.crowded.fetch_add(1, Ordering::Relaxed);
+            self.progress.lock().lost += 1;
         }
     }
 
     /// How it goes.
     #[must_use]
     pub fn status(&self) -> RecordingBody {
-        RecordingBody {
-            file: self.file.clone(),
-            acknowledged: self.progress.acknowledged(),
-            lost: self.progress.lost() + self.crowded.load(Ordering::Relaxed),
-            fault: self.progress.fault(),
-        }
+        self.progress.lock().clone()
     }
 
     /// Writes what waits and the summary, and closes the file.

@@ -27,74 +27,54 @@ use super::cdr::Cdr;
 pub(crate) use messages::{in_space, intensities, placed};
 pub(crate) use odom::{Moved, Odom};
 
-/// The topics.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Topic {
-    Scan,
-    Points,
-    Odometry,
-    Velocity,
-    Transforms,
-    Pose,
-    Map,
+/// The topics: a row for each, with the name of its message and of the package that defines it.
+macro_rules! topics {
+    ($($Topic:ident, $name:literal, $package:literal, $message:literal;)+) => {
+        /// The topics.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub(crate) enum Topic {
+            $($Topic,)+
+        }
+
+        impl Topic {
+            /// What a bridge hears and says, and behind it what is made of it.
+            pub(crate) const ALL: &[Self] = &[$(Self::$Topic),+];
+
+            pub(crate) fn name(self) -> &'static str {
+                match self {
+                    $(Self::$Topic => $name,)+
+                }
+            }
+
+            pub(crate) fn schema(self) -> &'static str {
+                match self {
+                    $(Self::$Topic => concat!($package, "/msg/", $message),)+
+                }
+            }
+
+            /// The definition with all that it stands on, as `ros2msg` wants it.
+            pub(crate) fn definition(self) -> &'static str {
+                match self {
+                    $(Self::$Topic => include_str!(concat!("ros/", $message, ".txt")),)+
+                }
+            }
+        }
+    };
+}
+
+topics! {
+    Scan, "/scan", "sensor_msgs", "LaserScan";
+    Points, "/points", "sensor_msgs", "PointCloud2";
+    Odometry, "/odom", "nav_msgs", "Odometry";
+    Velocity, "/cmd_vel", "geometry_msgs", "Twist";
+    Transforms, "/tf", "tf2_msgs", "TFMessage";
+    Pose, "/pose", "geometry_msgs", "PoseWithCovarianceStamped";
+    Map, "/map", "nav_msgs", "OccupancyGrid";
 }
 
 impl Topic {
     /// What a bridge hears and says.
-    pub(crate) const HEARD: [Self; 5] = [
-        Self::Scan,
-        Self::Points,
-        Self::Odometry,
-        Self::Velocity,
-        Self::Transforms,
-    ];
-    /// Beside these what is made of it.
-    pub(crate) const ALL: [Self; 7] = [
-        Self::Scan,
-        Self::Points,
-        Self::Odometry,
-        Self::Velocity,
-        Self::Transforms,
-        Self::Pose,
-        Self::Map,
-    ];
-
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Scan => "/scan",
-            Self::Points => "/points",
-            Self::Odometry => "/odom",
-            Self::Velocity => "/cmd_vel",
-            Self::Transforms => "/tf",
-            Self::Pose => "/pose",
-            Self::Map => "/map",
-        }
-    }
-
-    pub(crate) fn schema(self) -> &'static str {
-        match self {
-            Self::Scan => "sensor_msgs/msg/LaserScan",
-            Self::Points => "sensor_msgs/msg/PointCloud2",
-            Self::Odometry => "nav_msgs/msg/Odometry",
-            Self::Velocity => "geometry_msgs/msg/Twist",
-            Self::Transforms => "tf2_msgs/msg/TFMessage",
-            Self::Pose => "geometry_msgs/msg/PoseWithCovarianceStamped",
-            Self::Map => "nav_msgs/msg/OccupancyGrid",
-        }
-    }
-
-    /// The definition with all that it stands on, as `ros2msg` wants it.
-    pub(crate) fn definition(self) -> &'static str {
-        match self {
-            Self::Scan => include_str!("ros/LaserScan.txt"),
-            Self::Points => include_str!("ros/PointCloud2.txt"),
-            Self::Odometry => include_str!("ros/Odometry.txt"),
-            Self::Velocity => include_str!("ros/Twist.txt"),
-            Self::Transforms => include_str!("ros/TFMessage.txt"),
-            Self::Pose => include_str!("ros/PoseWithCovarianceStamped.txt"),
-            Self::Map => include_str!("ros/OccupancyGrid.txt"),
-        }
-    }
+    pub(crate) const HEARD: &[Self] = Self::ALL.split_at(5).0;
 }
 
 /// Messages for topics.
@@ -103,11 +83,19 @@ pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 /// What a message holds for the topics.
 pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) -> Messages {
     match message {
-        FromBridge::Odometry(body) => match body.odometry() {
-            Ok(step) => moved(&odom.moved(&step), now),
-            // The raw message stands in its own channel.
-            Err(_) => vec![],
-        },
+        FromBridge::Odometry(body) => {
+            // One that cannot be used stands in its own channel only.
+            let Ok(step) = body.odometry() else {
+                return vec![];
+            };
+            let moved = odom.moved(&step);
+            let frames = ["odom", "base_link"];
+            let transform = messages::transform(&moved.summed.motion, frames, now);
+            vec![
+                (Topic::Odometry, messages::odometry(&moved, now)),
+                (Topic::Transforms, transform),
+            ]
+        }
         FromBridge::Scan(body) => {
             let [x, y, heading] = body.mount;
             let frames = ["base_link", "laser"];
@@ -122,15 +110,6 @@ pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) 
     }
 }
 
-fn moved(moved: &Moved, now: Duration) -> Messages {
-    let frames = ["odom", "base_link"];
-    let transform = messages::transform(&moved.summed.motion, frames, now);
-    vec![
-        (Topic::Odometry, messages::odometry(moved, now)),
-        (Topic::Transforms, transform),
-    ]
-}
-
 /// Pose in the map, and where the map has the frame of the odometry.
 pub(crate) fn localised(
     estimate: &PoseEstimate,
@@ -138,12 +117,10 @@ pub(crate) fn localised(
     now: Duration,
 ) -> Messages {
     let map_from_odom = estimate.pose * odom_from_robot.inverse();
+    let transform = messages::transform(&map_from_odom, ["map", "odom"], now);
     vec![
         (Topic::Pose, messages::pose(estimate, now)),
-        (
-            Topic::Transforms,
-            messages::transform(&map_from_odom, ["map", "odom"], now),
-        ),
+        (Topic::Transforms, transform),
     ]
 }
 

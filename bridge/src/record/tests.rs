@@ -64,12 +64,14 @@ fn battery(stamp: u64) -> FromBridge {
     })
 }
 
-fn entry(stamp: u64) -> Entry {
-    let at = Duration::from_millis(stamp);
-    Entry {
+fn entry(stamp: u64) -> Recorded {
+    Recorded {
+        nanos: 1_000_000 * stamp,
+        header: Header {
+            sequence: 0,
+            micros: 1000 * stamp,
+        },
         said: Said::ByBridge(battery(stamp)),
-        at,
-        time_of_day: at,
     }
 }
 
@@ -99,19 +101,15 @@ fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
         // Nobody takes them any more where the file could not even begin.
         scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
         run(
-            || Writer::new(disk.clone(), &thread::LIVE),
+            || Writer::new(disk.clone(), Topic::HEARD, false),
             &waiting,
             &progress,
         );
         drop(waiting);
     });
     let bytes = disk.bytes.borrow().clone();
-    (
-        bytes,
-        progress.acknowledged(),
-        progress.lost(),
-        progress.fault(),
-    )
+    let status = progress.lock().clone();
+    (bytes, status.acknowledged, status.lost, status.fault)
 }
 
 #[test]
@@ -193,8 +191,12 @@ fn what_waits_is_written_in_parts() {
     drop(entries);
     let (progress, writes) = (Progress::default(), Rc::default());
     let disk = Counting(Rc::clone(&writes));
-    run(|| Writer::new(disk, &thread::LIVE), &waiting, &progress);
-    assert_eq!(progress.acknowledged(), 1000);
+    run(
+        || Writer::new(disk, Topic::HEARD, false),
+        &waiting,
+        &progress,
+    );
+    assert_eq!(progress.lock().acknowledged, 1000);
     // Beginning and summary are one each.
     let writes = writes.borrow().len();
     assert_eq!(writes, 2 + 1000_usize.div_ceil(thread::MOST_AT_ONCE));

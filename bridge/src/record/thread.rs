@@ -2,15 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
-use slamlab_core::wire::message::{Format, Header, PROTOCOL, SCHEMA, encode};
-use slamlab_core::wire::recording::{CHANNEL, ENCODING, Said};
+use slamlab_core::wire::message::{Format, Header, PROTOCOL, RecordingBody, SCHEMA, encode};
+use slamlab_core::wire::recording::{CHANNEL, ENCODING, Recorded, Said};
 
 use super::journal::{Journal, Storage};
 use super::ros::{self, Messages, Topic};
@@ -20,47 +19,24 @@ const FORCE: Duration = Duration::from_secs(1);
 /// Entries that are written at once, and acknowledged or lost together.
 pub(super) const MOST_AT_ONCE: usize = 256;
 
-/// What waits to be written.
-#[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) said: Said,
-    /// Since the bridge started.
-    pub(super) at: Duration,
-    /// Since 1970.
-    pub(super) time_of_day: Duration,
-}
-
-/// How far the thread has come; the hub reads it.
+/// How the recording goes; the hub reads it.
 #[derive(Debug, Default)]
-pub(super) struct Progress {
-    acknowledged: AtomicU64,
-    lost: AtomicU64,
-    fault: Mutex<Option<String>>,
-}
+pub(super) struct Progress(Mutex<RecordingBody>);
 
 impl Progress {
-    pub(super) fn acknowledged(&self) -> u64 {
-        self.acknowledged.load(Ordering::Acquire)
-    }
-
-    pub(super) fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
-    }
-
-    pub(super) fn fault(&self) -> Option<String> {
-        let fault = self.fault.lock();
-        fault.unwrap_or_else(PoisonError::into_inner).clone()
+    pub(super) fn lock(&self) -> MutexGuard<'_, RecordingBody> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn take(&self, written: u64, result: Result<(), McapError>) {
+        let mut body = self.lock();
         match result {
-            Ok(()) => _ = self.acknowledged.fetch_add(written, Ordering::Release),
+            Ok(()) => body.acknowledged += written,
             Err(error) => {
-                self.lost.fetch_add(written, Ordering::Relaxed);
-                let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
-                if fault.is_none() {
+                body.lost += written;
+                if body.fault.is_none() {
                     tracing::error!("the recording has ended: {error}");
-                    *fault = Some(error.to_string());
+                    body.fault = Some(error.to_string());
                 }
             }
         }
@@ -70,7 +46,7 @@ impl Progress {
 /// Writes until nothing more can come.
 pub(super) fn run<S: Storage>(
     writer: impl FnOnce() -> Result<Writer<S>, McapError>,
-    waiting: &Receiver<Entry>,
+    waiting: &Receiver<Recorded>,
     progress: &Progress,
 ) {
     let mut writer = match writer() {
@@ -101,22 +77,6 @@ pub(super) fn run<S: Storage>(
     progress.take(0, writer.finish());
 }
 
-/// How a file is written.
-#[derive(Debug)]
-pub(super) struct Layout {
-    /// What it holds beside every message as it is.
-    pub(super) topics: &'static [Topic],
-    /// In chunks, which readers can jump between, and some read nothing else (Rerun). A chunk under
-    /// way is lost with the program.
-    pub(super) in_chunks: bool,
-}
-
-/// Of a recording under way.
-pub(super) const LIVE: Layout = Layout {
-    topics: &Topic::HEARD,
-    in_chunks: false,
-};
-
 /// The file and its channels.
 pub(super) struct Writer<S: Storage> {
     journal: Journal<S>,
@@ -128,13 +88,16 @@ pub(super) struct Writer<S: Storage> {
 }
 
 impl<S: Storage> Writer<S> {
-    /// Writes the beginning of the file.
-    pub(super) fn new(storage: S, layout: &Layout) -> Result<Self, McapError> {
+    /// Writes the beginning of a file that holds these topics beside every message as it is.
+    ///
+    /// Readers can jump between chunks, and some read nothing else (Rerun); but a chunk under way
+    /// is lost with the program.
+    pub(super) fn new(storage: S, topics: &[Topic], in_chunks: bool) -> Result<Self, McapError> {
         let journal = Journal::new(storage);
         let options = WriteOptions::new()
-            .use_chunks(layout.in_chunks)
+            .use_chunks(in_chunks)
             // What was written stays: the file only grows.
-            .disable_seeking(layout.in_chunks)
+            .disable_seeking(in_chunks)
             .compression(None)
             .profile("ros2")
             .library(concat!("slamlab ", env!("CARGO_PKG_VERSION")));
@@ -144,42 +107,43 @@ impl<S: Storage> Writer<S> {
             ("schema".to_owned(), format!("{SCHEMA:016x}")),
         ];
         let slamlab = mcap.add_channel(0, CHANNEL, ENCODING, &BTreeMap::from(facts))?;
-        let mut topics = BTreeMap::new();
-        for &topic in layout.topics {
+        let mut channels = BTreeMap::new();
+        for &topic in topics {
             let schema =
                 mcap.add_schema(topic.schema(), "ros2msg", topic.definition().as_bytes())?;
             let channel = mcap.add_channel(schema, topic.name(), "cdr", &BTreeMap::new())?;
-            topics.insert(topic, channel);
+            channels.insert(topic, channel);
         }
         journal.commit()?;
         Ok(Self {
             journal,
             mcap,
             slamlab,
-            topics,
+            topics: channels,
             sequence: 0,
             odom: ros::Odom::default(),
         })
     }
 
     /// Writes all entries, or none.
-    pub(super) fn write(&mut self, entries: &[Entry]) -> Result<(), McapError> {
+    pub(super) fn write(&mut self, entries: &[Recorded]) -> Result<(), McapError> {
         for entry in entries {
             self.entry(entry)?;
         }
         Ok(self.journal.commit()?)
     }
 
-    fn entry(&mut self, entry: &Entry) -> Result<(), McapError> {
+    fn entry(&mut self, entry: &Recorded) -> Result<(), McapError> {
         self.sequence = self.sequence.wrapping_add(1);
         let header = Header {
             sequence: self.sequence,
-            micros: entry.at.as_micros() as u64,
+            ..entry.header
         };
+        let time = Duration::from_nanos(entry.nanos);
         let (bytes, ros) = match &entry.said {
             Said::ByBridge(message) => (
                 encode(header, message, Format::Binary),
-                ros::messages_of(&mut self.odom, message, entry.time_of_day),
+                ros::messages_of(&mut self.odom, message, time),
             ),
             Said::ToRobot(message) => (
                 encode(header, message, Format::Binary),
@@ -187,8 +151,8 @@ impl<S: Storage> Writer<S> {
             ),
         };
         let bytes = bytes.map_err(io::Error::other)?;
-        self.put(self.slamlab, entry.time_of_day, &bytes)?;
-        self.made(&ros, entry.time_of_day)
+        self.put(self.slamlab, time, &bytes)?;
+        self.made(&ros, time)
     }
 
     /// Adds messages of topics; not written before the next [`Self::write`].

@@ -99,11 +99,8 @@ impl Peer<'_> {
         let mut ping = tokio::time::interval(DRIVER_PING);
         let mut pinged = Duration::ZERO;
         loop {
-            let (idle, outbox) = (self.adapter.idle(), Arc::clone(&self.outbox));
-            let next = async {
-                idle.await;
-                outbox.next().await
-            };
+            let outbox = Arc::clone(&self.outbox);
+            let next = self.adapter.when_idle(&outbox);
             tokio::select! {
                 incoming = self.adapter.next() => self.receive(incoming?).await?,
                 next = next => match next {

@@ -56,25 +56,7 @@ impl ReplaySource {
     ///
     /// # Errors    [`ReplayError`]: the file cannot be read, or holds nothing that could be played.
     pub fn open(path: &Path) -> Result<Self, ReplayError> {
-        let io = |source| ReplayError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        let format = |source| ReplayError::Format {
-            path: path.to_owned(),
-            source,
-        };
-        let mut file = File::open(path).map_err(io)?;
-        let mut reader = RecordingReader::default();
-        let mut piece = vec![0; PIECE];
-        loop {
-            let count = file.read(&mut piece).map_err(io)?;
-            let Some(bytes) = piece.get(..count).filter(|bytes| !bytes.is_empty()) else {
-                break;
-            };
-            reader.push(bytes).map_err(format)?;
-        }
-        let recording = reader.finish().map_err(format)?;
+        let recording = read(path)?;
         for damage in recording.damage() {
             tracing::warn!("{}: {damage}", path.display());
         }
@@ -115,6 +97,28 @@ impl ReplaySource {
             );
         }
         pause.min(LONGEST_PAUSE)
+    }
+}
+
+/// Reads a recording, piece by piece.
+pub(crate) fn read(path: &Path) -> Result<Recording, ReplayError> {
+    let io = |source| ReplayError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let format = |source| ReplayError::Format {
+        path: path.to_owned(),
+        source,
+    };
+    let mut file = File::open(path).map_err(io)?;
+    let mut reader = RecordingReader::default();
+    let mut piece = vec![0; PIECE];
+    loop {
+        let count = file.read(&mut piece).map_err(io)?;
+        let Some(bytes) = piece.get(..count).filter(|bytes| !bytes.is_empty()) else {
+            return reader.finish().map_err(format);
+        };
+        reader.push(bytes).map_err(format)?;
     }
 }
 

@@ -27,7 +27,7 @@ use crate::wire::message::{
     ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge, Watching, Welcome,
 };
 
-use super::safety::{Asked, Client, ClientId, Input, Output, Safety, SafetyConfig};
+use super::safety::{Client, ClientId, Input, LEASE, Output, Safety, WATCHDOG};
 use super::source::{Order, Profile, SourceEvent};
 use device_list::DeviceList;
 use manoeuvre::Manoeuvre;
@@ -93,14 +93,11 @@ impl Hub {
     /// Of these sources, by their numbers; the first with a robot takes the orders. It is disarmed,
     /// and no client is there.
     #[must_use]
-    pub fn new<'a>(
-        sources: &(impl Iterator<Item = &'a Profile> + Clone),
-        safety: SafetyConfig,
-    ) -> Self {
+    pub fn new(sources: &[&Profile]) -> Self {
         Self {
-            devices: DeviceList::new(sources.clone()),
+            devices: DeviceList::new(sources),
             robot: RobotSide::new(sources),
-            safety: Safety::new(safety),
+            safety: Safety::default(),
             clients: BTreeMap::new(),
             last_client: 0,
             manoeuvre: None,
@@ -121,14 +118,18 @@ impl Hub {
     #[must_use]
     pub fn deadline(&self) -> Duration {
         let driver = self.safety.driver().map(|_| self.next_driver_heartbeat);
-        let due = [self.safety.deadline(), self.robot.deadline(), driver];
+        let due = [
+            self.safety.deadline(),
+            self.robot.plausible.deadline(),
+            driver,
+        ];
         (due.into_iter().flatten()).fold(self.next_heartbeat, Duration::min)
     }
 
     /// Processes what is due at this time.
     pub fn tick(&mut self, now: Duration) {
         self.rule(now, Input::Tick);
-        if let Some(reason) = self.robot.silence(now) {
+        if let Some(reason) = self.robot.plausible.silence(now) {
             self.fault(now, reason);
         }
         if now >= self.next_heartbeat {
@@ -150,7 +151,7 @@ impl Hub {
     pub fn event(&mut self, now: Duration, source: u8, event: SourceEvent) {
         let consequence = self.robot.event(now, source, &event);
         if let SourceEvent::Busy { busy, after } = event {
-            if self.robot.source() == Some(usize::from(source)) {
+            if self.robot.source == Some(usize::from(source)) {
                 self.robot_is_busy(busy, after);
             }
             return;
@@ -207,27 +208,33 @@ impl Hub {
         came: Duration,
         id: ClientId,
         header: Header,
-        message: &ToBridge,
+        message: ToBridge,
     ) {
         let Some(may_drive) = self.clients.get(&id).map(|client| client.may_drive) else {
             return;
         };
-        if let &ToBridge::Probe { token } = message {
-            let (stamp, robot_came) = self.robot.newest();
-            let answer = ProbeAnswer {
-                token,
-                came_micros: came.as_micros() as u64,
-                robot_micros: stamp.0,
-                robot_came_micros: robot_came.as_micros() as u64,
-            };
-            return self.send(id, FromBridge::Probe(answer));
-        }
-        if let Some(asked) = Asked::of(header, message) {
-            self.ordered_manoeuvre = None;
-            self.rule(now, Input::Asks(Client { id, may_drive }, asked));
-            if matches!(message, ToBridge::Drive(body) if body.motion.is_manoeuvre()) {
-                let order = self.ordered_manoeuvre.take();
-                self.manoeuvre_given(id, header.sequence, order);
+        match message {
+            ToBridge::Hello(_) | ToBridge::Heartbeat => (),
+            ToBridge::Probe { token } => {
+                let (stamp, robot_came) = self.robot.newest;
+                let answer = ProbeAnswer {
+                    token,
+                    came_micros: came.as_micros() as u64,
+                    robot_micros: stamp.0,
+                    robot_came_micros: robot_came.as_micros() as u64,
+                };
+                self.send(id, FromBridge::Probe(answer));
+            }
+            asked => {
+                let gives_manoeuvre =
+                    matches!(&asked, ToBridge::Drive(body) if body.motion.is_manoeuvre());
+                self.ordered_manoeuvre = None;
+                let client = Client { id, may_drive };
+                self.rule(now, Input::Asks(client, header.sequence, asked));
+                if gives_manoeuvre {
+                    let order = self.ordered_manoeuvre.take();
+                    self.manoeuvre_given(id, header.sequence, order);
+                }
             }
         }
     }
@@ -235,11 +242,11 @@ impl Hub {
     /// A person at the machine itself stops the robot; with `cut_off` its motors are cut off and
     /// stay so.
     pub fn stop(&mut self, now: Duration, cut_off: bool) {
-        let asked = match cut_off {
-            true => Asked::EmergencyStop,
-            false => Asked::Stop,
+        let stop = match cut_off {
+            true => ToBridge::EmergencyStop,
+            false => ToBridge::Stop,
         };
-        self.rule(now, Input::Asks(NOBODY, asked));
+        self.rule(now, Input::Asks(NOBODY, 0, stop));
     }
 
     /// Sends everybody a sentence.
@@ -282,8 +289,8 @@ impl Hub {
     }
 
     fn order(&mut self, order: Order) {
-        self.robot.ordered(&order);
-        if let Some(source) = self.robot.source() {
+        self.robot.plausible.ordered(&order);
+        if let Some(source) = self.robot.source {
             self.orders += 1;
             let number = self.orders;
             self.ordered_manoeuvre = order.is_manoeuvre().then_some(number);
@@ -311,7 +318,7 @@ impl Hub {
         let heartbeat = BridgeHeartbeat {
             dropped: 0,
             clients: self.clients.len() as u16,
-            robot_micros: self.robot.newest().0.0,
+            robot_micros: self.robot.newest.0.0,
         };
         self.send(client, FromBridge::Heartbeat(heartbeat));
     }
@@ -328,7 +335,6 @@ pub fn hello(
     challenge: [u8; CHALLENGE_BYTES],
     watching: Watching,
     robot: Option<RobotFigures>,
-    safety: &SafetyConfig,
 ) -> BridgeHello {
     BridgeHello {
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -336,8 +342,8 @@ pub fn hello(
         challenge,
         watching,
         robot,
-        watchdog_millis: safety.watchdog.as_millis() as u16,
-        lease_millis: safety.lease.as_millis() as u16,
+        watchdog_millis: WATCHDOG.as_millis() as u16,
+        lease_millis: LEASE.as_millis() as u16,
     }
 }
 

@@ -90,7 +90,7 @@ impl LidarProtocol for Ld06 {
         self.decoder.extend(bytes);
         let packets: Vec<Packet> = self.decoder.by_ref().collect();
         if !packets.is_empty() && output.state() == DeviceState::Waiting {
-            output.set_model("LD06 or LD19".into());
+            output.report.model = "LD06 or LD19".into();
             output.enter(DeviceState::Connected);
         }
         let mut end = now.seconds() - packets.iter().map(duration).sum::<f64>();

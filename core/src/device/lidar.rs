@@ -12,10 +12,9 @@
 
 pub mod revolution;
 
-use std::collections::VecDeque;
 use std::fmt;
 
-use crate::device::line::{Device, Want, Weight};
+use crate::device::line::{Device, Want};
 use crate::device::report::Report;
 use crate::device::source::{Order, Profile, SourceEvent};
 use crate::geom::Pose2;
@@ -104,8 +103,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     fn tick(&mut self, now: Stamp) {
         self.protocol.tick(&mut self.output, now);
         self.output.report.count(self.protocol.tally());
-        let link = self.output.report.link_now_and_then(now);
-        self.output.wants.extend(link.map(Want::Report));
+        self.output.report.link_now_and_then(now);
     }
 
     fn close(&mut self, now: Stamp) {
@@ -113,13 +111,11 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     }
 
     fn broken(&mut self, why: String) {
-        self.output.wants.clear();
-        let events = self.output.report.broken(why);
-        self.output.wants.extend(events.map(Want::Report));
+        self.output.report.broken(why);
     }
 
     fn next_want(&mut self) -> Option<Want> {
-        self.output.wants.pop_front()
+        self.output.report.next_want()
     }
 }
 
@@ -127,8 +123,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
 #[derive(Debug)]
 pub struct Output {
     revolutions: Revolutions,
-    report: Report,
-    wants: VecDeque<Want>,
+    pub(super) report: Report,
     state: DeviceState,
     /// What stays true of a sensor that works.
     warning: String,
@@ -143,7 +138,6 @@ impl Output {
         Self {
             revolutions: Revolutions::new(config),
             report: Report::default(),
-            wants: VecDeque::new(),
             state: DeviceState::Waiting,
             warning: String::new(),
             heard: Stamp(0),
@@ -158,35 +152,9 @@ impl Output {
         self.report.detail.clear();
         self.warning.clear();
         self.state = DeviceState::Waiting;
-        let link = self.report.change_link(LinkState::Opening);
-        self.wants.extend(link.map(Want::Report));
+        self.report.change_link(LinkState::Opening);
         self.heard(now);
         self.watch(now);
-    }
-
-    /// Writes bytes.
-    pub(super) fn write(&mut self, bytes: Vec<u8>) {
-        self.wants.push_back(Want::Write(bytes));
-    }
-
-    /// Sets or clears DTR.
-    pub(super) fn set_dtr(&mut self, is_set: bool) {
-        self.wants.push_back(Want::Dtr(is_set));
-    }
-
-    /// Writes into the log of whoever has the line.
-    pub(super) fn note(&mut self, weight: Weight, text: String) {
-        self.wants.push_back(Want::Note(weight, text));
-    }
-
-    /// Has the line closed and opened again.
-    pub(super) fn reopen(&mut self) {
-        self.wants.push_back(Want::Reopen);
-    }
-
-    /// The sensor said what it is; reported with the next change.
-    pub(super) fn set_model(&mut self, model: String) {
-        self.report.model = model;
     }
 
     /// The sensor works, but not as well as it should.
@@ -194,11 +162,6 @@ impl Output {
         self.report.detail.clone_from(&warning);
         self.warning = warning;
         self.tell();
-    }
-
-    /// Why the sensor is brought up again; reported with the next change.
-    pub(super) fn set_detail(&mut self, detail: String) {
-        self.report.detail = detail;
     }
 
     /// Another state.
@@ -270,8 +233,8 @@ impl Output {
             self.turned = now;
             self.report.detail.clone_from(&self.warning);
             self.enter(DeviceState::Sending);
-            self.wants.push_back(Want::Well);
-            self.wants.push_back(Want::Report(SourceEvent::Scan(scan)));
+            self.report.want(Want::Well);
+            self.report.emit(SourceEvent::Scan(scan));
         }
         has_turned
     }
@@ -281,7 +244,6 @@ impl Output {
             DeviceState::Connected | DeviceState::Measuring | DeviceState::Sending => LinkState::Up,
             DeviceState::Waiting | DeviceState::Fault => LinkState::Opening,
         };
-        let events = self.report.change(self.state, link);
-        self.wants.extend(events.map(Want::Report));
+        self.report.change(self.state, link);
     }
 }

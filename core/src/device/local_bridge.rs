@@ -23,7 +23,7 @@ use crate::wire::message::{
 };
 
 use super::hub::{Action, Hub, hello};
-use super::safety::{ClientId, SafetyConfig};
+use super::safety::ClientId;
 use super::source::{Order, Profile, SourceEvent, robot_figures};
 use super::{Device, Want, Weight};
 
@@ -80,8 +80,8 @@ impl LocalBridge {
     #[must_use]
     pub fn new(devices: Vec<Box<dyn Device>>) -> Self {
         let profiles: Vec<Profile> = devices.iter().map(|device| device.profile()).collect();
-        let safety = SafetyConfig::default();
-        let robot = robot_figures(profiles.iter());
+        let sources: Vec<&Profile> = profiles.iter().collect();
+        let robot = robot_figures(&sources);
         let line = |(device, profile): (Box<dyn Device>, &Profile)| Line {
             device,
             name: profile.name.clone(),
@@ -90,8 +90,8 @@ impl LocalBridge {
             waiting: VecDeque::new(),
         };
         Self {
-            hub: Hub::new(&profiles.iter(), safety),
-            hello: hello([0; CHALLENGE_BYTES], Watching::Anyone, robot, &safety),
+            hub: Hub::new(&sources),
+            hello: hello([0; CHALLENGE_BYTES], Watching::Anyone, robot),
             lines: devices.into_iter().zip(&profiles).map(line).collect(),
             client: None,
             now: Duration::ZERO,
@@ -194,7 +194,7 @@ impl LocalBridge {
         let (header, message) = decode::<ToBridge>(bytes, Format::Binary)?;
         match (self.client, message) {
             (None, ToBridge::Hello(hello)) => self.client = Some(self.hub.join(hello.name, true)),
-            (Some(client), message) => self.hub.message(now, now, client, header, &message),
+            (Some(client), message) => self.hub.message(now, now, client, header, message),
             (None, _) => (),
         }
         self.act();

@@ -1,20 +1,25 @@
-//! The state of a device and its line, reported only when it changes; the line once a second too.
+//! What a device wants done, and the state of device and line: reported only when it changes, the
+//! line once a second too.
+
+use std::collections::VecDeque;
 
 use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::{DeviceState, LinkBody, LinkState};
 
+use crate::device::line::{Want, Weight};
 use crate::device::source::SourceEvent;
 
 /// Seconds between two reports of a line that does not change.
 const NOW_AND_THEN: f64 = 1.0;
 
-/// State of a device and its line, as last reported.
-#[derive(Debug)]
+/// What a device wants done, in order; and its state and that of its line, as last reported.
+#[derive(Debug, Default)]
 pub(super) struct Report {
-    /// What the device is, as it said itself.
+    wants: VecDeque<Want>,
+    /// What the device is, as it said itself; reported with the next change.
     pub(super) model: String,
-    /// For a fault: cause and cure.
+    /// For a fault: cause and cure; reported with the next change.
     pub(super) detail: String,
     /// As last reported.
     last: Option<(DeviceState, String, String)>,
@@ -24,20 +29,32 @@ pub(super) struct Report {
     link_reported: Stamp,
 }
 
-impl Default for Report {
-    fn default() -> Self {
-        Self {
-            model: String::new(),
-            detail: String::new(),
-            last: None,
-            link: LinkBody::new(LinkState::Down),
-            earlier: [0; 2],
-            link_reported: Stamp(0),
-        }
-    }
-}
-
 impl Report {
+    /// Wants something done after all that came before.
+    pub(super) fn want(&mut self, want: Want) {
+        self.wants.push_back(want);
+    }
+
+    /// Wants bytes written.
+    pub(super) fn write(&mut self, bytes: Vec<u8>) {
+        self.want(Want::Write(bytes));
+    }
+
+    /// Reports an event.
+    pub(super) fn emit(&mut self, event: SourceEvent) {
+        self.want(Want::Report(event));
+    }
+
+    /// Writes into the log of whoever has the line.
+    pub(super) fn note(&mut self, weight: Weight, text: String) {
+        self.want(Want::Note(weight, text));
+    }
+
+    /// The next thing to do.
+    pub(super) fn next_want(&mut self) -> Option<Want> {
+        self.wants.pop_front()
+    }
+
     /// A new line: its decoder counts from 0.
     pub(super) fn reopened(&mut self) {
         self.earlier = [self.link.damaged, self.link.skipped];
@@ -50,42 +67,42 @@ impl Report {
         self.link.skipped = skipped + tally.discarded;
     }
 
-    /// The events of a change, if it is one.
-    pub(super) fn change(
-        &mut self,
-        state: DeviceState,
-        link: LinkState,
-    ) -> impl Iterator<Item = SourceEvent> + use<> {
-        let now = (state, self.model.clone(), self.detail.clone());
-        let device = (self.last.as_ref() != Some(&now)).then(|| SourceEvent::Device {
-            state,
-            model: now.1.clone(),
-            detail: now.2.clone(),
-        });
-        let link = self.change_link(link);
-        self.last = Some(now);
-        link.into_iter().chain(device)
+    /// Reports a change, if it is one.
+    pub(super) fn change(&mut self, state: DeviceState, link: LinkState) {
+        self.change_link(link);
+        let now = Some((state, self.model.clone(), self.detail.clone()));
+        if self.last != now {
+            self.last = now;
+            self.emit(SourceEvent::Device {
+                state,
+                model: self.model.clone(),
+                detail: self.detail.clone(),
+            });
+        }
     }
 
-    /// The events of a line that broke, or could not be opened; `why` says cause and cure.
-    pub(super) fn broken(&mut self, why: String) -> impl Iterator<Item = SourceEvent> + use<> {
+    /// The line broke, or could not be opened; `why` says cause and cure. What was wanted of it is
+    /// forgotten.
+    pub(super) fn broken(&mut self, why: String) {
+        self.wants.clear();
         self.detail = why;
-        self.change(DeviceState::Waiting, LinkState::Down)
+        self.change(DeviceState::Waiting, LinkState::Down);
     }
 
-    /// The event of a change of the line, if it is one.
-    pub(super) fn change_link(&mut self, link: LinkState) -> Option<SourceEvent> {
-        let has_changed = self.link.state != link;
-        self.link.state = link;
-        has_changed.then_some(SourceEvent::Link(self.link))
+    /// Reports a change of the line, if it is one.
+    pub(super) fn change_link(&mut self, link: LinkState) {
+        if self.link.state != link {
+            self.link.state = link;
+            self.emit(SourceEvent::Link(self.link));
+        }
     }
 
-    /// The line, once a second.
-    pub(super) fn link_now_and_then(&mut self, now: Stamp) -> Option<SourceEvent> {
-        (now.since(self.link_reported) >= NOW_AND_THEN).then(|| {
+    /// Reports the line, once a second.
+    pub(super) fn link_now_and_then(&mut self, now: Stamp) {
+        if now.since(self.link_reported) >= NOW_AND_THEN {
             self.link_reported = now;
-            SourceEvent::Link(self.link)
-        })
+            self.emit(SourceEvent::Link(self.link));
+        }
     }
 
     /// Sets how long an acknowledgement takes, s.

@@ -13,14 +13,12 @@
 //! 5. An emergency stop is remembered while nobody answers, and given again to a robot that comes
 //!    back.
 
-use std::collections::VecDeque;
-
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use crate::wire::message::{
     BatteryBody, BumpersBody, DeviceState, LinkState, RangerReading, RangersBody,
 };
 use crate::wire::rp6::Down;
-use crate::wire::rp6::{self, Hello, Link, LinkConfig, Phase, Ranger, Telemetry};
+use crate::wire::rp6::{self, Hello, Link, Phase, Ranger, Telemetry};
 
 use crate::device::line::{Device, Want, Weight};
 use crate::device::report::Report;
@@ -59,7 +57,6 @@ pub struct Rp6 {
     is_cut_off: bool,
     /// As last reported.
     busy: Option<bool>,
-    wants: VecDeque<Want>,
 }
 
 impl Rp6 {
@@ -71,14 +68,13 @@ impl Rp6 {
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
-            link: Link::new(LinkConfig::default(), Stamp(0), 0),
+            link: Link::new(Stamp(0), 0),
             nonce: 0,
             report: Report::default(),
             robot: None,
             was_boot_loader: false,
             is_cut_off: false,
             busy: None,
-            wants: VecDeque::new(),
         }
     }
 
@@ -91,13 +87,14 @@ impl Rp6 {
                 rp6::LinkEvent::Ranger(ranger) => self.ranger(&ranger),
                 rp6::LinkEvent::Acknowledged { command, .. } => self.acknowledged(command, now),
                 rp6::LinkEvent::Dropped(command) => {
-                    self.note(Weight::Detail, format!("{command:?} given up"));
+                    self.report
+                        .note(Weight::Detail, format!("{command:?} given up"));
                 }
             }
         }
         let output = self.link.take_output();
         if !output.is_empty() {
-            self.wants.push_back(Want::Write(output));
+            self.report.write(output);
         }
         self.report_link(now);
     }
@@ -108,7 +105,8 @@ impl Rp6 {
         self.report.detail.clear();
         self.was_boot_loader = false;
         let sweeps = Sweeps::of(hello).unwrap_or_else(|error| {
-            self.note(Weight::Error, format!("no scans of its rangers: {error}"));
+            self.report
+                .note(Weight::Error, format!("no scans of its rangers: {error}"));
             None
         });
         self.robot = Some(Robot::new(hello, sweeps, now));
@@ -121,7 +119,7 @@ impl Rp6 {
             },
             now,
         );
-        self.wants.push_back(Want::Well);
+        self.report.want(Want::Well);
         self.state(DeviceState::Sending);
     }
 
@@ -162,42 +160,36 @@ impl Rp6 {
         if robot.may_be_done(now) && !telemetry.state.moving() && !sweeps {
             robot.motion = Motion::None;
         }
-        let [left, right] = [
-            telemetry.state.bumper_left(),
-            telemetry.state.bumper_right(),
-        ];
+        match odometry.validate() {
+            Ok(()) => self.report.emit(SourceEvent::Odometry(odometry)),
+            Err(error) => self.report.note(Weight::Warning, error.to_string()),
+        }
+        let (source, stamp) = (0, stamp.0);
         let is_due = now.since(robot.last_reported) >= NOW_AND_THEN;
-        let bumpers = BumpersBody {
-            source: 0,
-            stamp: stamp.0,
-            left,
-            right,
-        };
-        let touches = robot.bumpers != [left, right] || is_due;
-        let touches = touches.then_some(SourceEvent::Bumpers(bumpers));
-        robot.bumpers = [left, right];
-        let battery = BatteryBody {
-            source: 0,
-            stamp: stamp.0,
-            volts: telemetry.battery_volts() as f32,
-        };
-        let battery = is_due.then_some(SourceEvent::Battery(battery));
+        let state = telemetry.state;
+        let [left, right] = [state.bumper_left(), state.bumper_right()];
+        if std::mem::replace(&mut robot.bumpers, [left, right]) != [left, right] || is_due {
+            self.report.emit(SourceEvent::Bumpers(BumpersBody {
+                source,
+                stamp,
+                left,
+                right,
+            }));
+        }
         if is_due {
             robot.last_reported = now;
+            self.busy = None;
+            let volts = telemetry.battery_volts() as f32;
+            self.report.emit(SourceEvent::Battery(BatteryBody {
+                source,
+                stamp,
+                volts,
+            }));
         }
-        match odometry.validate() {
-            Ok(()) => self.emit(SourceEvent::Odometry(odometry)),
-            Err(error) => self.note(Weight::Warning, error.to_string()),
-        }
-        let events = touches.into_iter().chain(battery);
-        self.wants.extend(events.map(Want::Report));
         self.fault(telemetry.fault);
         self.sweep(|sweeps| sweeps.telemetry(telemetry));
         self.continue_partial_scan(telemetry, now);
         // The end of a manoeuvre comes after its scan.
-        if is_due {
-            self.busy = None;
-        }
         self.report_busy();
     }
 
@@ -226,7 +218,7 @@ impl Rp6 {
             servo: ranger.servo_angle() as f32,
             raw: ranger.adc,
         };
-        self.emit(SourceEvent::Rangers(RangersBody {
+        self.report.emit(SourceEvent::Rangers(RangersBody {
             source: 0,
             stamp: stamp.0,
             readings: vec![reading],
@@ -250,13 +242,9 @@ impl Rp6 {
         };
         scan.stamp = stamp;
         match scan.validate() {
-            Ok(()) => self.emit(event(scan)),
-            Err(error) => self.note(Weight::Warning, error.to_string()),
+            Ok(()) => self.report.emit(event(scan)),
+            Err(error) => self.report.note(Weight::Warning, error.to_string()),
         }
-    }
-
-    fn note(&mut self, weight: Weight, text: String) {
-        self.wants.push_back(Want::Note(weight, text));
     }
 
     /// Gives a command to the link; what it does not take has a reason that the log keeps.
@@ -267,7 +255,8 @@ impl Rp6 {
             robot.asked = Some((command, now));
         }
         if let Err(error) = self.link.command(command, now) {
-            self.note(Weight::Detail, format!("{command:?} not taken: {error}"));
+            self.report
+                .note(Weight::Detail, format!("{command:?} not taken: {error}"));
         }
     }
 
@@ -275,7 +264,8 @@ impl Rp6 {
         let wire = match rp6::Command::try_from(command) {
             Ok(wire) => wire,
             Err(error) => {
-                self.note(Weight::Warning, format!("{error}; stopped"));
+                self.report
+                    .note(Weight::Warning, format!("{error}; stopped"));
                 rp6::Command::Stop
             }
         };
@@ -305,12 +295,7 @@ impl Rp6 {
 
     fn state(&mut self, state: DeviceState) {
         let link = link_state(self.link.phase());
-        self.wants
-            .extend(self.report.change(state, link).map(Want::Report));
-    }
-
-    fn emit(&mut self, event: SourceEvent) {
-        self.wants.push_back(Want::Report(event));
+        self.report.change(state, link);
     }
 
     fn report_link(&mut self, now: Stamp) {
@@ -321,10 +306,8 @@ impl Rp6 {
             self.state(DeviceState::Waiting);
         }
         let phase = link_state(self.link.phase());
-        self.wants
-            .extend(self.report.change_link(phase).map(Want::Report));
-        self.wants
-            .extend(self.report.link_now_and_then(now).map(Want::Report));
+        self.report.change_link(phase);
+        self.report.link_now_and_then(now);
     }
 }
 
@@ -344,7 +327,7 @@ impl Device for Rp6 {
 
     fn opened(&mut self, now: Stamp) {
         self.nonce = self.nonce.wrapping_add(16);
-        self.link = Link::new(LinkConfig::default(), now, self.nonce);
+        self.link = Link::new(now, self.nonce);
         self.robot = None;
         self.was_boot_loader = false;
         self.report.reopened();
@@ -390,16 +373,15 @@ impl Device for Rp6 {
     }
 
     fn broken(&mut self, why: String) {
-        self.wants.clear();
         self.robot = None;
         // It would go on to be up until it had been silent for long enough; a line that is opened
         // starts again.
-        self.link = Link::new(LinkConfig::default(), Stamp(0), self.nonce);
-        self.wants.extend(self.report.broken(why).map(Want::Report));
+        self.link = Link::new(Stamp(0), self.nonce);
+        self.report.broken(why);
     }
 
     fn next_want(&mut self) -> Option<Want> {
-        self.wants.pop_front()
+        self.report.next_want()
     }
 }
 

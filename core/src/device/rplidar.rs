@@ -26,7 +26,7 @@ mod fault;
 
 use crate::device::lidar::revolution::RevolutionConfig;
 use crate::device::lidar::{LidarProtocol, Output};
-use crate::device::line::Weight;
+use crate::device::line::{Want, Weight};
 use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::DeviceState;
@@ -133,7 +133,7 @@ impl Rplidar {
                 self.restart(&RplidarFault::LostPower, output, now);
             }
             (Stage::Asking(Request::Info), Answer::Info(info)) => {
-                output.set_model(model(&info));
+                output.report.model = model(&info);
                 self.ask(Request::Health, output, now);
             }
             (Stage::Asking(Request::Health), Answer::Health(health)) => {
@@ -156,7 +156,7 @@ impl Rplidar {
             }
             Status::Error => {
                 self.was_reset = true;
-                output.write(Request::Reset.encode());
+                output.report.write(Request::Reset.encode());
                 self.decoder.expect_answer();
                 self.enter(Stage::Resetting, output, now, AFTER_RESET);
             }
@@ -203,8 +203,10 @@ impl Rplidar {
         if self.restarts > MOST_RESTARTS {
             self.give_up(fault, output, now);
         } else {
-            output.note(Weight::Warning, format!("{fault}; it is brought up again"));
-            output.set_detail(fault.to_string());
+            output
+                .report
+                .note(Weight::Warning, format!("{fault}; it is brought up again"));
+            output.report.detail = fault.to_string();
             self.bring_up(output, now);
         }
     }
@@ -213,7 +215,7 @@ impl Rplidar {
         set_motor(output, false);
         self.enter(Stage::Fault, output, now, 0.0);
         output.fail(fault);
-        output.reopen();
+        output.report.want(Want::Reopen);
     }
 
     fn silence_after(&self, request: Request) -> RplidarFault {
@@ -226,7 +228,7 @@ impl Rplidar {
     fn bring_up(&mut self, output: &mut Output, now: Stamp) {
         self.was_reset = false;
         self.bytes_before = self.decoder.tally().bytes;
-        output.write(Request::Stop.encode());
+        output.report.write(Request::Stop.encode());
         self.enter(Stage::Stopping, output, now, AFTER_STOP);
     }
 
@@ -241,7 +243,7 @@ impl Rplidar {
             self.bytes_before = self.decoder.tally().bytes;
         }
         self.tries += 1;
-        output.write(request.encode());
+        output.report.write(request.encode());
         self.enter(Stage::Asking(request), output, now, FOR_ANSWER);
     }
 
@@ -253,7 +255,7 @@ impl Rplidar {
             ScanMode::Standard => Request::Scan,
             ScanMode::Express => Request::ExpressScan,
         };
-        output.write(request.encode());
+        output.report.write(request.encode());
         self.enter(Stage::Starting, output, now, FOR_READINGS);
     }
 
@@ -319,7 +321,7 @@ impl LidarProtocol for Rplidar {
             Stage::Stopping | Stage::Resetting => self.ask(Request::Info, output, now),
             Stage::Asking(Request::Rate) if self.tries >= TRIES => {
                 let text = "does not tell its rate; 500 µs a reading are taken".to_owned();
-                output.note(Weight::Info, text);
+                output.report.note(Weight::Info, text);
                 self.begin_scan(output, now);
             }
             Stage::Asking(request) if self.tries >= TRIES => {
@@ -331,7 +333,7 @@ impl LidarProtocol for Rplidar {
     }
 
     fn close(&mut self, output: &mut Output, now: Stamp) {
-        output.write(Request::Stop.encode());
+        output.report.write(Request::Stop.encode());
         set_motor(output, false);
         self.enter(Stage::Idle, output, now, 0.0);
     }
@@ -343,7 +345,7 @@ impl LidarProtocol for Rplidar {
 
 /// The A1's board runs the motor while DTR is cleared.
 fn set_motor(output: &mut Output, is_on: bool) {
-    output.set_dtr(!is_on);
+    output.report.want(Want::Dtr(!is_on));
 }
 
 /// What the lidar's own warning means.

@@ -100,25 +100,23 @@ impl Profile {
 
 /// Whether what these sources see comes on [`Command::Scan`] only: a robot that scans on command
 /// may carry a lidar that turns all the time, and then nobody need wait for it.
-pub fn scans_on_command<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> bool {
-    let has_lidar = sources.clone().any(|profile| profile.robot.is_none());
+pub fn scans_on_command(sources: &[&Profile]) -> bool {
+    let has_lidar = sources.iter().any(|profile| profile.robot.is_none());
     !has_lidar && robot(sources).is_some_and(|robot| robot.scans_on_command)
 }
 
 /// The source with the robot: the first that takes orders, else the first that has one.
-fn robot<'a>(sources: impl Iterator<Item = &'a Profile> + Clone) -> Option<&'a Profile> {
-    let mut robots = sources.filter(|profile| profile.robot.is_some());
-    let mut driven = robots.clone().filter(|profile| profile.takes_orders);
-    driven.next().or_else(|| robots.next())
+fn robot<'a>(sources: &[&'a Profile]) -> Option<&'a Profile> {
+    let robots = || (sources.iter().copied()).filter(|profile| profile.robot.is_some());
+    let driven = robots().find(|profile| profile.takes_orders);
+    driven.or_else(|| robots().next())
 }
 
 /// The figures of that robot, for whoever steers it.
-pub fn robot_figures<'a>(
-    sources: impl Iterator<Item = &'a Profile> + Clone,
-) -> Option<RobotFigures> {
-    let on_command = scans_on_command(sources.clone());
+#[must_use]
+pub fn robot_figures(sources: &[&Profile]) -> Option<RobotFigures> {
     let robot = robot(sources)?.robot?;
-    Some(RobotFigures::new(&robot, on_command))
+    Some(RobotFigures::new(&robot, scans_on_command(sources)))
 }
 
 #[cfg(test)]
@@ -135,10 +133,10 @@ mod tests {
         };
         let robot = of(Some(RobotModel::rp6()), true);
         let lidar = of(None, false);
-        assert!(scans_on_command([&robot].into_iter()));
+        assert!(scans_on_command(&[&robot]));
         for sources in [[&robot, &lidar], [&lidar, &robot]] {
-            assert!(!scans_on_command(sources.into_iter()));
+            assert!(!scans_on_command(&sources));
         }
-        assert!(!scans_on_command([&lidar].into_iter()));
+        assert!(!scans_on_command(&[&lidar]));
     }
 }

@@ -118,9 +118,9 @@ impl UdpLidar {
                     let devices = names.join(", ");
                     return output.fail(&UdpFault::NoLidar { devices });
                 };
-                output.set_model(format!("{} by UDP", lidar.name));
+                output.report.model = format!("{} by UDP", lidar.name);
                 if self.stage == Stage::Greeting {
-                    output.set_detail(String::new());
+                    output.report.detail = String::new();
                     output.enter(DeviceState::Connected);
                     self.enter(Stage::Asking, now);
                     self.ask(output);
@@ -163,7 +163,7 @@ impl UdpLidar {
             },
         ];
         for request in requests {
-            output.write(request.encode());
+            output.report.write(request.encode());
         }
     }
 
@@ -173,9 +173,9 @@ impl UdpLidar {
         }
         self.next_beat = now.plus(HEARTBEAT);
         if self.stage == Stage::Greeting {
-            return output.write(Request::Hello(HELLO.into()).encode());
+            return output.report.write(Request::Hello(HELLO.into()).encode());
         }
-        output.write(Request::Heartbeat.encode());
+        output.report.write(Request::Heartbeat.encode());
         if self.stage == Stage::Asking {
             self.ask(output);
         }
@@ -199,8 +199,10 @@ impl UdpLidar {
             }
             Stage::Measuring if output.is_silent(now) => {
                 let why = UdpFault::Silent;
-                output.note(Weight::Warning, format!("{why}; it is asked again"));
-                output.set_detail(why.to_string());
+                output
+                    .report
+                    .note(Weight::Warning, format!("{why}; it is asked again"));
+                output.report.detail = why.to_string();
                 output.enter(DeviceState::Waiting);
                 self.enter(Stage::Asking, now);
             }
@@ -252,7 +254,7 @@ impl LidarProtocol for UdpLidar {
 
     /// What is lost of this the server's own patience makes up for.
     fn close(&mut self, output: &mut Output, _: Stamp) {
-        output.write(Request::Stop.encode());
+        output.report.write(Request::Stop.encode());
     }
 
     fn tally(&self) -> Tally {

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use anyhow::{Context, Result, ensure};
 use slamlab_core::robot::Stamp;
 use slamlab_core::wire::rp6::{
-    Command, Hello, Link, LinkConfig, LinkEvent, Phase, Ranger, Telemetry, Verdict,
+    Command, Hello, Link, LinkEvent, Phase, Ranger, Telemetry, Verdict,
 };
 use slamlab_tests::devices::{Faults, Line};
 
@@ -46,7 +46,7 @@ impl Host {
     #[must_use]
     pub fn new(rig: Rig) -> Self {
         Self {
-            link: Link::new(LinkConfig::default(), Stamp(0), 1),
+            link: Link::new(Stamp(0), 1),
             rig,
             telemetry: None,
             rangers: Vec::new(),

@@ -139,7 +139,7 @@ fn frames<M: rp6::Message + std::fmt::Debug>(input: &[u8]) -> Result<u64, String
 }
 
 fn rp6_link(input: &[u8]) -> Result<u64, String> {
-    let mut link = rp6::Link::new(rp6::LinkConfig::default(), Stamp(0), 1);
+    let mut link = rp6::Link::new(Stamp(0), 1);
     let mut events = vec![];
     for (k, piece) in (0..).zip(pieces(input)) {
         let now = Stamp(k * 20_000);

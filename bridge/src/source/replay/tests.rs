@@ -82,5 +82,5 @@ fn a_recording_has_the_robot_that_it_was_made_with_and_takes_no_orders() {
     let profile = ReplaySource::open(&path).unwrap().profile();
     assert_eq!(profile.robot, Some(RobotModel::rp6()));
     assert!(!profile.takes_orders);
-    assert!(scans_on_command([&profile].into_iter()));
+    assert!(scans_on_command(&[&profile]));
 }

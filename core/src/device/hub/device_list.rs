@@ -13,15 +13,15 @@ pub(super) struct DeviceList(Vec<Device>);
 
 impl DeviceList {
     /// Those of these sources, in the order of their numbers; they wait.
-    pub(super) fn new<'a>(sources: impl IntoIterator<Item = &'a Profile>) -> Self {
-        let device = |(number, profile): (usize, &Profile)| Device {
+    pub(super) fn new(sources: &[&Profile]) -> Self {
+        let device = |(number, profile): (usize, &&Profile)| Device {
             source: number as u8,
             name: profile.name.clone(),
             model: String::new(),
             state: DeviceState::Waiting,
             detail: String::new(),
         };
-        Self(sources.into_iter().enumerate().map(device).collect())
+        Self(sources.iter().enumerate().map(device).collect())
     }
 
     /// All of them.

@@ -12,13 +12,14 @@ use crate::device::source::{self, Order, Profile, SourceEvent};
 /// What is known of the robot that takes commands: the first source that has one.
 #[derive(Clone, Debug)]
 pub(super) struct RobotSide {
-    source: Option<usize>,
+    /// Which source takes the orders.
+    pub(super) source: Option<usize>,
     safe_mode: Option<SafeMode>,
     /// As it was before the first reading; a link that comes back begins with it.
     fresh: Option<SafeMode>,
-    plausible: Plausible,
+    pub(super) plausible: Plausible,
     /// Newest stamp, and when it came.
-    newest: (Stamp, Duration),
+    pub(super) newest: (Stamp, Duration),
     is_up: bool,
 }
 
@@ -35,13 +36,12 @@ pub(super) struct Consequence {
 
 impl RobotSide {
     /// For these sources, in the order of their numbers.
-    pub(super) fn new<'a>(sources: &(impl Iterator<Item = &'a Profile> + Clone)) -> Self {
-        let source = sources
-            .clone()
-            .position(|profile| profile.robot.is_some() && profile.takes_orders);
-        let on_command = source::scans_on_command(sources.clone());
+    pub(super) fn new(sources: &[&Profile]) -> Self {
+        let takes_orders = |profile: &&Profile| profile.robot.is_some() && profile.takes_orders;
+        let source = sources.iter().position(takes_orders);
+        let on_command = source::scans_on_command(sources);
         let fresh = source
-            .and_then(|at| sources.clone().nth(at)?.robot)
+            .and_then(|at| sources.get(at)?.robot)
             .map(|robot| SafeMode::new(robot, on_command));
         Self {
             source,
@@ -51,16 +51,6 @@ impl RobotSide {
             newest: (Stamp::default(), Duration::ZERO),
             is_up: false,
         }
-    }
-
-    /// Which source takes the orders.
-    pub(super) fn source(&self) -> Option<usize> {
-        self.source
-    }
-
-    /// The robot's newest stamp, and when it came.
-    pub(super) fn newest(&self) -> (Stamp, Duration) {
-        self.newest
     }
 
     /// The order as far as it is safe.
@@ -73,21 +63,6 @@ impl RobotSide {
             }
             (order, None) => order,
         }
-    }
-
-    /// Remembers an order to the robot.
-    pub(super) fn ordered(&mut self, order: &Order) {
-        self.plausible.ordered(order);
-    }
-
-    /// Why the robot must not go on, where it has been silent for too long.
-    pub(super) fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
-        self.plausible.silence(now)
-    }
-
-    /// When its silence becomes too long.
-    pub(super) fn deadline(&self) -> Option<Duration> {
-        self.plausible.deadline()
     }
 
     /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.

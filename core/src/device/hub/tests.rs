@@ -32,7 +32,7 @@ fn profiles() -> [Profile; 2] {
 }
 
 fn hub() -> Hub {
-    Hub::new(&profiles().iter(), SafetyConfig::default())
+    Hub::new(&profiles().each_ref())
 }
 
 fn actions(hub: &mut Hub) -> Vec<Action> {
@@ -96,14 +96,8 @@ fn armed() -> (Hub, ClientId) {
         hub.event(now, source, event);
     }
     let driver = hub.join("driver".to_owned(), true);
-    hub.message(
-        now,
-        now,
-        driver,
-        header(1),
-        &ToBridge::Take { force: false },
-    );
-    hub.message(now, now, driver, header(2), &ToBridge::Arm { epoch: 1 });
+    hub.message(now, now, driver, header(1), ToBridge::Take { force: false });
+    hub.message(now, now, driver, header(2), ToBridge::Arm { epoch: 1 });
     assert!(hub.safety.is_armed());
     actions(&mut hub);
     (hub, driver)
@@ -148,7 +142,7 @@ fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
     let mut counts = BTreeMap::new();
     for millis in (20..10_020).step_by(10) {
         let renew = ToBridge::Renew { epoch: 1 };
-        hub.message(at(millis), at(millis), driver, header(0), &renew);
+        hub.message(at(millis), at(millis), driver, header(0), renew.clone());
         hub.event(at(millis), ROBOT, odometry(millis - 10, millis, 0.0));
         hub.tick(at(millis));
         for action in actions(&mut hub) {
@@ -194,7 +188,7 @@ fn a_fault_counts_while_the_robot_is_armed() {
 fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
     let (mut hub, driver) = armed();
     let turn = drive(1, at(10), Motion::Turn(1.0));
-    hub.message(at(20), at(20), driver, header(3), &turn);
+    hub.message(at(20), at(20), driver, header(3), turn);
     let out = actions(&mut hub);
     assert_eq!(manoeuvres(&out), [(3, true)]);
     let ordered = out.iter().find_map(|action| match action {
@@ -217,7 +211,7 @@ fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
         at(40),
         driver,
         header(4),
-        &drive(1, at(30), Motion::Turn(1.0)),
+        drive(1, at(30), Motion::Turn(1.0)),
     );
     let after = u64::MAX;
     hub.event(at(50), LIDAR, SourceEvent::Busy { busy: false, after });
@@ -235,11 +229,11 @@ fn a_manoeuvre_that_is_refused_is_over_at_once() {
         at(20),
         driver,
         header(3),
-        &drive(1, at(10), Motion::Turn(1.0)),
+        drive(1, at(10), Motion::Turn(1.0)),
     );
     actions(&mut hub);
     let stale = drive(9, at(20), Motion::Turn(-1.0));
-    hub.message(at(30), at(30), driver, header(4), &stale);
+    hub.message(at(30), at(30), driver, header(4), stale);
     let refused = ManoeuvreBody {
         client: driver,
         sequence: 4,
@@ -273,9 +267,9 @@ fn whoever_stands_at_the_machine_stops_the_robot_without_being_a_client() {
 #[test]
 fn sensors_alone_get_no_orders() {
     let lidar = Profile::of_sensor("lidar:test");
-    let mut hub = Hub::new(&[&lidar].into_iter(), SafetyConfig::default());
+    let mut hub = Hub::new(&[&lidar]);
     let client = hub.join("client".to_owned(), true);
-    hub.message(at(1), at(1), client, header(1), &ToBridge::Stop);
+    hub.message(at(1), at(1), client, header(1), ToBridge::Stop);
     let is_order = |action: &Action| matches!(action, Action::Order { .. });
     assert!(!actions(&mut hub).iter().any(is_order));
 }

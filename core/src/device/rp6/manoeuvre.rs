@@ -36,7 +36,7 @@ impl Rp6 {
         let motion = self.robot.as_ref().map(|robot| robot.motion);
         let busy = matches!(motion, Some(Motion::Manoeuvre(_)));
         if self.busy.replace(busy) != Some(busy) {
-            self.emit(SourceEvent::Busy { busy, after: 0 });
+            self.report.emit(SourceEvent::Busy { busy, after: 0 });
         }
     }
 

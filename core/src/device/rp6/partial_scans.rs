@@ -71,7 +71,7 @@ impl Rp6 {
         // Not `give`: nobody waits for its acknowledgement.
         if let Err(error) = self.link.command(command, now) {
             let text = format!("{command:?} not taken: {error}");
-            self.note(super::Weight::Detail, text);
+            self.report.note(super::Weight::Detail, text);
         }
     }
 }

@@ -29,33 +29,19 @@ mod tests;
 
 use std::time::Duration;
 
-use crate::wire::message::{DisarmReason, DriveBody, Header, Lease, RefusalReason, ToBridge};
+use crate::wire::message::{DisarmReason, Lease, RefusalReason, ToBridge};
 
 use crate::device::source::Order;
 
 /// Number of a connection, never used again.
 pub type ClientId = u32;
 
-/// The times of the rules.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SafetyConfig {
-    /// The robot is stopped so long after the last driving message. Default 200 ms.
-    pub watchdog: Duration,
-    /// A lease ends so long after it was used last. Default 2 s.
-    pub lease: Duration,
-    /// What a sender had seen may never be older, whatever it allows itself. Default 500 ms.
-    pub longest_ttl: Duration,
-}
-
-impl Default for SafetyConfig {
-    fn default() -> Self {
-        Self {
-            watchdog: Duration::from_millis(200),
-            lease: Duration::from_secs(2),
-            longest_ttl: Duration::from_millis(500),
-        }
-    }
-}
+/// The robot is stopped so long after the last driving message.
+pub(super) const WATCHDOG: Duration = Duration::from_millis(200);
+/// A lease ends so long after it was used last.
+pub(super) const LEASE: Duration = Duration::from_secs(2);
+/// What a sender had seen may never be older, whatever it allows itself.
+const LONGEST_TTL: Duration = Duration::from_millis(500);
 
 /// Who asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,10 +53,10 @@ pub struct Client {
 }
 
 /// What happens.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Input {
-    /// A client asks for something.
-    Asks(Client, Asked),
+    /// A client asks for something, by a message of this sequence.
+    Asks(Client, u32, ToBridge),
     /// A client's connection ended.
     Gone(ClientId),
     /// The link to the robot came up (`true`) or went.
@@ -81,90 +67,6 @@ pub enum Input {
     Shutdown,
     /// Time passed; due at [`Safety::deadline`].
     Tick,
-}
-
-/// What a client asks for; epochs are those of its lease.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Asked {
-    /// The lease.
-    Take {
-        /// Also from its current holder.
-        force: bool,
-    },
-    /// To keep it.
-    Renew {
-        /// Of the lease.
-        epoch: u32,
-    },
-    /// To give it back.
-    Release {
-        /// Of the lease.
-        epoch: u32,
-    },
-    /// That the robot may move.
-    Arm {
-        /// Of the lease.
-        epoch: u32,
-    },
-    /// To move.
-    Drive {
-        /// Of the message.
-        sequence: u32,
-        /// The command.
-        body: DriveBody,
-    },
-    /// To go on with what is under way.
-    Hold {
-        /// Of the message.
-        sequence: u32,
-        /// Of the lease.
-        epoch: u32,
-        /// Newest time of the bridge that the sender had seen.
-        seen: Duration,
-        /// How old that may be.
-        ttl: Duration,
-    },
-    /// To stand still.
-    Stop,
-    /// To cut the motors off.
-    EmergencyStop,
-    /// To unlatch that.
-    ResetEmergencyStop {
-        /// Of the lease.
-        epoch: u32,
-    },
-}
-
-impl Asked {
-    /// What a message asks for; none where it is not for the rules.
-    #[must_use]
-    pub fn of(header: Header, message: &ToBridge) -> Option<Self> {
-        Some(match *message {
-            ToBridge::Take { force } => Asked::Take { force },
-            ToBridge::Renew { epoch } => Asked::Renew { epoch },
-            ToBridge::Release { epoch } => Asked::Release { epoch },
-            ToBridge::Arm { epoch } => Asked::Arm { epoch },
-            ToBridge::Drive(body) => Asked::Drive {
-                sequence: header.sequence,
-                body,
-            },
-            ToBridge::Hold {
-                epoch,
-                seen,
-                ttl_millis,
-            } => Asked::Hold {
-                sequence: header.sequence,
-                epoch,
-                seen: Duration::from_micros(seen),
-                ttl: Duration::from_millis(ttl_millis.into()),
-            },
-            ToBridge::Stop => Asked::Stop,
-            ToBridge::EmergencyStop => Asked::EmergencyStop,
-            ToBridge::ResetEmergencyStop { epoch } => Asked::ResetEmergencyStop { epoch },
-            // `non_exhaustive`: hello, heartbeat and probe are for others.
-            _ => return None,
-        })
-    }
 }
 
 /// What to do.
@@ -182,10 +84,9 @@ pub enum Output {
     Changed,
 }
 
-/// The state.
-#[derive(Clone, Debug)]
+/// The state; at first disarmed, and without a robot.
+#[derive(Clone, Debug, Default)]
 pub struct Safety {
-    config: SafetyConfig,
     holder: Option<Holder>,
     last_epoch: u32,
     is_robot_up: bool,
@@ -194,6 +95,7 @@ pub struct Safety {
     reason: DisarmReason,
     /// When the last driving message counted; none while the robot is to stand.
     driven: Option<Duration>,
+    out: Vec<Output>,
 }
 
 /// Who has the lease.
@@ -207,21 +109,6 @@ struct Holder {
 }
 
 impl Safety {
-    /// Disarmed, and without a robot.
-    #[must_use]
-    pub fn new(config: SafetyConfig) -> Self {
-        Self {
-            config,
-            holder: None,
-            last_epoch: 0,
-            is_robot_up: false,
-            is_armed: false,
-            is_emergency: false,
-            reason: DisarmReason::Start,
-            driven: None,
-        }
-    }
-
     /// Who has the lease.
     #[must_use]
     pub fn driver(&self) -> Option<ClientId> {
@@ -249,28 +136,25 @@ impl Safety {
     /// When a [`Input::Tick`] is due; none while nothing can run out.
     #[must_use]
     pub fn deadline(&self) -> Option<Duration> {
-        let watchdog = self.driven.map(|at| at + self.config.watchdog);
-        let lease = self.holder.map(|holder| holder.used + self.config.lease);
+        let watchdog = self.driven.map(|at| at + WATCHDOG);
+        let lease = self.holder.map(|holder| holder.used + LEASE);
         watchdog.into_iter().chain(lease).min()
     }
 
     /// Takes what happened at `now`, and says what to do, in order. `now` never runs backwards.
     pub fn on(&mut self, now: Duration, input: Input) -> Vec<Output> {
-        let mut out = Vec::new();
-        self.run_out(now, &mut out);
+        self.run_out(now);
         match input {
-            Input::Asks(client, asked) => self.asked(now, client, asked, &mut out),
+            Input::Asks(client, sequence, message) => self.asked(now, client, sequence, &message),
             Input::Gone(client) if self.driver() == Some(client) => {
-                self.end_lease(DisarmReason::DriverGone, &mut out);
+                self.end_lease(DisarmReason::DriverGone);
             }
             Input::Gone(_) | Input::Tick => (),
-            Input::Robot(is_up) => self.robot(is_up, &mut out),
-            Input::Fault(DisarmReason::Runaway) => {
-                self.emergency_stop(DisarmReason::Runaway, &mut out);
-            }
-            Input::Fault(reason) => self.disarm(reason, &mut out),
-            Input::Shutdown => self.end_lease(DisarmReason::Shutdown, &mut out),
+            Input::Robot(is_up) => self.robot(is_up),
+            Input::Fault(DisarmReason::Runaway) => self.emergency_stop(DisarmReason::Runaway),
+            Input::Fault(reason) => self.disarm(reason),
+            Input::Shutdown => self.end_lease(DisarmReason::Shutdown),
         }
-        out
+        std::mem::take(&mut self.out)
     }
 }

@@ -4,93 +4,73 @@
 use std::time::Duration;
 
 use crate::robot::Command;
-use crate::wire::message::{DisarmReason, DriveBody, Lease, Motion, RefusalReason, close};
+use crate::wire::message::{
+    DisarmReason, DriveBody, Lease, Motion, RefusalReason, ToBridge, close,
+};
 
-use super::{Asked, Client, ClientId, Holder, Output, Safety};
+use super::{Client, ClientId, Holder, LEASE, LONGEST_TTL, Output, Safety, WATCHDOG};
 use crate::device::source::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 
-/// What makes a driving message count.
-struct Proof {
-    sequence: u32,
-    epoch: u32,
-    seen: Duration,
-    ttl: Duration,
-}
+/// Whether what was asked for was done, or why not.
+type Done = Result<(), RefusalReason>;
 
 impl Safety {
     pub(super) fn asked(
         &mut self,
         now: Duration,
         client: Client,
-        asked: Asked,
-        out: &mut Vec<Output>,
+        sequence: u32,
+        message: &ToBridge,
     ) {
-        match asked {
-            Asked::Stop => return self.disarm(DisarmReason::Stop, out),
-            Asked::EmergencyStop => return self.emergency_stop(DisarmReason::EmergencyStop, out),
-            _ if !client.may_drive => return out.push(Output::Close(client.id, close::NO_RIGHT)),
-            _ => (),
-        }
-        let done = match asked {
-            Asked::Stop | Asked::EmergencyStop => Ok(()),
-            Asked::Take { force } => self.take(now, client.id, force, out),
-            Asked::Renew { epoch } => self.renew(now, client.id, epoch),
-            Asked::Release { epoch } => self.release(client.id, epoch, out),
-            Asked::Arm { epoch } => self.arm(now, client.id, epoch, out),
-            Asked::Drive { sequence, body } => self.drive(now, client.id, sequence, &body, out),
-            Asked::Hold {
-                sequence,
+        let id = client.id;
+        let done = match *message {
+            // They keep the conversation going, and ask for nothing that could be refused.
+            ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. } => Ok(()),
+            ToBridge::Stop => return self.disarm(DisarmReason::Stop),
+            ToBridge::EmergencyStop => return self.emergency_stop(DisarmReason::EmergencyStop),
+            _ if !client.may_drive => return self.out.push(Output::Close(id, close::NO_RIGHT)),
+            ToBridge::Take { force } => self.take(now, id, force),
+            ToBridge::Renew { epoch } => self.holder(id, epoch).map(|holder| holder.used = now),
+            ToBridge::Release { epoch } => self.release(id, epoch),
+            ToBridge::Arm { epoch } => self.arm(now, id, epoch),
+            ToBridge::Drive(body) => self.drive(now, id, sequence, &body),
+            ToBridge::Hold {
                 epoch,
                 seen,
-                ttl,
-            } => {
-                let proof = Proof {
-                    sequence,
-                    epoch,
-                    seen,
-                    ttl,
-                };
-                self.hold(now, client.id, &proof)
-            }
-            Asked::ResetEmergencyStop { epoch } => self.reset(now, client.id, epoch, out),
+                ttl_millis,
+            } => self
+                .counts(now, id, sequence, epoch, seen, ttl_millis)
+                // What was stopped meanwhile does not go on.
+                .map(|()| self.driven = self.driven.map(|_| now)),
+            ToBridge::ResetEmergencyStop { epoch } => self.reset(now, id, epoch),
         };
         if let Err(reason) = done {
-            out.push(Output::Refused(client.id, reason));
+            self.out.push(Output::Refused(id, reason));
         }
     }
 
     /// What time alone brings about.
-    pub(super) fn run_out(&mut self, now: Duration, out: &mut Vec<Output>) {
-        let lease_ends = self.holder.map(|holder| holder.used + self.config.lease);
-        if lease_ends.is_some_and(|end| now >= end) {
-            self.end_lease(DisarmReason::LeaseExpired, out);
+    pub(super) fn run_out(&mut self, now: Duration) {
+        if self.holder.is_some_and(|holder| now >= holder.used + LEASE) {
+            self.end_lease(DisarmReason::LeaseExpired);
         }
-        if self
-            .driven
-            .is_some_and(|at| now >= at + self.config.watchdog)
-        {
+        if self.driven.is_some_and(|at| now >= at + WATCHDOG) {
             self.driven = None;
-            out.push(STOP);
+            self.out.push(STOP);
         }
     }
 
-    fn take(
-        &mut self,
-        now: Duration,
-        client: ClientId,
-        force: bool,
-        out: &mut Vec<Output>,
-    ) -> Result<(), RefusalReason> {
+    fn take(&mut self, now: Duration, client: ClientId, force: bool) -> Done {
         match self.driver() {
             Some(holder) if holder != client && !force => return Err(RefusalReason::Held),
             Some(holder) if holder != client => {
-                self.end_lease(DisarmReason::TakenOver, out);
-                out.push(Output::Close(holder, close::TAKEN_OVER));
+                self.end_lease(DisarmReason::TakenOver);
+                self.out.push(Output::Close(holder, close::TAKEN_OVER));
             }
             // Whoever asks twice starts again, as if it had come back.
-            Some(_) => self.end_lease(DisarmReason::Released, out),
+            Some(_) => self.end_lease(DisarmReason::Released),
             None => (),
         }
         self.last_epoch += 1;
@@ -102,35 +82,20 @@ impl Safety {
         });
         let lease = Lease {
             epoch: self.last_epoch,
-            millis: self.config.lease.as_millis() as u16,
+            millis: LEASE.as_millis() as u16,
         };
-        out.extend([Output::Granted(client, lease), Output::Changed]);
+        self.out
+            .extend([Output::Granted(client, lease), Output::Changed]);
         Ok(())
     }
 
-    fn renew(&mut self, now: Duration, client: ClientId, epoch: u32) -> Result<(), RefusalReason> {
-        self.holder(client, epoch)?.used = now;
-        Ok(())
-    }
-
-    fn release(
-        &mut self,
-        client: ClientId,
-        epoch: u32,
-        out: &mut Vec<Output>,
-    ) -> Result<(), RefusalReason> {
+    fn release(&mut self, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?;
-        self.end_lease(DisarmReason::Released, out);
+        self.end_lease(DisarmReason::Released);
         Ok(())
     }
 
-    fn arm(
-        &mut self,
-        now: Duration,
-        client: ClientId,
-        epoch: u32,
-        out: &mut Vec<Output>,
-    ) -> Result<(), RefusalReason> {
+    fn arm(&mut self, now: Duration, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?.used = now;
         if self.is_emergency {
             return Err(RefusalReason::Emergency);
@@ -139,42 +104,23 @@ impl Safety {
             return Err(RefusalReason::NoRobot);
         }
         self.is_armed = true;
-        out.push(Output::Changed);
+        self.out.push(Output::Changed);
         Ok(())
     }
 
-    fn drive(
-        &mut self,
-        now: Duration,
-        client: ClientId,
-        sequence: u32,
-        body: &DriveBody,
-        out: &mut Vec<Output>,
-    ) -> Result<(), RefusalReason> {
-        let proof = Proof {
-            sequence,
-            epoch: body.epoch,
-            seen: Duration::from_micros(body.seen),
-            ttl: Duration::from_millis(body.ttl_millis.into()),
-        };
-        if !body.motion.is_finite() {
+    fn drive(&mut self, now: Duration, client: ClientId, sequence: u32, body: &DriveBody) -> Done {
+        let &DriveBody {
+            epoch,
+            seen,
+            ttl_millis,
+            motion,
+        } = body;
+        if !motion.is_finite() {
             return Err(RefusalReason::NotFinite);
         }
-        self.counts(now, client, &proof)?;
-        self.driven = (body.motion != Motion::Halt).then_some(now);
-        out.push(Output::Order(Order::Command(body.motion.into())));
-        Ok(())
-    }
-
-    fn hold(
-        &mut self,
-        now: Duration,
-        client: ClientId,
-        proof: &Proof,
-    ) -> Result<(), RefusalReason> {
-        self.counts(now, client, proof)?;
-        // What was stopped meanwhile does not go on.
-        self.driven = self.driven.map(|_| now);
+        self.counts(now, client, sequence, epoch, seen, ttl_millis)?;
+        self.driven = (motion != Motion::Halt).then_some(now);
+        self.out.push(Output::Order(Order::Command(motion.into())));
         Ok(())
     }
 
@@ -183,18 +129,20 @@ impl Safety {
         &mut self,
         now: Duration,
         client: ClientId,
-        proof: &Proof,
-    ) -> Result<(), RefusalReason> {
-        let longest = self.config.longest_ttl;
+        sequence: u32,
+        epoch: u32,
+        seen: u64,
+        ttl_millis: u16,
+    ) -> Done {
         let (is_armed, is_emergency) = (self.is_armed, self.is_emergency);
-        let holder = self.holder(client, proof.epoch)?;
-        if proof.sequence <= holder.sequence {
+        let holder = self.holder(client, epoch)?;
+        if sequence <= holder.sequence {
             return Err(RefusalReason::StaleSequence);
         }
-        let Some(age) = now.checked_sub(proof.seen) else {
+        let Some(age) = now.checked_sub(Duration::from_micros(seen)) else {
             return Err(RefusalReason::FromTheFuture);
         };
-        if age > proof.ttl.min(longest) {
+        if age > Duration::from_millis(ttl_millis.into()).min(LONGEST_TTL) {
             return Err(RefusalReason::TooOld);
         }
         if is_emergency {
@@ -203,17 +151,11 @@ impl Safety {
         if !is_armed {
             return Err(RefusalReason::Disarmed);
         }
-        (holder.sequence, holder.used) = (proof.sequence, now);
+        (holder.sequence, holder.used) = (sequence, now);
         Ok(())
     }
 
-    fn reset(
-        &mut self,
-        now: Duration,
-        client: ClientId,
-        epoch: u32,
-        out: &mut Vec<Output>,
-    ) -> Result<(), RefusalReason> {
+    fn reset(&mut self, now: Duration, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?.used = now;
         // An order to a robot that is away would be lost, and it would stay latched while the
         // bridge says that it is free.
@@ -221,39 +163,40 @@ impl Safety {
             return Err(RefusalReason::NoRobot);
         }
         if std::mem::take(&mut self.is_emergency) {
-            out.extend([Output::Order(Order::ResetEmergencyStop), Output::Changed]);
+            self.out
+                .extend([Output::Order(Order::ResetEmergencyStop), Output::Changed]);
         }
         Ok(())
     }
 
-    pub(super) fn robot(&mut self, is_up: bool, out: &mut Vec<Output>) {
+    pub(super) fn robot(&mut self, is_up: bool) {
         let was_up = std::mem::replace(&mut self.is_robot_up, is_up);
         if was_up != is_up {
-            self.disarm(DisarmReason::Link, out);
+            self.disarm(DisarmReason::Link);
         }
         // A robot that was reset has forgotten its latch; the bridge has not.
         if is_up && !was_up && self.is_emergency {
-            out.push(Output::Order(Order::EmergencyStop));
+            self.out.push(Output::Order(Order::EmergencyStop));
         }
     }
 
-    pub(super) fn end_lease(&mut self, reason: DisarmReason, out: &mut Vec<Output>) {
+    pub(super) fn end_lease(&mut self, reason: DisarmReason) {
         self.holder = None;
-        self.disarm(reason, out);
+        self.disarm(reason);
     }
 
     /// The stop goes out in any case: it costs nothing, and whoever asks for it may know more than
     /// the bridge.
-    pub(super) fn disarm(&mut self, reason: DisarmReason, out: &mut Vec<Output>) {
+    pub(super) fn disarm(&mut self, reason: DisarmReason) {
         (self.is_armed, self.driven, self.reason) = (false, None, reason);
-        out.extend([STOP, Output::Changed]);
+        self.out.extend([STOP, Output::Changed]);
     }
 
-    pub(super) fn emergency_stop(&mut self, reason: DisarmReason, out: &mut Vec<Output>) {
-        out.push(Output::Order(Order::EmergencyStop));
+    pub(super) fn emergency_stop(&mut self, reason: DisarmReason) {
         self.is_emergency = true;
         (self.is_armed, self.driven, self.reason) = (false, None, reason);
-        out.push(Output::Changed);
+        self.out
+            .extend([Output::Order(Order::EmergencyStop), Output::Changed]);
     }
 
     fn holder(&mut self, client: ClientId, epoch: u32) -> Result<&mut Holder, RefusalReason> {

@@ -5,7 +5,7 @@ mod any_order;
 use std::time::Duration;
 
 use crate::robot::Command;
-use crate::wire::message::{DisarmReason, DriveBody, Motion, RefusalReason, close};
+use crate::wire::message::{DisarmReason, DriveBody, Motion, RefusalReason, ToBridge, close};
 
 use super::*;
 
@@ -27,16 +27,24 @@ fn at(millis: u64) -> Duration {
     Duration::from_millis(millis)
 }
 
-fn drive(epoch: u32, sequence: u32, seen: u64) -> Asked {
-    Asked::Drive {
-        sequence,
-        body: DriveBody {
-            epoch,
-            seen: 1000 * seen,
-            ttl_millis: 300,
-            motion: RUN,
-        },
+/// A message and its sequence, which counts for driving only.
+#[derive(Clone, Debug)]
+struct Asked(u32, ToBridge);
+
+impl From<ToBridge> for Asked {
+    fn from(message: ToBridge) -> Self {
+        Self(0, message)
     }
+}
+
+fn drive(epoch: u32, sequence: u32, seen: u64) -> Asked {
+    let body = DriveBody {
+        epoch,
+        seen: 1000 * seen,
+        ttl_millis: 300,
+        motion: RUN,
+    };
+    Asked(sequence, ToBridge::Drive(body))
 }
 
 const RUN: Motion = Motion::Velocity {
@@ -45,30 +53,31 @@ const RUN: Motion = Motion::Velocity {
 };
 
 fn hold(epoch: u32, sequence: u32, seen: u64) -> Asked {
-    Asked::Hold {
-        sequence,
+    let message = ToBridge::Hold {
         epoch,
-        seen: at(seen),
-        ttl: at(300),
-    }
+        seen: 1000 * seen,
+        ttl_millis: 300,
+    };
+    Asked(sequence, message)
 }
 
 /// The rules, with a robot whose link is up.
 fn with_robot() -> Safety {
-    let mut safety = Safety::new(SafetyConfig::default());
+    let mut safety = Safety::default();
     safety.on(at(0), Input::Robot(true));
     safety
 }
 
-fn ask(safety: &mut Safety, millis: u64, client: Client, asked: Asked) -> Vec<Output> {
-    safety.on(at(millis), Input::Asks(client, asked))
+fn ask(safety: &mut Safety, millis: u64, client: Client, asked: impl Into<Asked>) -> Vec<Output> {
+    let Asked(sequence, message) = asked.into();
+    safety.on(at(millis), Input::Asks(client, sequence, message))
 }
 
 /// A drives, at 0 ms, with epoch 1 and sequence 1.
 fn driven() -> Safety {
     let mut safety = with_robot();
-    ask(&mut safety, 0, A, Asked::Take { force: false });
-    ask(&mut safety, 0, A, Asked::Arm { epoch: 1 });
+    ask(&mut safety, 0, A, ToBridge::Take { force: false });
+    ask(&mut safety, 0, A, ToBridge::Arm { epoch: 1 });
     let out = ask(&mut safety, 0, A, drive(1, 1, 0));
     assert_eq!(out, [Output::Order(Order::Command(RUN.into()))]);
     safety
@@ -81,12 +90,12 @@ fn refused(reason: RefusalReason) -> Vec<Output> {
 #[test]
 fn nothing_moves_before_it_is_armed() {
     let mut safety = with_robot();
-    ask(&mut safety, 0, A, Asked::Take { force: false });
+    ask(&mut safety, 0, A, ToBridge::Take { force: false });
     let out = ask(&mut safety, 1, A, drive(1, 1, 0));
     assert_eq!(out, refused(RefusalReason::Disarmed));
-    let mut without_robot = Safety::new(SafetyConfig::default());
-    ask(&mut without_robot, 0, A, Asked::Take { force: false });
-    let out = ask(&mut without_robot, 1, A, Asked::Arm { epoch: 1 });
+    let mut without_robot = Safety::default();
+    ask(&mut without_robot, 0, A, ToBridge::Take { force: false });
+    let out = ask(&mut without_robot, 1, A, ToBridge::Arm { epoch: 1 });
     assert_eq!(out, refused(RefusalReason::NoRobot));
 }
 
@@ -128,7 +137,7 @@ fn what_is_stale_is_refused() {
         (drive(1, 2, 101), RefusalReason::FromTheFuture),
     ] {
         assert_eq!(
-            ask(&mut safety, 100, A, asked),
+            ask(&mut safety, 100, A, asked.clone()),
             refused(reason),
             "{asked:?}"
         );
@@ -141,20 +150,20 @@ fn what_is_stale_is_refused() {
     );
     assert_eq!(ask(&mut safety, 300, A, drive(1, 2, 0)).len(), 1);
     // Whatever it allows itself, 500 ms is the most.
-    let Asked::Drive { sequence, mut body } = drive(1, 3, 0) else {
+    let Asked(sequence, ToBridge::Drive(mut body)) = drive(1, 3, 0) else {
         unreachable!()
     };
     body.ttl_millis = u16::MAX;
-    let out = ask(&mut safety, 501, A, Asked::Drive { sequence, body });
+    let out = ask(&mut safety, 501, A, Asked(sequence, ToBridge::Drive(body)));
     assert_eq!(out, [STOP, Output::Refused(A.id, RefusalReason::TooOld)]);
 }
 
 #[test]
 fn taking_over_stops_first_and_needs_force() {
     let mut safety = driven();
-    let out = ask(&mut safety, 10, B, Asked::Take { force: false });
+    let out = ask(&mut safety, 10, B, ToBridge::Take { force: false });
     assert_eq!(out, [Output::Refused(B.id, RefusalReason::Held)]);
-    let out = ask(&mut safety, 20, B, Asked::Take { force: true });
+    let out = ask(&mut safety, 20, B, ToBridge::Take { force: true });
     let lease = Lease {
         epoch: 2,
         millis: 2000,
@@ -177,15 +186,15 @@ fn taking_over_stops_first_and_needs_force() {
 #[test]
 fn a_lease_ends_when_it_is_not_used() {
     let mut safety = with_robot();
-    ask(&mut safety, 0, A, Asked::Take { force: false });
-    ask(&mut safety, 1500, A, Asked::Renew { epoch: 1 });
+    ask(&mut safety, 0, A, ToBridge::Take { force: false });
+    ask(&mut safety, 1500, A, ToBridge::Renew { epoch: 1 });
     assert_eq!(safety.on(at(3499), Input::Tick), []);
     assert_eq!(safety.on(at(3500), Input::Tick), [STOP, Output::Changed]);
     assert_eq!(
         (safety.driver(), safety.reason()),
         (None, DisarmReason::LeaseExpired)
     );
-    let out = ask(&mut safety, 3501, A, Asked::Renew { epoch: 1 });
+    let out = ask(&mut safety, 3501, A, ToBridge::Renew { epoch: 1 });
     assert_eq!(out, refused(RefusalReason::StaleEpoch));
 }
 
@@ -193,15 +202,15 @@ fn a_lease_ends_when_it_is_not_used() {
 fn everybody_may_stop_and_a_watcher_nothing_else() {
     let mut safety = driven();
     for asked in [
-        Asked::Take { force: true },
-        Asked::Renew { epoch: 1 },
-        Asked::Release { epoch: 1 },
-        Asked::Arm { epoch: 1 },
+        ToBridge::Take { force: true }.into(),
+        ToBridge::Renew { epoch: 1 }.into(),
+        ToBridge::Release { epoch: 1 }.into(),
+        ToBridge::Arm { epoch: 1 }.into(),
         drive(1, 9, 0),
         hold(1, 9, 0),
-        Asked::ResetEmergencyStop { epoch: 1 },
+        ToBridge::ResetEmergencyStop { epoch: 1 }.into(),
     ] {
-        let out = ask(&mut safety, 1, WATCHER, asked);
+        let out = ask(&mut safety, 1, WATCHER, asked.clone());
         assert_eq!(
             out,
             [Output::Close(WATCHER.id, close::NO_RIGHT)],
@@ -210,7 +219,7 @@ fn everybody_may_stop_and_a_watcher_nothing_else() {
     }
     assert!(safety.is_armed());
     assert_eq!(
-        ask(&mut safety, 2, WATCHER, Asked::Stop),
+        ask(&mut safety, 2, WATCHER, ToBridge::Stop),
         [STOP, Output::Changed]
     );
     assert_eq!(
@@ -225,11 +234,11 @@ fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
     let mut safety = driven();
     let emergency = Output::Order(Order::EmergencyStop);
     assert_eq!(
-        ask(&mut safety, 1, WATCHER, Asked::EmergencyStop),
+        ask(&mut safety, 1, WATCHER, ToBridge::EmergencyStop),
         [emergency, Output::Changed]
     );
     assert_eq!(
-        ask(&mut safety, 2, A, Asked::Arm { epoch: 1 }),
+        ask(&mut safety, 2, A, ToBridge::Arm { epoch: 1 }),
         refused(RefusalReason::Emergency)
     );
     assert_eq!(
@@ -240,12 +249,12 @@ fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
     safety.on(at(4), Input::Robot(false));
     // A reset would not reach it.
     assert_eq!(
-        ask(&mut safety, 4, A, Asked::ResetEmergencyStop { epoch: 1 }),
+        ask(&mut safety, 4, A, ToBridge::ResetEmergencyStop { epoch: 1 }),
         refused(RefusalReason::NoRobot)
     );
     assert!(safety.is_emergency());
     assert!(safety.on(at(5), Input::Robot(true)).contains(&emergency));
-    let out = ask(&mut safety, 6, A, Asked::ResetEmergencyStop { epoch: 1 });
+    let out = ask(&mut safety, 6, A, ToBridge::ResetEmergencyStop { epoch: 1 });
     assert_eq!(
         out,
         [Output::Order(Order::ResetEmergencyStop), Output::Changed]
@@ -266,12 +275,12 @@ fn whatever_happens_to_driver_or_robot_disarms() {
         (Input::Fault(DisarmReason::Silence), DisarmReason::Silence),
         (Input::Shutdown, DisarmReason::Shutdown),
         (
-            Input::Asks(A, Asked::Release { epoch: 1 }),
+            Input::Asks(A, 0, ToBridge::Release { epoch: 1 }),
             DisarmReason::Released,
         ),
     ] {
         let mut safety = driven();
-        let out = safety.on(at(10), input);
+        let out = safety.on(at(10), input.clone());
         assert_eq!(out, [STOP, Output::Changed], "{input:?}");
         assert_eq!(
             (safety.is_armed(), safety.reason()),
@@ -290,7 +299,7 @@ fn whatever_happens_to_driver_or_robot_disarms() {
 #[test]
 fn what_is_no_number_is_refused() {
     let mut safety = driven();
-    let Asked::Drive { sequence, mut body } = drive(1, 2, 0) else {
+    let Asked(sequence, ToBridge::Drive(mut body)) = drive(1, 2, 0) else {
         unreachable!()
     };
     for motion in [
@@ -302,7 +311,7 @@ fn what_is_no_number_is_refused() {
         },
     ] {
         body.motion = motion;
-        let out = ask(&mut safety, 1, A, Asked::Drive { sequence, body });
+        let out = ask(&mut safety, 1, A, Asked(sequence, ToBridge::Drive(body)));
         assert_eq!(out, refused(RefusalReason::NotFinite));
     }
 }

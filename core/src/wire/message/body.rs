@@ -182,7 +182,7 @@ pub struct CurrentsBody {
 }
 
 /// How the wire to a device does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkBody {
     /// Number of the source.
     pub source: u8,
@@ -201,19 +201,18 @@ impl LinkBody {
     #[must_use]
     pub fn new(state: LinkState) -> Self {
         Self {
-            source: 0,
             state,
-            round_trip: None,
-            damaged: 0,
-            skipped: 0,
+            ..Self::default()
         }
     }
 }
 
 named! {
     /// Whether data can flow.
+    #[derive(Default)]
     pub enum LinkState {
         /// Closed, or gone.
+        #[default]
         Down = "down",
         /// Open, and nothing was understood yet.
         Opening = "opening",
@@ -243,8 +242,10 @@ named! {
     /// How a device does.
     ///
     /// Source: Pilch 2016 §3.6, states 0 to 4.
+    #[derive(Default)]
     pub enum DeviceState {
         /// Not there yet.
+        #[default]
         Waiting = "waiting",
         /// There.
         Connected = "connected",

@@ -123,8 +123,10 @@ pub struct SafetyBody {
 
 named! {
     /// Why the robot is disarmed.
+    #[derive(Default)]
     pub enum DisarmReason {
         /// Nobody armed it since the bridge started.
+        #[default]
         Start = "start",
         /// Somebody pressed Stop.
         Stop = "stop",

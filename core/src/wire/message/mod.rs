@@ -277,7 +277,7 @@ named! {
 }
 
 /// How a recording goes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordingBody {
     /// Name of the file, without its folder.
     pub file: String,

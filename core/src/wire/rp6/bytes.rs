@@ -37,9 +37,17 @@ impl<T: Field> Field for [T; 2] {
     }
 }
 
-/// A struct's fields in the order in which they stand on the wire.
+/// A struct whose fields stand on the wire in the order in which they stand here.
 macro_rules! fields {
-    ($Struct:ident { $($field:tt),+ $(,)? }) => {
+    (
+        $(#[$meta:meta])*
+        pub struct $Struct:ident { $($(#[$doc:meta])* pub $field:ident: $Type:ty,)+ }
+    ) => {
+        $(#[$meta])*
+        pub struct $Struct {
+            $($(#[$doc])* pub $field: $Type,)+
+        }
+
         impl Field for $Struct {
             fn put(&self, out: &mut Vec<u8>) {
                 $(self.$field.put(out);)+
@@ -53,9 +61,23 @@ macro_rules! fields {
 }
 pub(super) use fields;
 
-/// An enum's variants by their numbers on the wire; `or Other` has all other numbers.
+/// An enum whose variants have these numbers on the wire; `or Other` has all other numbers.
 macro_rules! codes {
-    ($Enum:ident $(or $Other:ident)? { $($Variant:ident = $code:literal),+ $(,)? }) => {
+    (
+        $(#[$meta:meta])*
+        pub enum $Enum:ident $(or $Other:ident)? {
+            $($(#[$doc:meta])* $Variant:ident = $code:literal,)+
+        }
+    ) => {
+        $(#[$meta])*
+        pub enum $Enum {
+            $($(#[$doc])* $Variant,)+
+            $(
+                /// One that only a newer firmware knows, by its number.
+                $Other(u8),
+            )?
+        }
+
         impl Field for $Enum {
             fn put(&self, out: &mut Vec<u8>) {
                 out.push(match *self {
@@ -76,3 +98,44 @@ macro_rules! codes {
     };
 }
 pub(super) use codes;
+
+/// The messages of one direction: kind, and fields in the order in which they stand on the wire.
+macro_rules! messages {
+    (
+        $Enum:ident, at most $longest:expr;
+        $($kind:literal $Message:ident $({ $($field:ident),* })? $(($body:ident))?)+
+    ) => {
+        impl Message for $Enum {
+            const LONGEST_FRAME: usize = $longest;
+
+            fn kind(&self) -> u8 {
+                match self {
+                    $(Self::$Message { .. } => $kind,)+
+                }
+            }
+
+            fn put_payload(&self, out: &mut Vec<u8>) {
+                match self {
+                    $(Self::$Message $({ $($field),* })? $(($body))? => {
+                        $($($field.put(out);)*)?
+                        $($body.put(out);)?
+                    })+
+                }
+            }
+
+            fn parse(kind: u8, mut payload: &[u8]) -> Option<Self> {
+                let message = match kind {
+                    $($kind => {
+                        $($(let $field = Field::take(&mut payload)?;)*)?
+                        $(let $body = Field::take(&mut payload)?;)?
+                        Self::$Message $({ $($field),* })? $(($body))?
+                    })+
+                    _ => return None,
+                };
+                // A payload that is too long is as wrong as one that is too short.
+                payload.is_empty().then_some(message)
+            }
+        }
+    };
+}
+pub(super) use messages;

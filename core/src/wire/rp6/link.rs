@@ -35,13 +35,29 @@ mod types;
 
 use std::collections::VecDeque;
 
-pub use self::types::{Down, LinkConfig, LinkError, LinkEvent, Phase};
+pub use self::types::{Down, LinkError, LinkEvent, Phase};
 
 use self::text::{Heard, TextWatch};
 use super::{Command, Decoder, Frame, Hello, Report, Verdict, encode};
 use crate::robot::Stamp;
 use crate::wire::Tally;
 
+/// How long to listen for a boot loader after opening, s.
+const LISTEN: f64 = 0.5;
+/// Time between greetings, s.
+const GREET_EVERY: f64 = 0.25;
+/// Unanswered greetings after which somebody has to reset the robot. It is still greeted, once in
+/// 2 s.
+const GREETINGS: u32 = 8;
+/// Time after which a command without acknowledgement is sent again, s: a frame each way, behind
+/// one of telemetry, takes 0.02 s at 38400 baud.
+const RETRY_AFTER: f64 = 0.06;
+/// How often a command is sent before the link counts as broken.
+const TRIES: u32 = 5;
+/// Silence after which the link counts as broken, s.
+const SILENCE: f64 = 1.0;
+/// Time that the boot loader and the start of the program may take, s.
+const BOOT: f64 = 3.0;
 /// Greetings come this much slower when a reset is needed.
 const SLOW_GREETING: f64 = 8.0;
 /// Commands that may wait.
@@ -59,7 +75,6 @@ struct Outstanding {
 /// The link's end at the host.
 #[derive(Clone, Debug)]
 pub struct Link {
-    config: LinkConfig,
     phase: Phase,
     /// When the phase began, when something good was last heard, when the last greeting was sent.
     since: Stamp,
@@ -83,9 +98,8 @@ impl Link {
     /// A link over a port that was just opened. `nonce` tells this opening from earlier ones; the
     /// caller counts or draws it.
     #[must_use]
-    pub fn new(config: LinkConfig, now: Stamp, nonce: u8) -> Self {
+    pub fn new(now: Stamp, nonce: u8) -> Self {
         Self {
-            config,
             phase: Phase::Listening,
             since: now,
             heard: now,
@@ -181,11 +195,11 @@ impl Link {
     /// Lets time pass: sends again, greets, notices silence.
     pub fn tick(&mut self, now: Stamp) {
         match self.phase {
-            Phase::Listening if now.since(self.since) >= self.config.listen => self.greet_anew(now),
-            Phase::BootLoader if now.since(self.since) >= self.config.boot => self.greet_anew(now),
+            Phase::Listening if now.since(self.since) >= LISTEN => self.greet_anew(now),
+            Phase::BootLoader if now.since(self.since) >= BOOT => self.greet_anew(now),
             Phase::Greeting => self.greet_if_due(1.0, now),
             Phase::ResetNeeded => self.greet_if_due(SLOW_GREETING, now),
-            Phase::Running if now.since(self.heard) >= self.config.silence => {
+            Phase::Running if now.since(self.heard) >= SILENCE => {
                 self.go_down(Down::Silence, now);
             }
             Phase::Running => self.send_again_if_due(now),
@@ -324,10 +338,10 @@ impl Link {
         let Some(waiting) = &mut self.outstanding else {
             return;
         };
-        if now.since(waiting.sent) < self.config.retry_after {
+        if now.since(waiting.sent) < RETRY_AFTER {
             return;
         }
-        if waiting.tries >= self.config.tries {
+        if waiting.tries >= TRIES {
             self.go_down(Down::Unanswered, now);
             return;
         }
@@ -343,11 +357,11 @@ impl Link {
     }
 
     fn greet_if_due(&mut self, slower: f64, now: Stamp) {
-        let every = self.config.greet_every * slower;
+        let every = GREET_EVERY * slower;
         if self.greeted.is_some_and(|last| now.since(last) < every) {
             return;
         }
-        if self.phase == Phase::Greeting && self.greetings >= self.config.greetings {
+        if self.phase == Phase::Greeting && self.greetings >= GREETINGS {
             self.events.push_back(LinkEvent::Down(Down::NobodyThere));
             self.enter(Phase::ResetNeeded, now);
             self.greeted = Some(now);

@@ -7,7 +7,7 @@
 //! Units are those of the wire, named in each field: [`super::convert`](super) turns them into
 //! metres and radians.
 
-use super::bytes::Field;
+use super::bytes::{Field, messages};
 
 /// What both directions have in common: a kind and a payload.
 pub trait Message: Sized {
@@ -100,37 +100,8 @@ impl Command {
     }
 }
 
-/// The commands: kind, and fields in the order in which they stand on the wire.
-macro_rules! commands {
-    ($($kind:literal $Command:ident { $($field:ident),* })+) => {
-        impl Message for Command {
-            const LONGEST_FRAME: usize = super::frame::LONGEST_TO_ROBOT;
-
-            fn kind(&self) -> u8 {
-                match self {
-                    $(Self::$Command { .. } => $kind,)+
-                }
-            }
-
-            fn put_payload(&self, out: &mut Vec<u8>) {
-                match self {
-                    $(Self::$Command { $($field),* } => { $($field.put(out);)* })+
-                }
-            }
-
-            fn parse(kind: u8, mut payload: &[u8]) -> Option<Self> {
-                let command = match kind {
-                    $($kind => Self::$Command { $($field: Field::take(&mut payload)?),* },)+
-                    _ => return None,
-                };
-                // A payload that is too long is as wrong as one that is too short.
-                payload.is_empty().then_some(command)
-            }
-        }
-    };
-}
-
-commands! {
+messages! {
+    Command, at most super::frame::LONGEST_TO_ROBOT;
     0x01 Greet { nonce }
     0x02 Velocity { forward_mm_s, turn_mrad_s }
     0x03 Forward { way_um }

@@ -65,7 +65,7 @@ mod tests;
 
 pub use convert::{BATTERY_ADC, CommandError, Odometer};
 pub use frame::{Decoder, Frame, LONGEST_TO_ROBOT, encode};
-pub use link::{Down, Link, LinkConfig, LinkError, LinkEvent, Phase};
+pub use link::{Down, Link, LinkError, LinkEvent, Phase};
 pub use message::{Command, Message};
 pub use ranger_scan::RangerScans;
 pub use report::{Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict};

@@ -4,7 +4,7 @@
 //! In: kind and payload. Out: a report, or nothing where kind, length or a value is not of the
 //! table; and back.
 
-use super::bytes::{Field, codes, fields};
+use super::bytes::{Field, codes, fields, messages};
 use super::message::Message;
 
 /// Version of the protocol in [`Hello`].
@@ -30,84 +30,90 @@ pub enum Report {
     Ranger(Ranger),
 }
 
-/// What became of a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Taken.
-    Done,
-    /// Had been taken already; not done again.
-    Repeated,
-    /// Older than the last one taken; not done.
-    Stale,
-    /// A figure outside of what the robot can do; not done.
-    BadValue,
-    /// The emergency stop is latched; not done.
-    Latched,
-    /// This firmware does not know the kind.
-    UnknownKind,
+codes! {
+    /// What became of a command.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Verdict {
+        /// Taken.
+        Done = 0,
+        /// Had been taken already; not done again.
+        Repeated = 1,
+        /// Older than the last one taken; not done.
+        Stale = 2,
+        /// A figure outside of what the robot can do; not done.
+        BadValue = 3,
+        /// The emergency stop is latched; not done.
+        Latched = 4,
+        /// This firmware does not know the kind.
+        UnknownKind = 5,
+    }
 }
 
-/// Why the robot's controller started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// Power came on.
-    PowerOn,
-    /// The reset line: the button, or the serial adapter's RTS.
-    External,
-    /// The supply was too low for a moment: an empty battery or a blocked motor.
-    BrownOut,
-    /// The firmware hung and its watchdog bit.
-    Watchdog,
-    /// Something else.
-    Other(u8),
+codes! {
+    /// Why the robot's controller started.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ResetCause or Other {
+        /// Power came on.
+        PowerOn = 1,
+        /// The reset line: the button, or the serial adapter's RTS.
+        External = 2,
+        /// The supply was too low for a moment: an empty battery or a blocked motor.
+        BrownOut = 3,
+        /// The firmware hung and its watchdog bit.
+        Watchdog = 4,
+    }
 }
 
-/// Who the robot is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hello {
-    /// Version of the protocol; see [`PROTOCOL`].
-    pub protocol: u8,
-    /// Version of the firmware: major, minor.
-    pub firmware: [u8; 2],
-    /// That of the greeting it answers; 0 right after a start.
-    pub nonce: u8,
-    /// Why it started.
-    pub cause: ResetCause,
-    /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4:
-    /// battery.
-    pub capabilities: u8,
-    /// Length of the board, mm.
-    pub length_mm: u16,
-    /// Width of the board, mm.
-    pub width_mm: u16,
-    /// Effective distance of the tracks when turning, mm.
-    pub track_width_mm: u16,
-    /// Way of a track for one count, nm.
-    pub count_nm: u32,
-    /// Highest speed, mm/s.
-    pub max_speed_mm_s: u16,
-    /// For each ranger its direction on the servo, mrad, counter-clockwise from where the servo
-    /// points.
-    pub ranger_angles_mrad: Vec<i16>,
+fields! {
+    /// Who the robot is.
+    #[derive(Clone, Debug, PartialEq, Eq)]
+    pub struct Hello {
+        /// Version of the protocol; see [`PROTOCOL`].
+        pub protocol: u8,
+        /// Version of the firmware: major, minor.
+        pub firmware: [u8; 2],
+        /// That of the greeting it answers; 0 right after a start.
+        pub nonce: u8,
+        /// Why it started.
+        pub cause: ResetCause,
+        /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4:
+        /// battery.
+        pub capabilities: u8,
+        /// Length of the board, mm.
+        pub length_mm: u16,
+        /// Width of the board, mm.
+        pub width_mm: u16,
+        /// Effective distance of the tracks when turning, mm.
+        pub track_width_mm: u16,
+        /// Way of a track for one count, nm.
+        pub count_nm: u32,
+        /// Highest speed, mm/s.
+        pub max_speed_mm_s: u16,
+        /// For each ranger its direction on the servo, mrad, counter-clockwise from where the servo
+        /// points.
+        pub ranger_angles_mrad: Vec<i16>,
+    }
 }
 
-/// How the robot is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Telemetry {
-    /// Time since it started, ms; wraps after 49 days.
-    pub time_ms: u32,
-    /// Counts of the encoders since it started, left and right, signed by the direction driven.
-    pub counts: [i32; 2],
-    /// Speeds of the tracks, counts/s.
-    pub speeds: [i16; 2],
-    /// Currents of the motors, counts of the converter.
-    pub currents_adc: [u16; 2],
-    /// Battery, counts of the converter; see [`super::BATTERY_ADC`].
-    pub battery_adc: u16,
-    /// Bumpers and what is under way.
-    pub state: State,
-    /// What is wrong.
-    pub fault: Fault,
+fields! {
+    /// How the robot is.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub struct Telemetry {
+        /// Time since it started, ms; wraps after 49 days.
+        pub time_ms: u32,
+        /// Counts of the encoders since it started, left and right, signed by the direction driven.
+        pub counts: [i32; 2],
+        /// Speeds of the tracks, counts/s.
+        pub speeds: [i16; 2],
+        /// Currents of the motors, counts of the converter.
+        pub currents_adc: [u16; 2],
+        /// Battery, counts of the converter; see [`super::BATTERY_ADC`].
+        pub battery_adc: u16,
+        /// Bumpers and what is under way.
+        pub state: State,
+        /// What is wrong.
+        pub fault: Fault,
+    }
 }
 
 /// Eight yes-or-no's of [`Telemetry`].
@@ -117,37 +123,39 @@ pub struct State(
     pub u8,
 );
 
-/// What is wrong with the robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fault {
-    /// Nothing.
-    #[default]
-    None,
-    /// The left motor is driven and its encoder counts nothing: blocked, or the cable is off.
-    LeftEncoder,
-    /// The same on the right.
-    RightEncoder,
-    /// A motor draws more than it should.
-    Overcurrent,
-    /// The battery is nearly empty.
-    BatteryLow,
-    /// One that only a newer firmware knows.
-    Other(u8),
+codes! {
+    /// What is wrong with the robot.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Fault or Other {
+        /// Nothing.
+        #[default]
+        None = 0,
+        /// The left motor is driven and its encoder counts nothing: blocked, or the cable is off.
+        LeftEncoder = 1,
+        /// The same on the right.
+        RightEncoder = 2,
+        /// A motor draws more than it should.
+        Overcurrent = 3,
+        /// The battery is nearly empty.
+        BatteryLow = 4,
+    }
 }
 
-/// One reading of one ranger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ranger {
-    /// When it was taken, ms since the robot started.
-    pub time_ms: u32,
-    /// Where the servo stood, mrad, counter-clockwise from straight ahead.
-    pub servo_mrad: i16,
-    /// Which ranger, from 0.
-    pub index: u8,
-    /// What the converter read.
-    pub adc: u16,
-    /// Number of the sweep it belongs to; grows by one for each.
-    pub sweep: u8,
+fields! {
+    /// One reading of one ranger.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Ranger {
+        /// When it was taken, ms since the robot started.
+        pub time_ms: u32,
+        /// Where the servo stood, mrad, counter-clockwise from straight ahead.
+        pub servo_mrad: i16,
+        /// Which ranger, from 0.
+        pub index: u8,
+        /// What the converter read.
+        pub adc: u16,
+        /// Number of the sweep it belongs to; grows by one for each.
+        pub sweep: u8,
+    }
 }
 
 impl State {
@@ -188,80 +196,23 @@ impl State {
     }
 }
 
-impl Message for Report {
-    const LONGEST_FRAME: usize = 64;
-
-    fn kind(&self) -> u8 {
-        match self {
-            Self::Hello(_) => 0x81,
-            Self::Ack { .. } => 0x82,
-            Self::Telemetry(_) => 0x83,
-            Self::Ranger(_) => 0x84,
-        }
-    }
-
-    fn put_payload(&self, out: &mut Vec<u8>) {
-        match self {
-            Self::Hello(hello) => hello.put(out),
-            Self::Ack { of, verdict } => {
-                of.put(out);
-                verdict.put(out);
-            }
-            Self::Telemetry(telemetry) => telemetry.put(out),
-            Self::Ranger(ranger) => ranger.put(out),
-        }
-    }
-
-    fn parse(kind: u8, mut payload: &[u8]) -> Option<Self> {
-        let rest = &mut payload;
-        let report = match kind {
-            0x81 => Self::Hello(Field::take(rest)?),
-            0x82 => Self::Ack {
-                of: Field::take(rest)?,
-                verdict: Field::take(rest)?,
-            },
-            0x83 => Self::Telemetry(Field::take(rest)?),
-            0x84 => Self::Ranger(Field::take(rest)?),
-            _ => return None,
-        };
-        // A payload that is too long is as wrong as one that is too short.
-        rest.is_empty().then_some(report)
-    }
+messages! {
+    Report, at most 64;
+    0x81 Hello(hello)
+    0x82 Ack { of, verdict }
+    0x83 Telemetry(telemetry)
+    0x84 Ranger(ranger)
 }
 
-fields!(Hello {
-    protocol,
-    firmware,
-    nonce,
-    cause,
-    capabilities,
-    length_mm,
-    width_mm,
-    track_width_mm,
-    count_nm,
-    max_speed_mm_s,
-    ranger_angles_mrad
-});
+impl Field for State {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.0.put(out);
+    }
 
-fields!(Telemetry {
-    time_ms,
-    counts,
-    speeds,
-    currents_adc,
-    battery_adc,
-    state,
-    fault
-});
-
-fields!(Ranger {
-    time_ms,
-    servo_mrad,
-    index,
-    adc,
-    sweep
-});
-
-fields!(State { 0 });
+    fn take(payload: &mut &[u8]) -> Option<Self> {
+        u8::take(payload).map(Self)
+    }
+}
 
 /// The angles of the rangers, after their number.
 impl Field for Vec<i16> {
@@ -276,27 +227,3 @@ impl Field for Vec<i16> {
         (0..count).map(|_| i16::take(payload)).collect()
     }
 }
-
-codes!(Verdict {
-    Done = 0,
-    Repeated = 1,
-    Stale = 2,
-    BadValue = 3,
-    Latched = 4,
-    UnknownKind = 5
-});
-
-codes!(ResetCause or Other {
-    PowerOn = 1,
-    External = 2,
-    BrownOut = 3,
-    Watchdog = 4
-});
-
-codes!(Fault or Other {
-    None = 0,
-    LeftEncoder = 1,
-    RightEncoder = 2,
-    Overcurrent = 3,
-    BatteryLow = 4
-});

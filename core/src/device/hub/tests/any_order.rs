@@ -223,7 +223,7 @@ impl Bystander {
         };
         self.sequence += 1;
         let header = header(self.sequence);
-        self.hub.message(now, now, client, header, &message);
+        self.hub.message(now, now, client, header, message.clone());
         self.judge(Some(&(client, who, message)))
     }
 

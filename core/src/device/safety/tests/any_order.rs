@@ -9,23 +9,23 @@ use super::*;
 fn any_asked() -> impl Strategy<Value = Asked> {
     let epoch = || 0_u32..6;
     prop_oneof![
-        1 => any::<bool>().prop_map(|force| Asked::Take { force }),
-        1 => epoch().prop_map(|epoch| Asked::Renew { epoch }),
-        1 => epoch().prop_map(|epoch| Asked::Release { epoch }),
-        8 => epoch().prop_map(|epoch| Asked::Arm { epoch }),
+        1 => any::<bool>().prop_map(|force| ToBridge::Take { force }.into()),
+        1 => epoch().prop_map(|epoch| ToBridge::Renew { epoch }.into()),
+        1 => epoch().prop_map(|epoch| ToBridge::Release { epoch }.into()),
+        8 => epoch().prop_map(|epoch| ToBridge::Arm { epoch }.into()),
         // The sequence and what was seen are set to fitting ones below, most of the time.
         20 => (epoch(), 0_u32..3, 0_u64..700).prop_map(|(e, s, seen)| drive(e, s, seen)),
         3 => (epoch(), 0_u32..3, 0_u64..700).prop_map(|(e, s, seen)| hold(e, s, seen)),
-        1 => Just(Asked::Stop),
-        1 => Just(Asked::EmergencyStop),
-        3 => epoch().prop_map(|epoch| Asked::ResetEmergencyStop { epoch }),
+        1 => Just(ToBridge::Stop.into()),
+        1 => Just(ToBridge::EmergencyStop.into()),
+        3 => epoch().prop_map(|epoch| ToBridge::ResetEmergencyStop { epoch }.into()),
     ]
 }
 
 fn any_input() -> impl Strategy<Value = Input> {
     let client = prop_oneof![4 => Just(A), 2 => Just(B), 1 => Just(WATCHER)];
     prop_oneof![
-        20 => (client, any_asked()).prop_map(|(client, asked)| Input::Asks(client, asked)),
+        20 => (client, any_asked()).prop_map(|(client, Asked(sequence, asked))| Input::Asks(client, sequence, asked)),
         1 => (1_u32..4).prop_map(Input::Gone),
         1 => any::<bool>().prop_map(Input::Robot),
         1 => Just(Input::Fault(DisarmReason::Bumper)),
@@ -44,41 +44,20 @@ fn likely(input: Input, lease: Option<u32>, sequence: u32, now: Duration) -> Inp
             epoch
         }
     };
-    let Input::Asks(client, asked) = input else {
+    let Input::Asks(client, later, mut asked) = input else {
         return input;
     };
-    let asked = match asked {
-        Asked::Arm { epoch } => Asked::Arm {
-            epoch: epoch_of(epoch),
-        },
-        Asked::ResetEmergencyStop { epoch } => Asked::ResetEmergencyStop {
-            epoch: epoch_of(epoch),
-        },
-        Asked::Drive {
-            sequence: s,
-            mut body,
-        } => {
-            body.epoch = epoch_of(body.epoch);
-            body.seen = seen_at(body.seen / 1000).as_micros() as u64;
-            Asked::Drive {
-                sequence: sequence + s,
-                body,
-            }
+    match &mut asked {
+        ToBridge::Arm { epoch } | ToBridge::ResetEmergencyStop { epoch } => {
+            *epoch = epoch_of(*epoch);
         }
-        Asked::Hold {
-            sequence: s,
-            epoch,
-            seen,
-            ttl,
-        } => Asked::Hold {
-            sequence: sequence + s,
-            epoch: epoch_of(epoch),
-            seen: seen_at(seen.as_millis() as u64),
-            ttl,
-        },
-        other => other,
-    };
-    Input::Asks(client, asked)
+        ToBridge::Drive(DriveBody { epoch, seen, .. }) | ToBridge::Hold { epoch, seen, .. } => {
+            *epoch = epoch_of(*epoch);
+            *seen = seen_at(*seen / 1000).as_micros() as u64;
+        }
+        _ => (),
+    }
+    Input::Asks(client, sequence + later, asked)
 }
 
 /// What a bystander knows who sees inputs and outputs only.
@@ -96,17 +75,18 @@ struct Bystander {
 }
 
 impl Bystander {
-    fn see(&mut self, now: Duration, input: Input, out: &[Output]) -> Result<(), TestCaseError> {
-        if let Input::Robot(is_up) = input {
+    fn see(&mut self, now: Duration, input: &Input, out: &[Output]) -> Result<(), TestCaseError> {
+        if let &Input::Robot(is_up) = input {
             self.is_up = is_up;
         }
         for output in out {
             self.output(now, input, output)?;
         }
-        let is_good_hold = matches!(input, Input::Asks(_, Asked::Hold { .. })) && out.is_empty();
-        if let Input::Asks(client, Asked::Arm { epoch }) = input
+        let is_good_hold =
+            matches!(input, Input::Asks(_, _, ToBridge::Hold { .. })) && out.is_empty();
+        if let Input::Asks(client, _, ToBridge::Arm { epoch }) = input
             && out.contains(&Output::Changed)
-            && self.lease == Some((client.id, epoch))
+            && self.lease == Some((client.id, *epoch))
         {
             self.is_armed = true;
         }
@@ -126,20 +106,20 @@ impl Bystander {
     fn output(
         &mut self,
         now: Duration,
-        input: Input,
+        input: &Input,
         output: &Output,
     ) -> Result<(), TestCaseError> {
         match *output {
             Output::Order(Order::Command(Command::Stop)) => self.runs_since = None,
             Output::Order(Order::Command(_)) => {
-                let Input::Asks(client, Asked::Drive { sequence, body }) = input else {
+                let Input::Asks(client, sequence, ToBridge::Drive(body)) = input else {
                     return Err(TestCaseError::fail(format!("{input:?} moved the robot")));
                 };
                 prop_assert_eq!(self.lease, Some((client.id, body.epoch)));
                 prop_assert!(client.may_drive && self.is_armed && !self.is_emergency && self.is_up);
-                prop_assert!(sequence > self.sequence);
+                prop_assert!(*sequence > self.sequence);
                 prop_assert!(now - Duration::from_micros(body.seen) <= at(300));
-                self.sequence = sequence;
+                self.sequence = *sequence;
                 self.runs_since = Some(now);
                 self.moves += 1;
             }
@@ -183,12 +163,12 @@ proptest! {
     fn in_any_order_of_things_nothing_moves_that_may_not(
         inputs in prop::collection::vec((any_input(), 0_u64..120), 1..120)
     ) {
-        let mut safety = Safety::new(SafetyConfig::default());
+        let mut safety = Safety::default();
         let mut bystander = Bystander::default();
         let mut now = at(0);
-        for input in [Input::Robot(true), Input::Asks(A, Asked::Take { force: false }), Input::Asks(A, Asked::Arm { epoch: 1 })] {
-            let out = safety.on(now, input);
-            bystander.see(now, input, &out)?;
+        for input in [Input::Robot(true), Input::Asks(A, 0, ToBridge::Take { force: false }), Input::Asks(A, 0, ToBridge::Arm { epoch: 1 })] {
+            let out = safety.on(now, input.clone());
+            bystander.see(now, &input, &out)?;
         }
         for (input, pause) in inputs {
             let until = now + at(pause);
@@ -196,13 +176,13 @@ proptest! {
             while let Some(due) = safety.deadline().filter(|due| *due <= until) {
                 now = now.max(due);
                 let out = safety.on(now, Input::Tick);
-                bystander.see(now, Input::Tick, &out)?;
+                bystander.see(now, &Input::Tick, &out)?;
                 bystander.compare(&safety)?;
             }
             now = until;
             let input = likely(input, bystander.lease.map(|lease| lease.1), bystander.sequence, now);
-            let out = safety.on(now, input);
-            bystander.see(now, input, &out)?;
+            let out = safety.on(now, input.clone());
+            bystander.see(now, &input, &out)?;
             bystander.compare(&safety)?;
         }
     }
@@ -237,8 +217,8 @@ fn the_random_inputs_do_move_the_robot() {
                 bystander.sequence,
                 now,
             );
-            let out = safety.on(now, input);
-            bystander.see(now, input, &out).unwrap();
+            let out = safety.on(now, input.clone());
+            bystander.see(now, &input, &out).unwrap();
             bystander.compare(&safety).unwrap();
         }
         moves += bystander.moves;

@@ -13,7 +13,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            link: Link::new(LinkConfig::default(), Stamp(0), 40),
+            link: Link::new(Stamp(0), 40),
             now: 0.0,
             to_robot: Decoder::new(),
             sequence: 0,

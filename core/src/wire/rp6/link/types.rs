@@ -1,41 +1,6 @@
-//! What the owner of a link sets, sees and hears.
+//! What the owner of a link sees and hears.
 
 use super::super::{Command, Hello, Ranger, Telemetry, Verdict};
-
-/// How long things may take.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkConfig {
-    /// How long to listen for a boot loader after opening, s. Default 0.5.
-    pub listen: f64,
-    /// Time between greetings, s. Default 0.25.
-    pub greet_every: f64,
-    /// Unanswered greetings after which somebody has to reset the robot. Default 8. It is still
-    /// greeted, once in 2 s.
-    pub greetings: u32,
-    /// Time after which a command without acknowledgement is sent again, s. Default 0.06: a frame
-    /// each way, behind one of telemetry, takes 0.02 s at 38400 baud.
-    pub retry_after: f64,
-    /// How often a command is sent before the link counts as broken. Default 5.
-    pub tries: u32,
-    /// Silence after which the link counts as broken, s. Default 1.
-    pub silence: f64,
-    /// Time that the boot loader and the start of the program may take, s. Default 3.
-    pub boot: f64,
-}
-
-impl Default for LinkConfig {
-    fn default() -> Self {
-        Self {
-            listen: 0.5,
-            greet_every: 0.25,
-            greetings: 8,
-            retry_after: 0.06,
-            tries: 5,
-            silence: 1.0,
-            boot: 3.0,
-        }
-    }
-}
 
 /// Where the link stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -139,7 +139,7 @@ proptest! {
     fn any_bytes_are_taken_without_harm_and_alike_in_any_pieces(bytes in proptest::collection::vec(any::<u8>(), 0..2_000), piece in 1..100_usize) {
         prop_assert_eq!(decode::<Command>(&bytes, piece), decode::<Command>(&bytes, 1));
         prop_assert_eq!(decode::<Report>(&bytes, piece), decode::<Report>(&bytes, 1));
-        let mut link = Link::new(LinkConfig::default(), Stamp(0), 1);
+        let mut link = Link::new(Stamp(0), 1);
         for (piece, now) in bytes.chunks(piece).zip(0..) {
             link.receive(piece, Stamp(now * 10_000));
             link.tick(Stamp(now * 10_000));

@@ -10,40 +10,33 @@
 //!    either side. However it ends, the hub learns it, and a robot that was driven by it stops.
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
-use futures_util::stream::{SplitSink, SplitStream};
-use futures_util::{SinkExt, StreamExt};
 use slamlab_core::wire::message::{
     CHALLENGE_BYTES, ClientHello, Format, FromBridge, Header, MessageError, SCHEMA, ToBridge,
     Watching, close, decode, encode,
 };
 use tokio::time::timeout;
 
-use crate::ending::{
-    End, FAREWELL, INTERNAL, MALFORMED, TOO_MANY, UNSUPPORTED, farewell, of_error,
-};
+use crate::ending::{End, FAREWELL, INTERNAL, MALFORMED, UNSUPPORTED};
 use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
-use crate::rate::Bucket;
 use crate::safety::ClientId;
 use crate::shared::{Joined, Shared};
+use crate::socket;
 
 const LONGEST_NAME: usize = 64;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
-    let (sink, stream) = socket.split();
+    let (reading, writing) = socket::halves(socket, shared);
     let mut writer = Writer {
-        sink,
-        shared,
+        socket: writing,
         format,
         sequence: 0,
     };
     let mut reader = Reader {
-        stream,
-        shared,
+        socket: reading,
         format,
         sequence: 0,
-        bucket: Bucket::new(shared.limits.rate, shared.clock.now()),
     };
     match enter(&mut writer, &mut reader).await {
         Ok((id, outbox)) => {
@@ -52,7 +45,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
         }
         Err(Some(code)) => {
             shared.metrics.intruders.add(1);
-            writer.close(code).await;
+            writer.socket.close(code).await;
         }
         Err(None) => (),
     }
@@ -60,7 +53,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
 
 /// The first messages; the client's number, and what waits for it.
 async fn enter(writer: &mut Writer<'_>, reader: &mut Reader<'_>) -> Result<Joined, End> {
-    let shared = writer.shared;
+    let shared = writer.socket.shared;
     let mut challenge = [0; CHALLENGE_BYTES];
     if let Err(error) = getrandom::fill(&mut challenge) {
         tracing::error!("no random numbers: {error}");
@@ -109,8 +102,7 @@ async fn serve(id: ClientId, writer: &mut Writer<'_>, reader: &mut Reader<'_>, o
 }
 
 struct Writer<'a> {
-    sink: SplitSink<WebSocket, Message>,
-    shared: &'a Shared,
+    socket: socket::Writer<'a>,
     format: Format,
     sequence: u32,
 }
@@ -120,7 +112,7 @@ impl Writer<'_> {
     async fn run(&mut self, outbox: &Outbox) {
         loop {
             match outbox.next().await {
-                Next::Close(code) => return self.close(code).await,
+                Next::Close(code) => return self.socket.close(code).await,
                 Next::Message(message) => {
                     if self.send(&message).await.is_err() {
                         return;
@@ -134,61 +126,45 @@ impl Writer<'_> {
         self.sequence = self.sequence.wrapping_add(1);
         let header = Header {
             sequence: self.sequence,
-            micros: self.shared.clock.now().as_micros() as u64,
+            micros: self.socket.shared.clock.now().as_micros() as u64,
         };
         let bytes = encode(header, message, self.format).map_err(|error| {
             tracing::error!("a message could not be written: {error}");
             Some(INTERNAL)
         })?;
-        let metrics = &self.shared.metrics;
-        metrics.sent.add(1);
-        metrics.sent_bytes.add(bytes.len() as u64);
         let message = match self.format {
             Format::Binary => Message::Binary(bytes.into()),
             // Whatever JSON is, it is UTF-8.
             Format::Json => Message::Text(Utf8Bytes::try_from(bytes).unwrap_or_default()),
         };
-        self.put(message).await
-    }
-
-    async fn close(&mut self, code: u16) {
-        // A client that is gone needs no farewell.
-        let _ = timeout(FAREWELL, self.put(farewell(code))).await;
-    }
-
-    async fn put(&mut self, message: Message) -> Result<(), End> {
-        let sent = timeout(self.shared.limits.write, self.sink.send(message)).await;
-        sent.map_err(|_| None)?.map_err(|_| None)
+        self.socket.send(message).await
     }
 }
 
 struct Reader<'a> {
-    stream: SplitStream<WebSocket>,
-    shared: &'a Shared,
+    socket: socket::Reader<'a>,
     format: Format,
     sequence: u32,
-    bucket: Bucket,
 }
 
 impl Reader<'_> {
     /// Hands on what the client says, until there is a reason to end.
     async fn run(&mut self, id: ClientId) -> End {
-        let limits = self.shared.limits;
+        let shared = self.socket.shared;
         loop {
-            let (header, message) = match timeout(limits.heartbeat, self.next()).await {
+            let (header, message) = match timeout(shared.limits.heartbeat, self.next()).await {
                 Err(_) => return Some(close::HEARTBEAT),
                 Ok(Err(end)) => return end,
                 Ok(Ok(said)) => said,
             };
-            let now = self.shared.clock.now();
-            if matches!(message, ToBridge::Hello(_)) {
-                return Some(MALFORMED);
-            }
-            if matches!(message, ToBridge::Heartbeat) {
-                continue;
+            let now = shared.clock.now();
+            match message {
+                ToBridge::Hello(_) => return Some(MALFORMED),
+                ToBridge::Heartbeat => continue,
+                _ => (),
             }
             let says = FromClient::Message(id, header, message, now);
-            if let Err(end) = self.shared.tell(says).await {
+            if let Err(end) = shared.tell(says).await {
                 return end;
             }
         }
@@ -197,11 +173,7 @@ impl Reader<'_> {
     /// The next message; pings of the WebSocket itself are answered below, and count as messages.
     async fn next(&mut self) -> Result<(Header, ToBridge), End> {
         loop {
-            let message = self.stream.next().await.ok_or(None)?;
-            let message = message.map_err(of_error)?;
-            if !self.bucket.take(self.shared.clock.now()) {
-                return Err(Some(TOO_MANY));
-            }
+            let message = self.socket.next().await?;
             let bytes = match (&message, self.format) {
                 (Message::Binary(bytes), Format::Binary) => bytes.as_ref(),
                 (Message::Text(text), Format::Json) => text.as_bytes(),
@@ -209,9 +181,10 @@ impl Reader<'_> {
                 (Message::Close(_), _) => return Err(None),
                 _ => return Err(Some(UNSUPPORTED)),
             };
-            self.shared.metrics.received.add(1);
+            let metrics = &self.socket.shared.metrics;
+            metrics.received.add(1);
             let (header, message) = decode::<ToBridge>(bytes, self.format).map_err(|error| {
-                self.shared.metrics.malformed.add(1);
+                metrics.malformed.add(1);
                 tracing::debug!("a client's message: {error}");
                 match error {
                     MessageError::Protocol { .. } => Some(close::OTHER_SCHEMA),

@@ -1,0 +1,70 @@
+//! The two halves of a client's WebSocket, with the limits that hold for every client, whatever it
+//! speaks.
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use tokio::time::timeout;
+
+use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
+use crate::rate::Bucket;
+use crate::shared::Shared;
+
+/// The half that reads: each message counts against the rate that the bridge allows.
+pub(crate) struct Reader<'a> {
+    stream: SplitStream<WebSocket>,
+    pub(crate) shared: &'a Shared,
+    bucket: Bucket,
+}
+
+/// The half that writes: each message has its time.
+pub(crate) struct Writer<'a> {
+    sink: SplitSink<WebSocket, Message>,
+    pub(crate) shared: &'a Shared,
+}
+
+/// Both halves of a socket.
+pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<'_>) {
+    let (sink, stream) = socket.split();
+    let bucket = Bucket::new(shared.limits.rate, shared.clock.now());
+    let reader = Reader {
+        stream,
+        shared,
+        bucket,
+    };
+    (reader, Writer { sink, shared })
+}
+
+impl Reader<'_> {
+    /// The next message of whatever kind; an error where the client is gone or goes too far.
+    pub(crate) async fn next(&mut self) -> Result<Message, End> {
+        let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
+        match self.bucket.take(self.shared.clock.now()) {
+            true => Ok(message),
+            false => Err(Some(TOO_MANY)),
+        }
+    }
+}
+
+impl Writer<'_> {
+    /// Writes a message; an error where the client is gone or does not read.
+    pub(crate) async fn send(&mut self, message: Message) -> Result<(), End> {
+        let bytes = match &message {
+            Message::Text(text) => text.len(),
+            Message::Binary(bytes) => bytes.len(),
+            _ => 0,
+        };
+        let sent = timeout(self.shared.limits.write, self.sink.send(message)).await;
+        sent.map_err(|_| None)?.map_err(|_| None)?;
+        if bytes > 0 {
+            self.shared.metrics.sent.add(1);
+            self.shared.metrics.sent_bytes.add(bytes as u64);
+        }
+        Ok(())
+    }
+
+    /// Says why the connection ends. Who is gone does not mind.
+    pub(crate) async fn close(&mut self, code: u16) {
+        let _ = timeout(FAREWELL, self.send(farewell(code))).await;
+    }
+}
