@@ -169,10 +169,8 @@ impl Replay {
     /// From the first scan to the one taken last, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        match (self.first, self.last) {
-            (Some(first), Some((last, _))) => last.since(first),
-            _ => 0.0,
-        }
+        let ends = self.first.zip(self.last);
+        ends.map_or(0.0, |(first, (last, _))| last.since(first))
     }
 
     /// The log.

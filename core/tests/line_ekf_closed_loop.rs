@@ -98,7 +98,9 @@ fn run(
             let motion = before.inverse() * odometry.motion;
             let points = Points::from_scan(&scan, &motion, &PointConfig::default());
             extractor.extract(&points, &mut lines).unwrap();
-            let report = slam.update(&lines, &SweepTiming::of(&scan)).unwrap();
+            let report = slam
+                .update(&lines, &SweepTiming::at(scan.stamp, &scan))
+                .unwrap();
             (seen, matched, rejected) = (
                 seen + lines.len(),
                 matched + report.matches.len(),

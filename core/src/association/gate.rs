@@ -56,20 +56,20 @@ impl ExpectedLine {
             / determinant;
         d2.is_finite().then_some(Innovation { v, cov, d2 })
     }
+}
 
-    /// Free distance between the seen and the known part, measured along the seen line, m; negative
-    /// where they overlap.
-    #[must_use]
-    pub fn gap(&self, seen: &LineFeature) -> f64 {
-        let normal = seen.line.normal();
-        let along = |p: Point2<f64>| normal.perp(&p.coords);
-        let span = |[a, b]: [Point2<f64>; 2]| {
-            let (a, b) = (along(a), along(b));
-            (a.min(b), a.max(b))
-        };
-        let ((from, to), (known_from, known_to)) = (span(seen.ends), span(self.ends));
-        (known_from - to).max(from - known_to)
-    }
+/// Free distance between the part of a wall that is seen and the known part, which has these `ends`,
+/// measured along the seen line, m; negative where they overlap.
+#[must_use]
+pub fn gap(ends: [Point2<f64>; 2], seen: &LineFeature) -> f64 {
+    let normal = seen.line.normal();
+    let along = |p: Point2<f64>| normal.perp(&p.coords);
+    let span = |[a, b]: [Point2<f64>; 2]| {
+        let (a, b) = (along(a), along(b));
+        (a.min(b), a.max(b))
+    };
+    let ((from, to), (known_from, known_to)) = (span(seen.ends), span(ends));
+    (known_from - to).max(from - known_to)
 }
 
 /// A seen line with its normal from the viewer into the wall.
@@ -173,14 +173,14 @@ mod tests {
     #[test]
     fn gap_is_the_free_distance_along_the_wall() {
         let wall = expected(1.0, 2.0, -1.0, 1.0);
-        for (from, to, gap) in [
+        for (from, to, free) in [
             (1.5, 2.0, 0.5),
             (-3.0, -1.2, 0.2),
             (0.0, 5.0, -1.0),
             (-0.5, 0.5, -1.5),
         ] {
-            assert!((wall.gap(&feature(1.0, 2.0, from, to)) - gap).abs() < 1e-12);
-            assert!((wall.gap(&feature(1.0, 2.0, to, from)) - gap).abs() < 1e-12);
+            assert!((gap(wall.ends, &feature(1.0, 2.0, from, to)) - free).abs() < 1e-12);
+            assert!((gap(wall.ends, &feature(1.0, 2.0, to, from)) - free).abs() < 1e-12);
         }
     }
 

@@ -4,7 +4,7 @@ mod gate;
 mod joint;
 mod nearest;
 
-pub use gate::{ExpectedLine, Innovation, OrientedLine};
+pub use gate::{ExpectedLine, Innovation, OrientedLine, gap};
 pub use joint::{JointSearch, Paired, Pairing, chi2_survival};
 pub use nearest::{
     AssociationConfig, AssociationMethod, Candidate, Choice, choose, choose_paired, plausible,

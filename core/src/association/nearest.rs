@@ -132,11 +132,6 @@ pub enum Choice {
 /// # Source   TDK 2016 §3.2 (gate); the rest as the module says.
 #[must_use]
 pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
-    let near = || {
-        candidates
-            .iter()
-            .filter(|c| !c.is_beyond && c.d2 <= config.new_gate)
-    };
     let mut best: Option<&Candidate> = None;
     for candidate in plausible(candidates, config.gate) {
         let rank = |c: &Candidate| (c.gap > 0.0, c.d2);
@@ -145,13 +140,9 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
         }
     }
     let Some(best) = best else {
-        return if near().next().is_some() {
-            Choice::NearMiss
-        } else {
-            Choice::New
-        };
+        return new_or_near(candidates, config);
     };
-    let is_rival = |c: &&Candidate| {
+    let is_rival = |c: &Candidate| {
         let apart = c.expected.iter().zip(&best.expected);
         c.index != best.index
             && (c.is_confirmed || !best.is_confirmed)
@@ -160,7 +151,7 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
                 .into_iter()
                 .any(|(a, b)| (a - b).abs() > config.same_place)
     };
-    if near().any(|c| is_rival(&c)) {
+    if inside(candidates, config.new_gate).any(is_rival) {
         return Choice::Ambiguous;
     }
     Choice::Match(*best)
@@ -168,12 +159,21 @@ pub fn choose(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
 
 /// The landmarks inside the gate: the confirmed ones, or where there are none the others.
 pub fn plausible(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &Candidate> {
+    let is_known = inside(candidates, gate).any(|c| c.is_confirmed);
+    inside(candidates, gate).filter(move |c| c.is_confirmed == is_known)
+}
+
+fn inside(candidates: &[Candidate], gate: f64) -> impl Iterator<Item = &Candidate> {
     let is_inside = move |c: &&Candidate| !c.is_beyond && c.d2 <= gate;
-    let is_known = candidates.iter().filter(is_inside).any(|c| c.is_confirmed);
-    candidates
-        .iter()
-        .filter(is_inside)
-        .filter(move |c| c.is_confirmed == is_known)
+    candidates.iter().filter(is_inside)
+}
+
+/// What a sighting is that matches no landmark.
+fn new_or_near(candidates: &[Candidate], config: &AssociationConfig) -> Choice {
+    match inside(candidates, config.new_gate).next() {
+        Some(_) => Choice::NearMiss,
+        None => Choice::New,
+    }
 }
 
 /// What a sighting is after all of its scan were matched together and found it to be `paired`. The
@@ -184,15 +184,12 @@ pub fn choose_paired(
     paired: Paired,
     config: &AssociationConfig,
 ) -> Choice {
-    let is_near = |c: &&Candidate| !c.is_beyond && c.d2 <= config.new_gate;
-    let mut near = candidates.iter().filter(is_near);
     match paired {
-        Paired::Landmark(index) => near
+        Paired::Landmark(index) => inside(candidates, config.new_gate)
             .find(|c| c.index == index)
             .map_or(Choice::NearMiss, |c| Choice::Match(*c)),
         Paired::Ambiguous => Choice::Ambiguous,
-        Paired::Nothing if near.next().is_some() => Choice::NearMiss,
-        Paired::Nothing => Choice::New,
+        Paired::Nothing => new_or_near(candidates, config),
     }
 }
 

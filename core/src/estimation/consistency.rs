@@ -11,6 +11,7 @@
 //!
 //! Source: Bar-Shalom, Li & Kirubarajan (2001), §5.4.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use crate::geom::chi2_quantile;
@@ -60,35 +61,13 @@ pub enum Diagnosis {
     Cautious,
 }
 
-impl Diagnosis {
-    /// A short name, for pages and files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collecting => "collecting",
-            Self::Blind => "blind",
-            Self::Honest => "honest",
-            Self::WrongMatch => "wrong-match",
-            Self::HiddenDrift => "hidden-drift",
-            Self::NoisySightings => "noisy-sightings",
-            Self::Cautious => "cautious",
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    Below,
-    Inside,
-    Above,
-}
-
 impl Figure {
-    fn side(&self) -> Side {
+    /// On which side of its band it lies; equal where inside.
+    fn side(&self) -> Ordering {
         match self.mean {
-            mean if mean < self.band[0] => Side::Below,
-            mean if mean > self.band[1] => Side::Above,
-            _ => Side::Inside,
+            mean if mean < self.band[0] => Ordering::Less,
+            mean if mean > self.band[1] => Ordering::Greater,
+            _ => Ordering::Equal,
         }
     }
 }
@@ -136,12 +115,12 @@ impl ConsistencyWindow {
         let Some(nis) = self.nis() else {
             return Diagnosis::Blind;
         };
-        let nees = self.nees().map_or(Side::Inside, |figure| figure.side());
+        let nees = self.nees().map_or(Ordering::Equal, |figure| figure.side());
         match (nees, nis.side()) {
-            (Side::Above, Side::Above) => Diagnosis::WrongMatch,
-            (Side::Above, _) => Diagnosis::HiddenDrift,
-            (_, Side::Above) => Diagnosis::NoisySightings,
-            (Side::Inside, Side::Inside) => Diagnosis::Honest,
+            (Ordering::Greater, Ordering::Greater) => Diagnosis::WrongMatch,
+            (Ordering::Greater, _) => Diagnosis::HiddenDrift,
+            (_, Ordering::Greater) => Diagnosis::NoisySightings,
+            (Ordering::Equal, Ordering::Equal) => Diagnosis::Honest,
             _ => Diagnosis::Cautious,
         }
     }
@@ -205,7 +184,7 @@ mod tests {
     #[test]
     fn honest_innovations_stay_in_their_band_in_95_of_100_windows() {
         let inside = (0..2000)
-            .filter(|&seed| window(seed, 1.0, 1.0).nis().unwrap().side() == Side::Inside)
+            .filter(|&seed| window(seed, 1.0, 1.0).nis().unwrap().side() == Ordering::Equal)
             .count();
         assert!((1870..=1930).contains(&inside), "{inside} of 2000");
     }

@@ -14,7 +14,7 @@ use nalgebra::{Matrix2x3, Matrix2x5, Point2, SMatrix};
 use super::ekf_slam::{EkfError, RobotState, check_feature};
 use super::line_model::{Linearisation, observe};
 use crate::association::{
-    AssociationConfig, Candidate, Choice, ExpectedLine, Innovation, OrientedLine, choose,
+    AssociationConfig, Candidate, Choice, ExpectedLine, Innovation, OrientedLine, choose, gap,
 };
 use crate::features::LineFeature;
 use crate::geom::{Segment, symmetrize};
@@ -108,7 +108,7 @@ impl LineLocaliser {
         let (expected, _) = expect(state, known);
         let innovation = expected.innovation(&OrientedLine::of(seen))?;
         let along = state.cov[(0, 0)].max(state.cov[(1, 1)]).sqrt();
-        let gap = expected.gap(seen) - ALONG_SIGMAS * along;
+        let gap = gap(expected.ends, seen) - ALONG_SIGMAS * along;
         Some(Candidate {
             index,
             d2: innovation.d2,

@@ -74,19 +74,12 @@ impl PoseGraph {
     }
 
     /// χ² of one edge.
-    #[must_use]
-    pub fn chi2_of(&self, edge: &Edge) -> f64 {
+    fn chi2_of(&self, edge: &Edge) -> f64 {
         let (Some(from), Some(to)) = (self.poses.get(edge.from), self.poses.get(edge.to)) else {
             return 0.0;
         };
         let error = edge.error(from, to);
         error.dot(&(edge.information * error))
-    }
-
-    /// Σ χ² of all edges, without kernels.
-    #[must_use]
-    pub fn chi2(&self) -> f64 {
-        self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
     /// Moves the poses to the least cost, in at most `max_iterations` steps. Returns whether the
@@ -191,31 +184,17 @@ impl PoseGraph {
             let information = edge.information * weight;
             let (from, to) = (edge.from.checked_sub(1), edge.to.checked_sub(1));
             let by_error = information * error;
+            let (from_t, to_t) = (by_from.transpose(), by_to.transpose());
             if let Some(i) = from {
-                pattern.add(
-                    &mut matrix,
-                    i,
-                    i,
-                    &(by_from.transpose() * information * by_from),
-                );
-                gradient[i] += by_from.transpose() * by_error;
+                pattern.add(&mut matrix, i, i, &(from_t * information * by_from));
+                gradient[i] += from_t * by_error;
             }
             if let Some(j) = to {
-                pattern.add(
-                    &mut matrix,
-                    j,
-                    j,
-                    &(by_to.transpose() * information * by_to),
-                );
-                gradient[j] += by_to.transpose() * by_error;
+                pattern.add(&mut matrix, j, j, &(to_t * information * by_to));
+                gradient[j] += to_t * by_error;
             }
             if let (Some(i), Some(j)) = (from, to) {
-                pattern.add(
-                    &mut matrix,
-                    i,
-                    j,
-                    &(by_from.transpose() * information * by_to),
-                );
+                pattern.add(&mut matrix, i, j, &(from_t * information * by_to));
             }
         }
         (matrix, gradient)

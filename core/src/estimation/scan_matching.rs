@@ -26,7 +26,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
 use super::pose_graph::PoseGraph;
@@ -182,9 +182,7 @@ impl ScanMatcher {
         let local = turned * (self.local_cov + self.way_cov) * turned.transpose();
         // The submap's error turns what lies ahead of its origin.
         let ahead = map_from_submap.rotate(self.submap_from_robot.position().coords);
-        let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
-        let mut cov = carry * self.submap_cov * carry.transpose() + local;
-        symmetrize(&mut cov);
+        let cov = carried(&self.submap_cov, ahead, local);
         PoseEstimate {
             pose: map_from_submap * self.submap_from_robot,
             cov,
@@ -327,6 +325,15 @@ impl ScanMatcher {
             self.draw_on(budget);
         }
     }
+}
+
+/// The covariance `cov` of a pose as it is for a place that lies `ahead` of it, and what is `added`
+/// on the way there.
+fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matrix3<f64> {
+    let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
+    let mut cov = carry * cov * carry.transpose() + added;
+    symmetrize(&mut cov);
+    cov
 }
 
 fn moved(

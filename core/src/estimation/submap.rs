@@ -135,10 +135,7 @@ impl Doubt {
 
 impl ClosedSubmap {
     /// Closes a submap; `rays` are the beams that drew it, in its frame.
-    pub(super) fn new(
-        surfels: Vec<Surfel>,
-        rays: impl Iterator<Item = (Point2<f64>, Point2<f64>)>,
-    ) -> Self {
+    pub(super) fn new(surfels: Vec<Surfel>, rays: impl Iterator<Item = [Point2<f64>; 2]>) -> Self {
         let count = surfels.len().max(1) as f64;
         let mean = surfels
             .iter()
@@ -259,12 +256,12 @@ const FREE_CELL: f64 = 0.2;
 const FREE_SIDE: i32 = 512;
 
 impl FreeCells {
-    fn new(surfels: &[Surfel], rays: impl Iterator<Item = (Point2<f64>, Point2<f64>)>) -> Self {
+    fn new(surfels: &[Surfel], rays: impl Iterator<Item = [Point2<f64>; 2]>) -> Self {
         let size = (FREE_SIDE * FREE_SIDE) as usize;
         let mut cells = Self {
             bits: vec![0; size / 64],
         };
-        for (from, to) in rays {
+        for [from, to] in rays {
             let way = to - from;
             let length = way.norm();
             // The end of the beam may belong to the wall, or to an edge that it touches.

@@ -109,14 +109,7 @@ impl Experiment {
             odometry_error: (truth.position() - self.session.dead_reckoning().position()).norm(),
             ate_rmse: ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose)),
             nees_mean: self.record.nees_mean(),
-            features: self
-                .session
-                .slam()
-                .view()
-                .landmarks
-                .iter()
-                .filter(|landmark| landmark.is_confirmed)
-                .count(),
+            features: self.session.slam().view().confirmed(),
             distance: self.record.distance,
             state_hash: self.state_hash(),
         }

@@ -88,21 +88,6 @@ pub(super) struct Columns {
     prefix: Vec<Moments>,
 }
 
-/// Four neighbours; unit vectors (`ux`, `uy`) run along the beams.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(32))]
-struct Four {
-    x: [f64; LANES],
-    y: [f64; LANES],
-    ux: [f64; LANES],
-    uy: [f64; LANES],
-    weight: [f64; LANES],
-    var_along: [f64; LANES],
-    var_across: [f64; LANES],
-    number: [f64; LANES],
-    keep: [f64; LANES],
-}
-
 /// What tells whether sums can take the numbers, and bounds their noise.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
@@ -283,8 +268,13 @@ pub(super) struct Blocks<'a> {
     tail: [f64; LANES],
 }
 
-/// Four neighbours. Lanes outside of the range have `keep` 0.
-#[derive(Clone, Copy)]
+/// Four neighbours, as they are kept.
+type Four = Block<[f64; LANES]>;
+
+/// Four neighbours; unit vectors (`ux`, `uy`) run along the beams. Lanes outside of the range that
+/// is worked on have `keep` 0.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
 pub(super) struct Block<L> {
     pub(super) x: L,
     pub(super) y: L,

@@ -51,15 +51,19 @@ impl Moments {
         }
     }
 
+    /// The mean, and the scatter xx, xy, yy about it.
+    #[inline]
+    fn scatter(&self) -> ([f64; 2], [f64; 3]) {
+        let (x, y) = (self.x / self.w, self.y / self.w);
+        let (xx, xy) = (self.xx - self.x * x, self.xy - self.x * y);
+        ([x, y], [xx, xy, self.yy - self.y * y])
+    }
+
     /// Normal and distance of the total-least-squares line; the distance may be negative.
     #[inline]
     pub(super) fn line(&self) -> (Vector2<f64>, f64) {
-        let (x, y) = (self.x / self.w, self.y / self.w);
-        let normal = normal_of_scatter(
-            self.xx - self.x * x,
-            self.xy - self.x * y,
-            self.yy - self.y * y,
-        );
+        let ([x, y], [xx, xy, yy]) = self.scatter();
+        let normal = normal_of_scatter(xx, xy, yy);
         (normal, normal.x * x + normal.y * y)
     }
 
@@ -79,12 +83,7 @@ impl Moments {
     /// Sums of squared distances from that line, and along it, about the mean: the eigenvalues of
     /// the scatter.
     pub(super) fn spreads(&self) -> (f64, f64) {
-        let (x, y) = (self.x / self.w, self.y / self.w);
-        let (xx, xy, yy) = (
-            self.xx - self.x * x,
-            self.xy - self.x * y,
-            self.yy - self.y * y,
-        );
+        let (_, [xx, xy, yy]) = self.scatter();
         let half_gap = 0.5 * ((yy - xx) * (yy - xx) + 4.0 * xy * xy).sqrt();
         let mean = 0.5 * (xx + yy);
         // Rounding must not make a square negative.

@@ -10,7 +10,7 @@ use super::{sin_cos, wrap};
 ///
 /// Name a value after what it does, and let the names meet: `map_from_scan = map_from_robot *
 /// robot_from_scan`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose2(Isometry2<f64>);
 
 impl Pose2 {
@@ -154,12 +154,6 @@ fn arc_coefficients(turn: f64) -> (f64, f64) {
     } else {
         let (sin, cos) = sin_cos(turn);
         (sin / turn, (1.0 - cos) / turn)
-    }
-}
-
-impl Default for Pose2 {
-    fn default() -> Self {
-        Self::identity()
     }
 }
 

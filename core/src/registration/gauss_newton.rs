@@ -73,6 +73,7 @@ config! {
 const UNKNOWN: f64 = 1e6;
 
 /// The sums of one iteration: what a method makes of all pairs.
+#[derive(Default)]
 pub(super) struct Sums {
     /// J^T W J of the residuals.
     pub(super) hessian: Matrix3<f64>,

@@ -225,8 +225,7 @@ pub fn locate<T: Target>(
         found.overlap >= between(in_first, in_widest)
             && found.overlap > matched.overlap + config.min_gain
     };
-    let (search, matching) = (&config.search, &config.matching);
-    let pivot = Point2::origin();
+    let (search, matching, pivot) = (&config.search, &config.matching, Point2::origin());
     search_and_match(points, pivot, target, prior, &window, search, matching)
         .filter(explains_more)
         .map_or(Located::Lost(matched), Located::Found)

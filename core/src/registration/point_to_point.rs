@@ -6,7 +6,7 @@
 //!
 //! Source: Besl & McKay (1992), "A method for registration of 3-D shapes".
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::gauss_newton::{MatchConfig, Pair, Sums};
 
@@ -18,13 +18,7 @@ pub(super) fn sums<'a>(
 ) -> Sums {
     let scale = 1.0 / (kernel * kernel);
     let limit = config.inlier_kernels * kernel;
-    let mut sums = Sums {
-        hessian: Matrix3::zeros(),
-        gradient: Vector3::zeros(),
-        matched: 0,
-        inliers: 0,
-        squares: 0.0,
-    };
+    let mut sums = Sums::default();
     for Pair { arm, place, surfel } in pairs {
         let residual = place - surfel.position;
         let square = residual.norm_squared();

@@ -30,7 +30,7 @@ pub(super) fn of_scan(slam: &Slam, before: &PoseEstimate) -> [StageReport; 4] {
             before: *before,
         },
         StageReport::Map {
-            confirmed: walls.iter().filter(|wall| wall.is_confirmed).count(),
+            confirmed: view.confirmed(),
             walls: walls.len(),
         },
     ]

@@ -41,15 +41,6 @@ pub(super) trait Estimator: Debug + Send + Sync {
     fn finish(&mut self) {}
 }
 
-type Begin = fn(&SlamConfig) -> Result<Box<dyn Estimator>, SlamError>;
-
-struct Row {
-    name: &'static str,
-    title: &'static str,
-    begin: Begin,
-    meaning: &'static str,
-}
-
 /// One row for each method: variant, name in commands and saved links, title, where it begins,
 /// meaning for people.
 macro_rules! methods {
@@ -65,14 +56,29 @@ macro_rules! methods {
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
             /// Their names.
             pub const NAMES: &[&str] = &[$($name),*];
-        }
 
-        const TABLE: &[Row] = &[$(Row {
-            name: $name,
-            title: $title,
-            begin: $begin,
-            meaning: $meaning,
-        },)*];
+            /// The name in commands, settings and saved links.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// The name for people.
+            #[must_use]
+            pub fn title(self) -> &'static str {
+                match self { $(Self::$variant => $title,)* }
+            }
+
+            /// What it does, for people.
+            #[must_use]
+            pub fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => $meaning,)* }
+            }
+
+            pub(super) fn begin(self, config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
+                match self { $(Self::$variant => $begin(config),)* }
+            }
+        }
     };
 }
 
@@ -85,35 +91,6 @@ methods! {
         "Whole scans matched to submaps; loops are closed in a pose graph.";
     PriorMap, "prior-map", "Prior map", prior_map::begin,
         "Localisation in a map that is given before the run (TDK 2016 §3.2).";
-}
-
-impl Method {
-    fn row(self) -> &'static Row {
-        // The table has a row for each variant, in their order.
-        &TABLE[self as usize]
-    }
-
-    /// The name in commands, settings and saved links.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.row().name
-    }
-
-    /// The name for people.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        self.row().title
-    }
-
-    /// What it does, for people.
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        self.row().meaning
-    }
-
-    pub(super) fn begin(self, config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
-        (self.row().begin)(config)
-    }
 }
 
 /// There is no method of that name.

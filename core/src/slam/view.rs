@@ -34,6 +34,13 @@ impl<'a> View<'a> {
         self.update.map_or(&[], |update| &update.matches)
     }
 
+    /// Number of walls that were seen often enough.
+    #[must_use]
+    pub fn confirmed(&self) -> usize {
+        let walls = self.landmarks.iter();
+        walls.filter(|wall| wall.is_confirmed).count()
+    }
+
     /// How the errors of pose and walls hang together; `None` for methods without a common
     /// covariance. O(n²).
     #[must_use]

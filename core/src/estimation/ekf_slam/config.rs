@@ -50,6 +50,14 @@ config! {
     }
 }
 
+impl MergeConfig {
+    /// Whether a difference with this variance is known to be at most `most`.
+    pub(super) fn is_small(&self, difference: f64, variance: f64, most: f64) -> bool {
+        let sigma = variance.max(0.0).sqrt();
+        difference.abs().max(self.sigmas * sigma) <= most
+    }
+}
+
 config! {
     /// Settings of the filter.
     #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Matrix2x3};
 use super::sighting::Expectation;
 use super::sweep::{SweepTiming, as_seen};
 use super::{EkfSlam, ROBOT};
-use crate::association::{Candidate, ExpectedLine, JointSearch, Paired, Pairing, plausible};
+use crate::association::{Candidate, JointSearch, Paired, Pairing, gap, plausible};
 use crate::features::LineFeature;
 
 /// What the search keeps from scan to scan, so that none of it is allocated again.
@@ -31,10 +31,14 @@ pub(super) struct JointScratch {
 
 impl JointScratch {
     fn expected(&self, landmark: usize) -> Option<&Expectation> {
-        let place = self
-            .expected
-            .binary_search_by_key(&landmark, |(known, _)| *known);
-        self.expected.get(place.ok()?).map(|(_, expected)| expected)
+        let place = self.place(landmark).ok()?;
+        self.expected.get(place).map(|(_, expected)| expected)
+    }
+
+    /// Where a landmark stands in `expected`, or should.
+    fn place(&self, landmark: usize) -> Result<usize, usize> {
+        let known = |(known, _): &(usize, Expectation)| *known;
+        self.expected.binary_search_by_key(&landmark, known)
     }
 }
 
@@ -60,7 +64,8 @@ impl EkfSlam {
         let shared = self.config.merge.shared;
         let cross = |a: &Pairing, b: &Pairing| {
             let [seen_a, seen_b] = [a, b].map(|pairing| scratch.seen.get(pairing.sighting));
-            if a.landmark == b.landmark && !are_two_parts(seen_a?, seen_b?, shared) {
+            // Two parts of one wall overlap by little.
+            if a.landmark == b.landmark && gap(seen_a?.ends, seen_b?) <= -shared {
                 return None;
             }
             Some(self.cross(
@@ -108,10 +113,7 @@ impl EkfSlam {
                 v: innovation.v,
                 cov: innovation.cov,
             });
-            let place = scratch
-                .expected
-                .binary_search_by_key(&landmark, |(known, _)| *known);
-            if let Err(place) = place {
+            if let Err(place) = scratch.place(landmark) {
                 scratch.expected.insert(place, (landmark, expectation));
             }
         }
@@ -128,15 +130,4 @@ impl EkfSlam {
             + of_a.by_line * with_pose(a) * of_b.by_pose.transpose()
             + of_a.by_line * between * of_b.by_line.transpose()
     }
-}
-
-/// Whether two lines of a scan may be parts of one wall: they overlap by no more than `shared`, m.
-fn are_two_parts(a: &LineFeature, b: &LineFeature, shared: f64) -> bool {
-    let first = ExpectedLine {
-        alpha: a.line.alpha(),
-        r: a.line.r(),
-        cov: a.cov,
-        ends: a.ends,
-    };
-    first.gap(b) > -shared
 }

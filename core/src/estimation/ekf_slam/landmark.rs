@@ -7,7 +7,7 @@ use super::super::line_model::place;
 use super::sighting::from_anchor;
 use super::{EkfSlam, POSE, ROBOT};
 use crate::features::LineFeature;
-use crate::geom::{Line, sin_cos, symmetrize};
+use crate::geom::{Line, Pose2, sin_cos, symmetrize};
 
 /// Name of a landmark, the same for its whole life and never given again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,6 +60,14 @@ impl Entry {
         self.extent.map(|along| foot + tangent * along)
     }
 
+    /// From where to where a line seen from `pose` lies on it.
+    pub(super) fn extent_of(&self, seen: &LineFeature, pose: &Pose2) -> [f64; 2] {
+        let tangent = self.tangent();
+        let along = |end: Point2<f64>| tangent.dot(&(*pose * end - self.anchor));
+        let [a, b] = seen.ends.map(along);
+        [a.min(b), a.max(b)]
+    }
+
     /// The line and its covariance with r counted from the origin of the map, r ≥ 0.
     pub(super) fn in_map(&self, cov: &Matrix2<f64>) -> (Line, Matrix2<f64>) {
         let tangent = self.tangent();
@@ -83,11 +91,7 @@ impl EkfSlam {
     pub(super) fn extend(&mut self, landmark: usize, seen: &LineFeature) {
         let (pose, scans) = (self.pose, self.scans);
         if let Some(entry) = self.landmarks.get_mut(landmark) {
-            let tangent = entry.tangent();
-            let [a, b] = seen
-                .ends
-                .map(|end| tangent.dot(&(pose * end - entry.anchor)));
-            let seen = [a.min(b), a.max(b)];
+            let seen = entry.extent_of(seen, &pose);
             entry.extent = hull(entry.extent, seen);
             if entry.last_seen == scans {
                 // Another part of the wall, behind something that stands before it.

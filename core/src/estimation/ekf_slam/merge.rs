@@ -55,12 +55,9 @@ impl EkfSlam {
         if entry.last_seen != self.scans {
             return false;
         }
-        let tangent = entry.tangent();
-        let [a, b] = seen
-            .ends
-            .map(|end| tangent.dot(&(self.pose * end - entry.anchor)));
+        let [from, to] = entry.extent_of(seen, &self.pose);
         let shared = self.config.merge.shared;
-        a.min(b) < entry.seen_now[1] - shared && a.max(b) > entry.seen_now[0] + shared
+        from < entry.seen_now[1] - shared && to > entry.seen_now[0] + shared
     }
 
     /// Step 5, for each landmark that this scan saw.
@@ -151,8 +148,11 @@ impl EkfSlam {
         let d2 = cov
             .cholesky()
             .map_or(f64::INFINITY, |c| v.dot(&c.solve(&v)));
+        let merge = &self.config.merge;
         Difference {
-            is_joined: d2 <= self.config.merge.gate && self.is_known(&v, &cov),
+            is_joined: d2 <= merge.gate
+                && merge.is_small(v.x, cov[(0, 0)], merge.alpha)
+                && merge.is_small(v.y, cov[(1, 1)], merge.r),
             v,
             cov,
             d2,
@@ -160,25 +160,13 @@ impl EkfSlam {
         }
     }
 
-    /// Whether a difference is known to be small.
-    fn is_known(&self, v: &Vector2<f64>, cov: &Matrix2<f64>) -> bool {
-        let merge = &self.config.merge;
-        let within = |axis: usize, most: f64| {
-            let sigma = cov[(axis, axis)].max(0.0).sqrt();
-            v[axis].abs().max(merge.sigmas * sigma) <= most
-        };
-        within(0, merge.alpha) && within(1, merge.r)
-    }
-
     /// Whether two lie on each other, whatever their directions: over a short wall a spoilt line
     /// may cross it at a great angle.
     fn is_double(&self, shared: &Shared, difference: &Difference) -> bool {
         let merge = &self.config.merge;
-        let sigma = difference.cov[(1, 1)].max(0.0).sqrt();
         difference.d2.is_finite()
             && shared.overlap >= merge.doubled
-            && shared.off <= merge.r
-            && merge.sigmas * sigma <= merge.r
+            && merge.is_small(shared.off, difference.cov[(1, 1)], merge.r)
     }
 
     /// Makes one of two: the older one stays, or the one seen more often where they do not agree.

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2, Vector3};
 use super::super::covariance::Column;
 use super::super::line_model::{Linearisation, observe};
 use super::{Considered, EkfSlam, Gate, ROBOT};
-use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine};
+use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine, gap};
 use crate::features::LineFeature;
 use crate::geom::{Pose2, sin_cos, wrap};
 
@@ -29,16 +29,13 @@ impl EkfSlam {
     ) -> Option<(Candidate, Considered)> {
         let entry = self.landmarks.get(landmark)?;
         let turn = wrap(entry.line[0] - self.pose.heading() - OrientedLine::of(seen).alpha);
-        if turn.abs() > self.config.max_turn {
-            return None;
-        }
-        if self.is_far(landmark, seen) {
+        if turn.abs() > self.config.max_turn || self.is_far(landmark, seen) {
             return None;
         }
         let expected = self.expect(landmark);
         let innovation = self.innovation(&expected, seen)?;
         // The wall's ends are known no better than where the robot is along it.
-        let free = expected.line.gap(seen);
+        let free = gap(expected.line.ends, seen);
         let gap = free - self.config.along_sigmas * expected.along_sigma;
         let candidate = Candidate {
             index: landmark,
@@ -77,16 +74,16 @@ impl EkfSlam {
         let Some((known, end)) = nearest else {
             return false;
         };
-        let merge = &self.config.merge;
         let (sin, cos) = sin_cos(expected.alpha);
         let along = Vector2::new(-sin, cos).dot(&nalgebra::center(known, end).coords);
         let across = Vector2::new(-along, 1.0);
-        let off = across.dot(&innovation.v);
-        let sigma = |variance: f64| variance.max(0.0).sqrt();
-        let off_sigma = sigma(across.dot(&(innovation.cov * across)));
-        let turn_sigma = sigma(innovation.cov[(0, 0)]);
-        innovation.v.x.abs().max(merge.sigmas * turn_sigma) <= merge.alpha
-            && off.abs().max(merge.sigmas * off_sigma) <= merge.r
+        let merge = &self.config.merge;
+        merge.is_small(innovation.v.x, innovation.cov[(0, 0)], merge.alpha)
+            && merge.is_small(
+                across.dot(&innovation.v),
+                across.dot(&(innovation.cov * across)),
+                merge.r,
+            )
     }
 
     /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the
@@ -173,13 +170,12 @@ impl EkfSlam {
             return false;
         };
         let (hx, hf, first) = (expected.by_pose, expected.by_line, ROBOT + 2 * landmark);
-        let column = |state, h: [f64; 2]| (state, h);
         let columns = [
-            column(0, [hx[(0, 0)], hx[(1, 0)]]),
-            column(1, [hx[(0, 1)], hx[(1, 1)]]),
-            column(2, [hx[(0, 2)], hx[(1, 2)]]),
-            column(first, [hf[(0, 0)], hf[(1, 0)]]),
-            column(first + 1, [hf[(0, 1)], hf[(1, 1)]]),
+            (0, [hx[(0, 0)], hx[(1, 0)]]),
+            (1, [hx[(0, 1)], hx[(1, 1)]]),
+            (2, [hx[(0, 2)], hx[(1, 2)]]),
+            (first, [hf[(0, 0)], hf[(1, 0)]]),
+            (first + 1, [hf[(0, 1)], hf[(1, 1)]]),
         ];
         let is_used = self.absorb(&innovation.v, &innovation.cov, &columns);
         if is_used {

@@ -35,16 +35,6 @@ impl SweepTiming {
         Self {
             stamp,
             lag: stamp.since(scan.stamp).max(0.0),
-            ..Self::of(scan)
-        }
-    }
-
-    /// The timing of `scan`, whose lines stand in the robot frame at its last beam.
-    #[must_use]
-    pub fn of(scan: &Scan) -> Self {
-        Self {
-            stamp: scan.stamp,
-            lag: 0.0,
             seconds: scan.sweep,
             n_beams: scan.len(),
         }

@@ -28,7 +28,7 @@ pub(super) struct Keyframe {
     pub(super) submap: usize,
     pub(super) submap_from_robot: Pose2,
     /// Free ways: from (x, y) to (x, y), robot frame, m.
-    free: Vec<[f32; 4]>,
+    free: Vec<[[f32; 2]; 2]>,
     /// Points on surfaces, robot frame, m.
     hits: Vec<[f32; 2]>,
 }
@@ -85,14 +85,12 @@ impl ScanMatcher {
         let config = &self.config.evidence;
         let evidence = Evidence::certain(&shortened, &sigmas, self.grid.resolution(), config);
         let single = |p: &Point2<f64>| [p.x as f32, p.y as f32];
-        let way = |[from, to]: &[Point2<f64>; 2]| {
-            let ([a, b], [c, d]) = (single(from), single(to));
-            [a, b, c, d]
-        };
         Keyframe {
             submap: self.submaps.len() - 1,
             submap_from_robot: self.submap_from_robot,
-            free: evidence.free.iter().map(way).collect(),
+            free: (evidence.free.iter())
+                .map(|way| way.each_ref().map(single))
+                .collect(),
             hits: evidence.hits.iter().map(single).collect(),
         }
     }
@@ -114,21 +112,16 @@ impl ScanMatcher {
 
 impl Keyframe {
     /// The beams, from the sensor to where they are surely free, in the submap.
-    pub(super) fn rays(&self) -> impl Iterator<Item = (Point2<f64>, Point2<f64>)> + '_ {
+    pub(super) fn rays(&self) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
         let at = self.submap_from_robot;
-        self.free.iter().map(move |&[a, b, c, d]| {
-            let [from, to] = [double([a, b]), double([c, d])];
-            (at * from, at * to)
-        })
+        self.free
+            .iter()
+            .map(move |way| way.map(|end| at * double(end)))
     }
 
     pub(super) fn draw(&self, grid: &mut Grid, map_from_robot: &Pose2) {
         let evidence = Evidence {
-            free: self
-                .free
-                .iter()
-                .map(|&[a, b, c, d]| [double([a, b]), double([c, d])])
-                .collect(),
+            free: self.free.iter().map(|way| way.map(double)).collect(),
             hits: self.hits.iter().copied().map(double).collect(),
         };
         grid.draw(&evidence, map_from_robot);

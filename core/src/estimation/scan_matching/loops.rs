@@ -9,8 +9,8 @@ use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
-use super::ScanMatcher;
-use crate::geom::{Pose2, pose_cov, symmetrize};
+use super::{ScanMatcher, carried};
+use crate::geom::{Pose2, pose_cov};
 
 impl ScanMatcher {
     /// The edge from a submap to the one that follows it.
@@ -27,13 +27,11 @@ impl ScanMatcher {
             information: information_at_end(old_from_new, &information),
             cauchy: None,
         });
-        let turned = self.map_from_running().rotation();
-        let from = self.map_from_running().position();
-        let ahead = map_from_new.position() - from;
-        let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
-        self.submap_cov =
-            carry * self.submap_cov * carry.transpose() + turned * cov * turned.transpose();
-        symmetrize(&mut self.submap_cov);
+        let map_from_old = self.map_from_running();
+        let turned = map_from_old.rotation();
+        let ahead = map_from_new.position() - map_from_old.position();
+        let way = turned * cov * turned.transpose();
+        self.submap_cov = carried(&self.submap_cov, ahead, way);
         self.way_cov = Matrix3::zeros();
     }
 

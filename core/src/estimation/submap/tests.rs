@@ -17,7 +17,7 @@ fn submap(walls: &[[f64; 4]], middle: Point2<f64>) -> ClosedSubmap {
             weight: 1.0,
         }));
     }
-    let rays: Vec<_> = surfels.iter().map(|s| (middle, s.position)).collect();
+    let rays: Vec<_> = surfels.iter().map(|s| [middle, s.position]).collect();
     ClosedSubmap::new(surfels, rays.into_iter())
 }
 
@@ -34,7 +34,7 @@ fn begun_at(submap: &ClosedSubmap, middle: Point2<f64>, old_from_new: &Pose2) ->
         })
         .collect();
     let middle = new_from_old * middle;
-    let rays: Vec<_> = surfels.iter().map(|s| (middle, s.position)).collect();
+    let rays: Vec<_> = surfels.iter().map(|s| [middle, s.position]).collect();
     ClosedSubmap::new(surfels, rays.into_iter())
 }
 
