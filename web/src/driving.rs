@@ -78,17 +78,15 @@ impl WebRun {
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        let path = self.pilot().path();
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
+        let route = self.pilot().route();
+        route.map_or(vec![], |route| view::polyline(&route.path.points))
     }
 
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        let path = self.pilot().raw_path();
-        path.map(|path| view::polyline(&path.points))
-            .unwrap_or_default()
+        let route = self.pilot().route();
+        route.map_or(vec![], |route| view::polyline(&route.raw.points))
     }
 
     /// x1 y1 x2 y2 of the edges of the planner's trees.
