@@ -52,7 +52,7 @@ pub struct Surfel {
     pub position: Point2<f64>,
     /// Unit normal towards the free side.
     pub normal: Vector2<f64>,
-    /// Number of sightings, at most [`MAX_WEIGHT`].
+    /// Number of sightings, at most `MAX_WEIGHT`.
     pub weight: f64,
 }
 

@@ -1,7 +1,7 @@
 //! A path with rounded corners, for driving without stopping at each.
 //!
-//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces and arcs that join without a kink; a corner that cannot be rounded stays a
-//! turn on the spot.
+//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces
+//! and arcs that join without a kink; a corner that cannot be rounded stays a turn on the spot.
 //!
 //! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most
 //!    half of a leg, all of the first and of the last.
