@@ -35,11 +35,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::control::{
-    SafeConfig, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
+    SafeConfig, Speeds, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
 };
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
-use crate::plan::{Frontier, Path, Planner};
+use crate::plan::{Frontier, Route};
 use crate::points::Points;
 use crate::robot::{Bumpers, Command, RobotModel, Stamp};
 use around::people_are_near;
@@ -66,7 +66,7 @@ pub struct Situation<'a> {
     /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
     pub heading_drift: f64,
     /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
-    pub speeds: (f64, f64),
+    pub speeds: Speeds,
     /// Which bumpers are pressed.
     pub bumpers: Bumpers,
     /// Whether the robot is still at the last command (a turn, a leg, a sweep).
@@ -83,9 +83,9 @@ pub struct Pilot {
     rng: ChaCha8Rng,
     mode: Mode,
     status: Status,
-    wish: (f64, f64),
+    wish: Speeds,
     /// Speeds of the last command.
-    commanded: (f64, f64),
+    commanded: Speeds,
     errand: errand::Errand,
     phase: cycle::Phase,
     stages: StageRecord,
@@ -98,9 +98,9 @@ pub struct Pilot {
 #[derive(Clone, Copy, Debug)]
 struct Limited {
     /// For what stands around, people included.
-    among_things: (f64, f64),
+    among_things: Speeds,
     /// And because people may walk on.
-    among_people: (f64, f64),
+    among_people: Speeds,
 }
 
 impl Pilot {
@@ -260,7 +260,7 @@ impl Pilot {
 
     /// The wished speeds, as far as the last scan and the bumpers allow; standing where a
     /// continuous sensor has fallen silent.
-    fn safely(&mut self, wish: (f64, f64), now: &Situation, config: SafeConfig) -> Command {
+    fn safely(&mut self, wish: Speeds, now: &Situation, config: SafeConfig) -> Command {
         if self.is_blind(now) {
             return self.wait_for_scan();
         }
@@ -279,26 +279,20 @@ impl Pilot {
 
     fn limited(
         &self,
-        wish: (f64, f64),
+        wish: Speeds,
         points: &Points,
         now: &Situation,
         config: &SafeConfig,
     ) -> Limited {
         let underway = self.underway(points, now);
-        let limit = match self.goes_by_outline(now) {
-            true => limit_outline,
-            false => limit_speed,
+        let limits = (&self.model, config);
+        let among_things = match self.goes_by_outline(now) {
+            true => limit_outline(wish, points, &underway, limits),
+            false => limit_speed(wish, points, &underway, limits),
         };
-        let among_things = limit(wish, points, &underway, &self.model, config);
         Limited {
             among_things,
-            among_people: limit_among_walkers(
-                among_things,
-                now.walkers,
-                &underway,
-                &self.model,
-                config,
-            ),
+            among_people: limit_among_walkers(among_things, now.walkers, &underway, limits),
         }
     }
 
@@ -327,22 +321,10 @@ impl Pilot {
         &self.status
     }
 
-    /// The path it follows.
+    /// The way it follows.
     #[must_use]
-    pub fn path(&self) -> Option<&Path> {
-        self.errand.route.as_ref().map(|route| &route.path)
-    }
-
-    /// The same path before it was shortened.
-    #[must_use]
-    pub fn raw_path(&self) -> Option<&Path> {
-        self.errand.route.as_ref().map(|route| &route.raw)
-    }
-
-    /// Who planned the path.
-    #[must_use]
-    pub fn planner(&self) -> Option<Planner> {
-        self.errand.route.as_ref().map(|route| route.by)
+    pub fn route(&self) -> Option<&Route> {
+        self.errand.route.as_ref()
     }
 
     /// Legs of the trees of the last plan.

@@ -78,13 +78,15 @@ impl WebRun {
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        view::corners(self.pilot().path())
+        let route = self.pilot().route();
+        route.map_or(vec![], |route| view::corners(&route.path.points))
     }
 
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        view::corners(self.pilot().raw_path())
+        let route = self.pilot().route();
+        route.map_or(vec![], |route| view::corners(&route.raw.points))
     }
 
     /// x1 y1 x2 y2 of the edges of the planner's trees.
@@ -100,7 +102,7 @@ impl WebRun {
         let frontiers = self.pilot().frontiers().iter();
         let cells = frontiers.flat_map(|frontier| &frontier.cells);
         let centres: Vec<_> = cells.map(|&cell| grid.centre_of(cell)).collect();
-        view::polyline(&centres)
+        view::corners(&centres)
     }
 
     /// Whether the robot drives by the cycle of TDK 2016 §6.3.

@@ -125,7 +125,7 @@ impl Task {
             state,
             level,
             text: status.to_string(),
-            planner: pilot.planner().map(|planner| planner.title().to_owned()),
+            planner: pilot.route().map(|route| route.by.title().to_owned()),
         }
     }
 }

@@ -18,6 +18,7 @@
 use nalgebra::Point2;
 
 use super::follow::{BRAKING, FollowConfig, turn_rate, turns_on_spot};
+use super::safe::Speeds;
 use crate::geom::{Pose2, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
@@ -88,7 +89,7 @@ impl CurveFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Speeds> {
         while let Some(run) = self.runs.get(self.run) {
             self.place = nearest(run, self.place, pose.position());
             let left = way_left(run, self.place, pose.position());
@@ -108,7 +109,7 @@ impl CurveFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Speeds> {
         let run = &self.runs[self.run];
         let here = run[self.place];
         let fastest = speed(run, self.place, left, model, config);

@@ -14,6 +14,7 @@
 use nalgebra::Point2;
 
 use super::curve::CurveFollower;
+use super::safe::Speeds;
 use crate::geom::{Pose2, Segment, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
@@ -88,7 +89,7 @@ impl Follower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Speeds> {
         match self {
             Self::Legs(legs) => legs.steer(pose, model, config),
             Self::Curve(curve) => curve.steer(pose, model, config),
@@ -134,7 +135,7 @@ impl LegFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Speeds> {
         while let Some(&leg) = self.legs.get(self.current) {
             if !has_ended(&leg, pose.position(), config) {
                 return self.along(&leg, pose, model, config);
@@ -151,7 +152,7 @@ impl LegFollower {
         pose: &Pose2,
         model: &RobotModel,
         config: &FollowConfig,
-    ) -> Option<(f64, f64)> {
+    ) -> Option<Speeds> {
         let length = leg.length();
         let direction = leg.vector() / length;
         let done = (pose.position() - leg.a).dot(&direction);

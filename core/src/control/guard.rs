@@ -18,7 +18,7 @@
 //! Source: Celej §5.
 
 use super::{
-    SafeConfig, Underway, free_distance, leg_is_safe, limit_among_walkers, limit_speed,
+    SafeConfig, Speeds, Underway, free_distance, leg_is_safe, limit_among_walkers, limit_speed,
     within_model,
 };
 use crate::geom::Pose2;
@@ -44,7 +44,7 @@ pub struct SafeMode {
     points: Option<Points>,
     motion_since_scan: Pose2,
     /// Speeds that were let through last.
-    commanded: (f64, f64),
+    commanded: Speeds,
     /// What is under way, as it was wished.
     wish: Command,
     /// What remains of a leg under way, m.
@@ -137,11 +137,6 @@ impl SafeMode {
                 let safe = self.limit(self.wish);
                 (self.commanded != before).then_some(safe)
             }
-            // A leg slows down by itself where it ends; what came into its way since stops it.
-            Command::Forward(_) if self.free_ahead(self.leg) + SCATTER < self.braking(self.leg) => {
-                self.stopped();
-                Some(Command::Stop)
-            }
             Command::Forward(_) if !self.is_safe_leg() => {
                 self.stopped();
                 Some(Command::Stop)
@@ -150,9 +145,11 @@ impl SafeMode {
         }
     }
 
+    /// A leg slows down by itself where it ends; what came into its way since stops it.
     fn is_safe_leg(&self) -> bool {
         let (walkers, underway) = (self.walkers.points(), self.underway());
-        leg_is_safe(self.leg, walkers, &underway, &self.model, &self.config)
+        self.free_ahead(self.leg) + SCATTER >= self.braking(self.leg)
+            && leg_is_safe(self.leg, walkers, &underway, (&self.model, &self.config))
     }
 
     fn safe(&self, wish: Command) -> Command {
@@ -178,13 +175,12 @@ impl SafeMode {
         }
     }
 
-    fn limited(&self, wish: (f64, f64)) -> (f64, f64) {
+    fn limited(&self, wish: Speeds) -> Speeds {
         match &self.points {
             Some(points) => {
-                let (model, config) = (&self.model, &self.config);
-                let underway = self.underway();
-                let safe = limit_speed(wish, points, &underway, model, config);
-                limit_among_walkers(safe, self.walkers.points(), &underway, model, config)
+                let (underway, limits) = (self.underway(), (&self.model, &self.config));
+                let safe = limit_speed(wish, points, &underway, limits);
+                limit_among_walkers(safe, self.walkers.points(), &underway, limits)
             }
             None => within_model(wish, &self.model),
         }

@@ -19,7 +19,7 @@ pub use curve::CurveFollower;
 pub use follow::{FollowConfig, Follower, LegFollower};
 pub use guard::SafeMode;
 pub use outline::limit_outline;
-pub use safe::{SafeConfig, Underway, limit_speed, within_model};
+pub use safe::{Limits, SafeConfig, Speeds, Underway, limit_speed, within_model};
 pub use separation::{leg_is_safe, limit_among_walkers};
 pub use strip::free_distance;
 pub use watch::ProgressWatch;

@@ -16,7 +16,7 @@
 
 use nalgebra::Point2;
 
-use super::safe::{CREEP, SafeConfig, Underway, within_model};
+use super::safe::{CREEP, Limits, Speeds, Underway, within_model};
 use super::strip::{LEAST, arc, points_within};
 use crate::geom::{Footprint, Pose2};
 use crate::points::Points;
@@ -35,23 +35,18 @@ const SLOW_TURN: f64 = 0.2;
 
 /// The speeds (m/s, rad/s) that are safe for an outline; those for the disc where the robot is one.
 #[must_use]
-pub fn limit_outline(
-    wish: (f64, f64),
-    points: &Points,
-    underway: &Underway,
-    model: &RobotModel,
-    config: &SafeConfig,
-) -> (f64, f64) {
+pub fn limit_outline(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> Speeds {
+    let (model, config) = limits;
     let grown = Grown::new(model, config.gap).zip(Grown::new(model, LEAST.min(config.gap)));
     let Some((wide, tight)) = grown else {
-        return super::limit_speed(wish, points, underway, model, config);
+        return super::limit_speed(wish, points, underway, limits);
     };
     let (forward, turn) = within_model(wish, model);
     let near_within = |most: f64| {
         let reach = most + wide.outline.radius_around();
         points_within(points, &underway.since_scan, reach)
     };
-    let turn = limit_turn(turn, &near_within(0.0), [&wide, &tight], model, config);
+    let turn = limit_turn(turn, &near_within(0.0), [&wide, &tight], limits);
     if forward == 0.0 {
         return (0.0, turn);
     }
@@ -77,8 +72,7 @@ fn limit_turn(
     turn: f64,
     near: &[Point2<f64>],
     [wide, tight]: [&Grown; 2],
-    model: &RobotModel,
-    config: &SafeConfig,
+    (model, config): Limits,
 ) -> f64 {
     let braking = config.braking_of(model.max_turn_acceleration);
     let longest = braking.way(turn);
@@ -102,12 +96,7 @@ fn limit_turn(
 }
 
 /// How far the outline moves along the arc of two speeds before a point comes into it, m.
-fn free_distance(
-    outline: &Grown,
-    (forward, turn): (f64, f64),
-    near: &[Point2<f64>],
-    most: f64,
-) -> f64 {
+fn free_distance(outline: &Grown, (forward, turn): Speeds, near: &[Point2<f64>], most: f64) -> f64 {
     let steps = (most / STEP).ceil().clamp(1.0, 1e3);
     let pose_at = |part: f64| {
         let time = part * most / forward.abs();

@@ -111,13 +111,19 @@ impl Braking {
     }
 }
 
+/// Forward speed, m/s, and turn rate, rad/s.
+pub type Speeds = (f64, f64);
+
+/// What a robot can do, and how cautious it is to be.
+pub type Limits<'a> = (&'a RobotModel, &'a SafeConfig);
+
 /// What a robot is at when it gets another command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Underway {
     /// Speeds that it was commanded last, m/s and rad/s.
-    pub commanded: (f64, f64),
+    pub commanded: Speeds,
     /// Speeds at which it runs, by odometry: motors take time.
-    pub runs: (f64, f64),
+    pub runs: Speeds,
     /// `robot_at_scan_from_robot`: the motion since the last scan.
     pub since_scan: Pose2,
     /// How long ago that was, s.
@@ -136,32 +142,22 @@ pub(super) const CREEP: f64 = 0.1;
 
 /// The speeds (m/s, rad/s) that are safe, for a robot that is at something.
 #[must_use]
-pub fn limit_speed(
-    wish: (f64, f64),
-    points: &Points,
-    underway: &Underway,
-    model: &RobotModel,
-    config: &SafeConfig,
-) -> (f64, f64) {
+pub fn limit_speed(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> Speeds {
+    let (model, config) = limits;
     let (forward, turn) = within_model(wish, model);
-    let forward = limit_forward((forward, turn), points, underway, model, config);
+    let forward = limit_forward((forward, turn), points, underway, limits);
     if forward != 0.0 || turn == 0.0 || config.ease <= 0.0 {
         return (forward, turn);
     }
     let off = ease_off(points, &underway.since_scan, model.radius(), config.ease);
-    let off = limit_forward((off, turn), points, underway, model, config);
+    let off = limit_forward((off, turn), points, underway, limits);
     (off, turn)
 }
 
 /// The forward speed that is safe at a turn rate, both of them such that the robot can run them;
 /// m/s.
-fn limit_forward(
-    (forward, turn): (f64, f64),
-    points: &Points,
-    underway: &Underway,
-    model: &RobotModel,
-    config: &SafeConfig,
-) -> f64 {
+fn limit_forward(wish: Speeds, points: &Points, underway: &Underway, limits: Limits) -> f64 {
+    let ((forward, turn), (model, config)) = (wish, limits);
     if forward == 0.0 {
         return 0.0;
     }
@@ -197,7 +193,7 @@ fn limit_forward(
 
 /// The speeds (m/s, rad/s) as far as the robot can run them; 0 for what is no number.
 #[must_use]
-pub fn within_model((forward, turn): (f64, f64), model: &RobotModel) -> (f64, f64) {
+pub fn within_model((forward, turn): Speeds, model: &RobotModel) -> Speeds {
     let bounded = |wish: f64, most: f64| {
         if wish.is_finite() {
             wish.clamp(-most, most)

@@ -77,7 +77,7 @@ fn under_stick(
             points = look(&pose, walls, noise, &mut rng);
             underway.since_scan = Pose2::identity();
         }
-        underway.commanded = limit_speed(*wish, &points, &underway, model, &config);
+        underway.commanded = limit_speed(*wish, &points, &underway, (model, &config));
         let before = pose;
         pose = drive(pose, &mut underway.runs, underway.commanded, model);
         let moved = before.delta_to(&pose);
@@ -226,7 +226,7 @@ fn what_the_robot_still_turns_into_slows_it() {
             runs,
             ..Underway::default()
         };
-        limit_speed(wish, &points, &underway, &model, &config).0
+        limit_speed(wish, &points, &underway, (&model, &config)).0
     };
     assert_eq!(with((0.4, 0.7)), 0.7);
     assert!(with((0.4, -1.4)) < 0.5, "{}", with((0.4, -1.4)));
@@ -243,7 +243,7 @@ fn among_walkers_the_way_they_may_walk_unseen_counts() {
             ..Underway::default()
         };
         let walkers = [Point2::new(distance, 0.0)];
-        limit_among_walkers((0.7, 0.0), &walkers, &underway, &model, &config).0
+        limit_among_walkers((0.7, 0.0), &walkers, &underway, (&model, &config)).0
     };
     // d = u (t + v/a) + s + r, with s = v t + v²/(2 a): the greatest v of a twentieth of 0.7 m/s
     // that has it.
@@ -282,7 +282,7 @@ fn a_leg_goes_on_only_where_its_full_speed_is_safe() {
     ] {
         let walkers = [Point2::new(at, 0.0)];
         let underway = Underway::default();
-        let safe = leg_is_safe(forward, &walkers, &underway, &model, &config);
+        let safe = leg_is_safe(forward, &walkers, &underway, (&model, &config));
         assert_eq!(safe, goes_on, "somebody at {at} m, {forward} m/s");
     }
 }
@@ -318,7 +318,8 @@ fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f6
     for _ in 0..200 {
         let points = scan_of_hits(posts.iter().map(|post| pose.inverse() * *post));
         underway.since_scan = Pose2::identity();
-        underway.commanded = limit_speed((model.max_speed, 0.0), &points, &underway, model, config);
+        underway.commanded =
+            limit_speed((model.max_speed, 0.0), &points, &underway, (model, config));
         pose = drive(pose, &mut underway.runs, underway.commanded, model);
         let rooms = posts
             .iter()

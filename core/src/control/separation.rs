@@ -18,9 +18,8 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::safe::{BRAKING, SafeConfig, Underway};
+use super::safe::{BRAKING, Limits, Speeds, Underway};
 use super::strip::arc;
-use crate::robot::RobotModel;
 
 /// How fast people walk, m/s. Larger: the robot slows down farther from them, and they have to be
 /// farther away for it to go on.
@@ -44,11 +43,10 @@ pub fn leg_is_safe(
     forward: f64,
     walkers: &[Point2<f64>],
     underway: &Underway,
-    model: &RobotModel,
-    config: &SafeConfig,
+    (model, config): Limits,
 ) -> bool {
     let wish = (model.max_speed.copysign(forward), 0.0);
-    let safe = limit_among_walkers(wish, walkers, underway, model, config);
+    let safe = limit_among_walkers(wish, walkers, underway, (model, config));
     forward.abs() < STANDS || safe == wish
 }
 
@@ -56,12 +54,11 @@ pub fn leg_is_safe(
 /// `walkers` stand in the robot frame of the last scan.
 #[must_use]
 pub fn limit_among_walkers(
-    (forward, turn): (f64, f64),
+    (forward, turn): Speeds,
     walkers: &[Point2<f64>],
     underway: &Underway,
-    model: &RobotModel,
-    config: &SafeConfig,
-) -> (f64, f64) {
+    (model, config): Limits,
+) -> Speeds {
     if walkers.is_empty() || forward == 0.0 {
         return (forward, turn);
     }

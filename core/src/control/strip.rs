@@ -13,6 +13,7 @@
 
 use nalgebra::Point2;
 
+use super::safe::Speeds;
 use crate::geom::Pose2;
 use crate::points::Points;
 
@@ -36,7 +37,7 @@ const ASLANT: f64 = 0.35;
 /// the scan, m; `most` where it does not.
 #[must_use]
 pub fn free_distance(
-    speeds: (f64, f64),
+    speeds: Speeds,
     points: &Points,
     robot_at_scan_from_robot: &Pose2,
     radius: f64,
@@ -78,7 +79,7 @@ impl Strip {
     /// How far the disc moves before it touches one of the points, m.
     pub(super) fn free_distance(
         &self,
-        (forward, turn): (f64, f64),
+        (forward, turn): Speeds,
         near: &[Point2<f64>],
         most: f64,
     ) -> f64 {

@@ -104,7 +104,7 @@ proptest! {
     fn speed_before_a_wall_can_always_be_braked(distance in 0.2..2.0_f64, forward in 0.01..0.7_f64) {
         let model = RobotModel::pioneer();
         let config = SafeConfig::default();
-        let (v, turn) = limit_speed((forward, 0.0), &obstacle(model.radius() + distance, 0.0), &at((forward, 0.0)), &model, &config);
+        let (v, turn) = limit_speed((forward, 0.0), &obstacle(model.radius() + distance, 0.0), &at((forward, 0.0)), (&model, &config));
         prop_assert!(v >= 0.0 && v <= forward && turn == 0.0);
         let needs = v * config.reaction + v * v / (2.0 * safe::BRAKING * model.max_acceleration);
         prop_assert!(needs <= distance - config.gap + 1e-9);
@@ -120,7 +120,7 @@ fn touching_a_wall_leaves_turning_and_backing_off() {
     let model = RobotModel::rp6();
     let config = SafeConfig::default();
     let wall = obstacle(model.radius() + 0.001, 0.0);
-    let limited = |wish| limit_speed(wish, &wall, &Underway::default(), &model, &config);
+    let limited = |wish| limit_speed(wish, &wall, &Underway::default(), (&model, &config));
     assert_eq!(limited((0.2, 0.0)).0, 0.0);
     assert_eq!(limited((0.0, 1.0)), (0.0, 1.0));
     assert_eq!(limited((-0.2, 0.0)), (-0.2, 0.0));
@@ -131,7 +131,7 @@ fn touching_a_wall_leaves_turning_and_backing_off() {
         ..at((0.2, 0.0))
     };
     assert_eq!(
-        limit_speed((0.2, 0.0), &wall, &moved, &model, &config).0,
+        limit_speed((0.2, 0.0), &wall, &moved, (&model, &config)).0,
         0.2
     );
     // Turned round since the scan, the wall is behind.
@@ -140,7 +140,7 @@ fn touching_a_wall_leaves_turning_and_backing_off() {
         ..Underway::default()
     };
     assert_eq!(
-        limit_speed((-0.2, 0.0), &wall, &turned, &model, &config).0,
+        limit_speed((-0.2, 0.0), &wall, &turned, (&model, &config)).0,
         0.0
     );
 }

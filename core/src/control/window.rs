@@ -25,7 +25,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Point2, Vector2};
 
-use super::safe::{SafeConfig, Underway};
+use super::safe::{Limits, Speeds, Underway};
 use super::separation::limit_among_walkers;
 use super::strip::{arc, points_within};
 use crate::geom::wrap;
@@ -85,9 +85,8 @@ pub fn choose_in_window(
     aim: Point2<f64>,
     around: &People,
     underway: &Underway,
-    model: &RobotModel,
-    safe: &SafeConfig,
-) -> Option<(f64, f64)> {
+    (model, safe): Limits,
+) -> Option<Speeds> {
     let radius = model.radius() + safe.gap;
     let near = points_within(around.points, &underway.since_scan, radius + FAR);
     let robot_from_scan = underway.since_scan.inverse();
@@ -95,14 +94,14 @@ pub fn choose_in_window(
         .map(|walker| robot_from_scan * *walker)
         .collect();
     let braking = safe.braking_of(model.max_acceleration);
-    let mut best: Option<(f64, (f64, f64))> = None;
+    let mut best: Option<(f64, Speeds)> = None;
     for (forward, turn) in window(underway.runs, model) {
         let free = free_on_arc((forward, turn), &near, radius, FAR);
         if braking.way(forward) > free {
             continue;
         }
         let wish = (forward, turn);
-        let (forward, _) = limit_among_walkers(wish, around.walkers, underway, model, safe);
+        let (forward, _) = limit_among_walkers(wish, around.walkers, underway, (model, safe));
         let apart = radius + BERTH;
         let free = free_on_arc((forward, turn), &people, apart, FAR).min(free);
         let off = heading_error(aim, (forward, turn), model);
@@ -116,7 +115,7 @@ pub fn choose_in_window(
 }
 
 /// Step 1: pairs all over the window, forward only.
-fn window((forward, turn): (f64, f64), model: &RobotModel) -> impl Iterator<Item = (f64, f64)> {
+fn window((forward, turn): Speeds, model: &RobotModel) -> impl Iterator<Item = Speeds> {
     let over = |at: f64, by: f64, [least, most]: [f64; 2], number: u32| {
         let (low, high) = ((at - by).clamp(least, most), (at + by).clamp(least, most));
         move |i: u32| low + (high - low) * f64::from(i) / f64::from(number - 1)
@@ -136,7 +135,7 @@ fn window((forward, turn): (f64, f64), model: &RobotModel) -> impl Iterator<Item
 
 /// By how much the robot will not look at `aim`, once it has run so for `period` and stopped
 /// turning, rad.
-fn heading_error(aim: Point2<f64>, (forward, turn): (f64, f64), model: &RobotModel) -> f64 {
+fn heading_error(aim: Point2<f64>, (forward, turn): Speeds, model: &RobotModel) -> f64 {
     let at = arc(forward * PERIOD, turn * PERIOD);
     let turned = turn * PERIOD + turn * turn.abs() / (2.0 * model.max_turn_acceleration);
     let to: Vector2<f64> = aim - at;
@@ -150,7 +149,7 @@ fn heading_error(aim: Point2<f64>, (forward, turn): (f64, f64), model: &RobotMod
 ///
 /// The middle of the disc is at distance ρ = v/ω of the arc's centre, a point at distance d; they
 /// are `radius` apart where the angle between them has cosine (ρ² + d² − radius²) / (2 ρ d).
-fn free_on_arc((forward, turn): (f64, f64), points: &[Point2<f64>], radius: f64, most: f64) -> f64 {
+fn free_on_arc((forward, turn): Speeds, points: &[Point2<f64>], radius: f64, most: f64) -> f64 {
     if forward <= 0.0 {
         return 0.0;
     }

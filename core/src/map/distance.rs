@@ -57,12 +57,6 @@ impl DistanceField {
 
     /// All distances in rows from the lower left cell, m, as [`Self::at`].
     #[must_use]
-    pub fn distances(&self) -> &[f32] {
-        &self.distances
-    }
-
-    /// [`Self::distances`], without copying them.
-    #[must_use]
     pub fn into_distances(self) -> Vec<f32> {
         self.distances
     }
@@ -232,7 +226,7 @@ mod tests {
                 sources[row * width + col] = true;
             }
             let field = DistanceField::new(rect(0, 0, width, 5), 0.05, &sources);
-            for (at, found) in field.distances().iter().enumerate() {
+            for (at, found) in field.distances.iter().enumerate() {
                 let squared = places.iter().map(|(col, row)| {
                     let (dc, dr) = (col.abs_diff(at % width), row.abs_diff(at / width));
                     dc * dc + dr * dr

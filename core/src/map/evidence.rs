@@ -13,7 +13,7 @@
 //! 3. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
 //!    order, as on a line ρ cos(φ - α) = r.
 //! 4. The end is a point on a surface where moving it within its width (step 1, without that of
-//!    cells) moves it across the surface by less than `blur_cells`. With the way d along the beam
+//!    cells) moves it across the surface by less than [`BLUR_CELLS`]. With the way d along the beam
 //!    and the way l across it that is d l / √(d² + l²).
 //!
 //! Sonars hear the nearest thing in a cone: there the whole cone is free up to it
@@ -29,6 +29,9 @@ use nalgebra::{Point2, Vector2};
 
 use crate::points::{Beam, Points};
 
+/// How many cells a surface may be off, at [`EvidenceConfig::sigmas`] standard deviations.
+const BLUR_CELLS: f64 = 1.0;
+
 /// How sure a scan has to be of what it draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvidenceConfig {
@@ -38,8 +41,6 @@ pub struct EvidenceConfig {
     /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a wall
     /// that it does not cross.
     pub margin_cells: f64,
-    /// How many cells a surface may be off, at that many standard deviations. Default 1.
-    pub blur_cells: f64,
     /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than 0:
     /// nothing stands nearer in all of a cone than its reading, and the figures above do not
     /// matter.
@@ -51,7 +52,6 @@ impl Default for EvidenceConfig {
         Self {
             sigmas: 2.0,
             margin_cells: 1.0,
-            blur_cells: 1.0,
             cone: 0.0,
         }
     }
@@ -125,16 +125,14 @@ impl Evidence {
                 let along = beam.range - nearest_within(&points.beams, index, unsure);
                 let across = beam.range * unsure;
                 let blur = along * across / libm::hypot(along, across).max(f64::MIN_POSITIVE);
-                if blur <= config.blur_cells * resolution {
+                if blur <= BLUR_CELLS * resolution {
                     evidence.hits.push(beam.end_in_robot);
                 }
             }
         }
         evidence
     }
-}
 
-impl Evidence {
     /// Cones are free as far as the nearest thing in them, which was heard; where on the arc it
     /// stands nobody knows, and the axis is the best guess. The last cell before the arc stays as
     /// it is.

@@ -56,6 +56,11 @@ pub const BLOCK_CELLS: usize = 64;
 const BLOCK: i32 = BLOCK_CELLS as i32;
 const BLOCK_BITS: u32 = BLOCK_CELLS.trailing_zeros();
 
+/// Cells count as occupied above this probability, as in ROS map_server.
+const OCCUPIED_ABOVE: f64 = 0.65;
+/// Cells count as free below this probability.
+const FREE_BELOW: f64 = 0.35;
+
 /// An occupancy grid that grows where the robot looks.
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -89,8 +94,8 @@ impl Grid {
                 hit: log_odds(config.hit),
                 miss: log_odds(config.miss),
                 limit,
-                occupied: log_odds(config.occupied_above),
-                free: log_odds(config.free_below),
+                occupied: log_odds(OCCUPIED_ABOVE),
+                free: log_odds(FREE_BELOW),
             },
             config,
             directory: Directory::empty(),
@@ -228,13 +233,6 @@ impl Grid {
             });
         }
         Ok(())
-    }
-
-    /// Blocks that share their cells, for all in them is as free as can be.
-    #[cfg(test)]
-    fn shared_blocks(&self) -> usize {
-        let blocks = self.directory.iter();
-        blocks.filter(|(_, b)| b.shares(&self.free)).count()
     }
 
     /// Where a block is in the directory, made if need be; `None` where the grid may not grow

@@ -19,6 +19,9 @@ use nalgebra::{Point2, Vector2};
 
 use crate::points::OrientedPoint;
 
+/// Sightings after which a surfel moves no slower.
+const MAX_WEIGHT: f64 = 30.0;
+
 /// How surfels are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfelConfig {
@@ -30,8 +33,6 @@ pub struct SurfelConfig {
     /// Half of the side of the square that the map covers, m. Default 64; points beyond are
     /// dropped.
     pub half_side: f64,
-    /// Sightings after which a surfel moves no slower. Default 30.
-    pub max_weight: f64,
 }
 
 impl Default for SurfelConfig {
@@ -40,7 +41,6 @@ impl Default for SurfelConfig {
             cell: 0.05,
             reach: 0.35,
             half_side: 64.0,
-            max_weight: 30.0,
         }
     }
 }
@@ -52,7 +52,7 @@ pub struct Surfel {
     pub position: Point2<f64>,
     /// Unit normal towards the free side.
     pub normal: Vector2<f64>,
-    /// Number of sightings, at most `max_weight`.
+    /// Number of sightings, at most `MAX_WEIGHT`.
     pub weight: f64,
 }
 
@@ -139,7 +139,7 @@ impl SurfelMap {
                 surfel.position += surfel.normal * (across / total);
                 let normal = surfel.normal * surfel.weight + point.normal;
                 surfel.normal = normal / normal.norm();
-                surfel.weight = total.min(self.config.max_weight);
+                surfel.weight = total.min(MAX_WEIGHT);
             } else if self.slot(self.cell_of(point.position)).is_some() {
                 self.surfels.push(Surfel {
                     position: point.position,

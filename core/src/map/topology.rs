@@ -201,12 +201,6 @@ impl Topology {
         (*label != NONE).then_some(*label as usize)
     }
 
-    /// Number of the region of a point of the map, m.
-    #[must_use]
-    pub fn region_at(&self, point: Point2<f64>) -> Option<usize> {
-        self.region_of(CellIndex::holding(point / self.resolution))
-    }
-
     /// The region of each cell of [`Topology::rect`], in rows from the lower left one.
     pub fn cells(&self) -> impl Iterator<Item = Option<usize>> + '_ {
         let region = |&label: &u32| (label != NONE).then_some(label as usize);

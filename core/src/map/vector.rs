@@ -119,18 +119,6 @@ impl VectorMap {
             .collect()
     }
 
-    /// Walls kept, those included that are not yet shown.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// Whether nothing was seen.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
-    }
-
     fn take(&mut self, sighting: &Sighting) {
         let misfits = self.entries.iter().enumerate();
         let fitting = misfits.filter_map(|(i, entry)| Some((entry.misfit(sighting)?, i)));

@@ -12,7 +12,7 @@
 use nalgebra::Point2;
 
 use super::{Pilot, Situation};
-use crate::control::{Avoidance, People, choose_in_window};
+use crate::control::{Avoidance, People, Speeds, choose_in_window};
 use crate::plan::Path;
 use crate::points::Points;
 use crate::robot::Stamp;
@@ -53,7 +53,7 @@ impl Pilot {
     /// The speeds that the follower wishes; or, where somebody holds the robot up and it is to go
     /// around them, those of the dynamic window. The window is the disc's: a robot that goes by its
     /// outline keeps to its way. Without an admissible pair the wish stays, for safe mode to limit.
-    pub(super) fn around_people(&mut self, wish: (f64, f64), now: &Situation) -> (f64, f64) {
+    pub(super) fn around_people(&mut self, wish: Speeds, now: &Situation) -> Speeds {
         let turns_on_spot = wish.0 <= 0.0;
         let (Some(points), false) = (now.points, turns_on_spot) else {
             return wish;
@@ -78,12 +78,12 @@ impl Pilot {
             walkers: now.walkers,
         };
         let aim = here.inverse() * aim;
-        choose_in_window(aim, &people, &underway, &self.model, &self.config.safe).unwrap_or(wish)
+        choose_in_window(aim, &people, &underway, (&self.model, &self.config.safe)).unwrap_or(wish)
     }
 
     /// What people leave of the speed that things leave. Separation keeps it farther off people
     /// than off things: where things let it go nowhere, they are people only if some are near.
-    fn part_let_through(&self, wish: (f64, f64), points: &Points, now: &Situation) -> f64 {
+    fn part_let_through(&self, wish: Speeds, points: &Points, now: &Situation) -> f64 {
         if now.walkers.is_empty() {
             return 1.0;
         }

@@ -96,15 +96,12 @@ impl Pilot {
 
     /// While a turn, a leg or a sweep is under way: whether it ends here.
     pub(super) fn under_way(&mut self, has_bumped: bool, now: &Situation) -> Option<Command> {
-        if has_bumped && matches!(self.phase, Phase::Going(_)) {
+        let is_going = matches!(self.phase, Phase::Going(_));
+        if has_bumped && is_going {
             return Some(Command::Stop);
         }
-        if self.somebody_came(now.speeds.0, now) {
+        if self.somebody_came(now.speeds.0, now) || (is_going && self.is_lost(now)) {
             // It ends for no fault of the way: nothing to back off from.
-            self.phase = Phase::Scan;
-            return Some(Command::Stop);
-        }
-        if matches!(self.phase, Phase::Going(_)) && self.is_lost(now) {
             self.phase = Phase::Scan;
             return Some(Command::Stop);
         }
@@ -122,7 +119,7 @@ impl Pilot {
         let config = &self.config.safe;
         now.points.is_some_and(|points| {
             let underway = self.underway(points, now);
-            !leg_is_safe(forward, now.walkers, &underway, &self.model, config)
+            !leg_is_safe(forward, now.walkers, &underway, (&self.model, config))
         })
     }
 
@@ -234,16 +231,14 @@ impl Pilot {
             return Next::Stage;
         }
         let whole = leg.length();
+        let by_odometry = match is_led {
+            true => f64::INFINITY,
+            false => trusted.max(2.0 * SHORT_LEG),
+        };
         let cuts = [
             (self.seen_length(leg, now), Cut::Unseen),
             (self.config.longest_leg, Cut::Longest),
-            (
-                match is_led {
-                    true => f64::INFINITY,
-                    false => trusted.max(2.0 * SHORT_LEG),
-                },
-                Cut::Odometry,
-            ),
+            (by_odometry, Cut::Odometry),
         ];
         let (length, cut) = cuts.into_iter().fold((whole, Cut::Nothing), |least, next| {
             if next.0 < least.0 { next } else { least }

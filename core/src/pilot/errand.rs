@@ -191,13 +191,8 @@ impl Pilot {
             Err(reason) => {
                 // A robot pushed against a wall by an error of its pose may be free after the next
                 // scans, and a way that is shut by a wall seen wrongly may open.
-                let may_pass = matches!(
-                    reason,
-                    NoPath::StartBlocked { .. }
-                        | NoPath::Unreachable { .. }
-                        | NoPath::BudgetSpent { .. }
-                        | NoPath::Exhausted { .. }
-                );
+                let may_pass =
+                    !matches!(reason, NoPath::GoalBlocked(_) | NoPath::NotOffered { .. });
                 self.errand.failed_plans += 1;
                 if !may_pass || self.errand.failed_plans >= PLAN_ATTEMPTS {
                     self.give_up_errand(Failure::NoPath(reason));
@@ -238,24 +233,16 @@ impl Pilot {
         {
             return true;
         }
-        let found = match self.find_open_frontiers(now) {
+        let mut found = match self.find_open_frontiers(now) {
             Ok(found) => found,
             Err(reason) => {
                 self.wriggle_free(reason, now);
                 return false;
             }
         };
-        for attempt in 0..PLAN_ATTEMPTS {
-            let known = if attempt == 0 {
-                found.clone()
-            } else {
-                std::mem::take(&mut self.errand.explorer.frontiers)
-            };
-            let Some(goal) = self
-                .errand
-                .explorer
-                .choose(known, self.config.scans_per_frontier)
-            else {
+        let most_scans = self.config.scans_per_frontier;
+        for _ in 0..PLAN_ATTEMPTS {
+            let Some(goal) = self.errand.explorer.choose(found, most_scans) else {
                 self.end_exploration(now);
                 return false;
             };
@@ -269,6 +256,7 @@ impl Pilot {
                 }
                 Err(_) => self.errand.explorer.give_up(Reason::NoWay),
             }
+            found = self.errand.explorer.frontiers.clone();
         }
         false
     }

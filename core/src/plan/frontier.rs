@@ -8,9 +8,9 @@
 //!    into pieces no longer than `longest`: a border that runs round all that is known has one
 //!    middle, and would be given up whole when a look there shows nothing.
 //! 2. The gain of a cluster is the unknown area behind it: counted by a flood through unknown
-//!    cells, as deep as [`GAIN_REACH`]. Walls stop the flood, so the slivers along walls and between
-//!    beams gain next to nothing and are dropped; so are clusters narrower than the robot, not
-//!    counting their cells in the lee of a wall.
+//!    cells, as deep as [`GAIN_REACH`]. Walls stop the flood, so the slivers along walls and
+//!    between beams gain next to nothing and are dropped; so are clusters narrower than the robot,
+//!    not counting their cells in the lee of a wall.
 //! 3. The goal is the reachable cell from which the frontier is nearest over free floor, the
 //!    cheapest one of the first few. Floor nearer to a wall than [`MIN_CLEARANCE`] leads nowhere:
 //!    errors of the pose make holes of a cell or two in walls, and free floor behind them that no

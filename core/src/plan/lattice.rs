@@ -169,11 +169,8 @@ impl Lattice {
 
     /// The point that a cell stands for: its centre, but for start and goal.
     pub(super) fn point(&self, cell: usize) -> Point2<f64> {
-        let ends = self.ends.iter().flatten();
-        let mut own = ends
-            .filter(|(end, _)| *end == cell)
-            .map(|(_, point)| *point);
-        own.next().unwrap_or_else(|| self.centre(cell))
+        let own = self.ends.iter().flatten().find(|(end, _)| *end == cell);
+        own.map_or_else(|| self.centre(cell), |(_, point)| *point)
     }
 
     /// Whether the robot can be there.

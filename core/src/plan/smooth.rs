@@ -1,7 +1,7 @@
 //! A path with rounded corners, for driving without stopping at each.
 //!
-//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces and arcs that join without a kink; a corner that cannot be rounded stays a
-//! turn on the spot.
+//! In: a path of straight legs, the space that the rounding must stay free in. Out: straight pieces
+//! and arcs that join without a kink; a corner that cannot be rounded stays a turn on the spot.
 //!
 //! 1. At a corner that turns by τ an arc of radius ρ takes ρ tan(|τ|/2) from either leg: at most
 //!    half of a leg, all of the first and of the last.
@@ -183,46 +183,34 @@ impl Corner {
 }
 
 fn is_free(space: &dyn ConfigSpace, arc: &Piece) -> bool {
-    let Piece::Arc { radius, turn, .. } = *arc else {
+    let Piece::Arc {
+        start,
+        heading,
+        radius,
+        turn,
+    } = *arc
+    else {
         return true;
     };
+    let (sin, cos) = sin_cos(heading);
+    let centre = start + Vector2::new(-sin, cos) * (radius * turn.signum());
     let pieces = (turn.abs() / STEP).ceil().max(1.0);
     // Corners around the arc lie on a wider one, half a step on.
     let wider = radius / libm::cos(0.5 * turn / pieces) - radius;
+    let sag = radius - libm::cos(0.5 * turn / pieces) * radius;
     let through: Vec<_> = (0..=pieces as usize)
         .map(|i| arc.point(i as f64 / pieces))
         .collect();
-    let around = through.windows(2).map(|pair| {
+    let mut around = vec![arc.point(0.0)];
+    around.extend(through.windows(2).map(|pair| {
         let middle = pair[0] + 0.5 * (pair[1] - pair[0]);
-        let out = arc.outwards(middle);
-        let sag = radius - libm::cos(0.5 * turn / pieces) * radius;
-        middle + out * (sag + wider)
-    });
-    let mut around: Vec<_> = around.collect();
-    around.insert(0, arc.point(0.0));
+        middle + (middle - centre).normalize() * (sag + wider)
+    }));
     around.push(arc.point(1.0));
     [through, around].iter().all(|points| {
-        let legs = points.windows(2).map(|pair| Segment::new(pair[0], pair[1]));
-        legs.into_iter().all(|leg| space.leg_is_free(&leg))
+        let mut legs = points.windows(2).map(|pair| Segment::new(pair[0], pair[1]));
+        legs.all(|leg| space.leg_is_free(&leg))
     })
-}
-
-impl Piece {
-    /// Unit vector from the centre of an arc to a point.
-    fn outwards(&self, point: Point2<f64>) -> Vector2<f64> {
-        let Self::Arc {
-            start,
-            heading,
-            radius,
-            turn,
-        } = *self
-        else {
-            return Vector2::zeros();
-        };
-        let (sin, cos) = sin_cos(heading);
-        let centre = start + Vector2::new(-sin, cos) * (radius * turn.signum());
-        (point - centre).normalize()
-    }
 }
 
 #[cfg(test)]

@@ -74,7 +74,7 @@ impl Points {
     pub fn from_scan(scan: &Scan, motion: &Pose2, config: &PointConfig) -> Self {
         let back = motion.inverse();
         let moved = scan.sweep > 0.0 && *motion != Pose2::identity();
-        Self::collect(scan, scan.stamp, config, &Pose2::identity(), |beam| {
+        Self::from_placed_scan(scan, scan.stamp, config, |beam| {
             if moved {
                 back.fraction(scan.age_fraction(beam))
             } else {
@@ -118,17 +118,7 @@ impl Points {
         config: &PointConfig,
         robot_from_robot_at: impl Fn(usize) -> Pose2,
     ) -> Self {
-        let last = robot_from_robot_at(scan.len().saturating_sub(1));
-        Self::collect(scan, stamp, config, &last, robot_from_robot_at)
-    }
-
-    fn collect(
-        scan: &Scan,
-        stamp: Stamp,
-        config: &PointConfig,
-        robot_from_robot_at_stamp: &Pose2,
-        robot_from_robot_at: impl Fn(usize) -> Pose2,
-    ) -> Self {
+        let robot_from_robot_at_last = robot_from_robot_at(scan.len().saturating_sub(1));
         let far = config.max_range.min(scan.max_range);
         let columns = scan.bearings.iter().zip(&scan.ranges).zip(&scan.sigmas);
         let beams = columns
@@ -155,7 +145,7 @@ impl Points {
             .collect();
         Self {
             stamp,
-            sensor_in_robot: (*robot_from_robot_at_stamp * scan.robot_from_sensor).position(),
+            sensor_in_robot: (robot_from_robot_at_last * scan.robot_from_sensor).position(),
             bearing_sigma: scan.bearing_sigma,
             beams,
         }

@@ -7,8 +7,8 @@
 //!    their scatter).
 //! 3. Points whose neighbours do not form a line are dropped: a surface direction that means
 //!    nothing would pull a match any way.
-//! 4. Of the points nearer than [`SPACING`] to the last one kept, none is kept: close walls, seen by
-//!    many beams, would else outvote far ones.
+//! 4. Of the points nearer than [`SPACING`] to the last one kept, none is kept: close walls, seen
+//!    by many beams, would else outvote far ones.
 //!
 //! Why surface directions: matching a point to a line converges in a third of the iterations of
 //! matching it to a point, and lets the point slide along a wall, which no scan can measure (Censi

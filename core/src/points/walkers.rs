@@ -90,15 +90,6 @@ pub struct Walkers {
     points: Vec<Point2<f64>>,
 }
 
-/// What a hit has to be in front of to have entered free room.
-#[derive(Clone, Copy, Debug)]
-struct Margin {
-    /// How far all older beams went on behind it, m.
-    behind: f64,
-    /// By how much odometry may err in a turn, rad for the first radian.
-    turn_drift: f64,
-}
-
 /// An older scan.
 #[derive(Clone, Debug)]
 struct Past {
@@ -180,11 +171,10 @@ impl Walkers {
 
     /// Steps 2 and 3.
     fn see_walking(&mut self, hits: &[Point2<f64>], now: Stamp) {
-        let margin = Margin {
-            behind: BEHIND,
-            turn_drift: TURN_DRIFT,
+        let looked_past = |hit| {
+            let mut past = self.past.iter();
+            past.any(|past| past.looked_past(hit, BEHIND, TURN_DRIFT))
         };
-        let looked_past = |hit| self.past.iter().any(|past| past.looked_past(hit, &margin));
         let known = self.places.clone();
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
@@ -259,15 +249,16 @@ impl Past {
         })
     }
 
-    /// Whether all beams towards a point (robot frame now) went on behind it.
-    fn looked_past(&self, point: Point2<f64>, margin: &Margin) -> bool {
+    /// Whether all beams towards a point (robot frame now) went on behind it, by `behind` metres.
+    /// Odometry may err in a turn by `turn_drift` rad for the first radian.
+    fn looked_past(&self, point: Point2<f64>, behind: f64, turn_drift: f64) -> bool {
         let point = self.now_from_then.inverse() * point;
         let to = point - self.sensor;
         let (distance, bearing) = (to.norm().max(NEAR), libm::atan2(to.y, to.x));
         let moved = &self.now_from_then;
         let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
         let blur = DRIFT * way;
-        let half = 1.6 * self.spacing + margin.turn_drift * turned.sqrt() + blur / distance;
+        let half = 1.6 * self.spacing + turn_drift * turned.sqrt() + blur / distance;
         let half = half.min(SEAM);
         let (sin_half, _) = sin_cos(half);
         let window = (half + self.parallax / distance).min(SEAM);
@@ -284,7 +275,7 @@ impl Past {
             if beam.along.dot(&to) <= 0.0 || beam.along.perp(&to).abs() > sin_half * distance {
                 continue;
             }
-            if beam.range <= distance + margin.behind + blur {
+            if beam.range <= distance + behind + blur {
                 return false;
             }
             beside += 1;

@@ -163,12 +163,6 @@ impl Characteristic {
         self.domain
     }
 
-    /// What the polynomial is one of.
-    #[must_use]
-    pub fn variable(&self) -> Variable {
-        self.variable
-    }
-
     fn scaled(&self, volts: f64) -> f64 {
         let [low, high] = self.domain;
         (self.variable.of(volts.clamp(low, high)) - self.centre) / self.half_span

@@ -106,23 +106,21 @@ impl Scan {
     ///
     /// # Errors    [`ScanError`], naming the first beam and column that break the promise.
     pub fn validate(&self) -> Result<(), ScanError> {
-        if self.is_empty() {
-            return Err(ScanError::Empty {
-                seconds: self.stamp.seconds(),
-            });
+        let seconds = self.stamp.seconds();
+        let (bearings, ranges, sigmas) = (self.bearings.len(), self.len(), self.sigmas.len());
+        let qualities = self.qualities.len();
+        if ranges == 0 {
+            return Err(ScanError::Empty { seconds });
         }
-        if self.bearings.len() != self.len() || self.sigmas.len() != self.len() {
+        if bearings != ranges || sigmas != ranges {
             return Err(ScanError::Uneven {
-                bearings: self.bearings.len(),
-                ranges: self.ranges.len(),
-                sigmas: self.sigmas.len(),
+                bearings,
+                ranges,
+                sigmas,
             });
         }
-        if !self.qualities.is_empty() && self.qualities.len() != self.len() {
-            return Err(ScanError::Qualities {
-                ranges: self.ranges.len(),
-                qualities: self.qualities.len(),
-            });
+        if qualities != 0 && qualities != ranges {
+            return Err(ScanError::Qualities { ranges, qualities });
         }
         let sensor = &self.robot_from_sensor;
         let place = sensor.x() + sensor.y() + sensor.heading();
@@ -132,10 +130,7 @@ impl Scan {
             ("max_range", self.max_range, POSITIVE),
             ("place of the sensor", place, FINITE),
         ])
-        .map_err(|figure| ScanError::Whole {
-            seconds: self.stamp.seconds(),
-            figure,
-        })?;
+        .map_err(|figure| ScanError::Whole { seconds, figure })?;
         let columns = self.bearings.iter().zip(&self.ranges).zip(&self.sigmas);
         for (beam, ((&bearing, &range), &sigma)) in columns.enumerate() {
             let value = |field, value, expected| {

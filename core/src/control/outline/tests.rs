@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::control::SafeConfig;
 use crate::geom::Segment;
 use crate::points::fixture::scan_of_hits;
 use crate::robot::BodyShape;
@@ -44,7 +45,7 @@ fn drive(walls: &[Segment], wishes: &[(f64, f64)]) -> Vec<Pose2> {
                 since_scan: Pose2::identity(),
                 scan_age: 0.0,
             };
-            commanded = limit_outline(wish, &seen(walls, &pose), &underway, &model, &config);
+            commanded = limit_outline(wish, &seen(walls, &pose), &underway, (&model, &config));
             let towards = |now: f64, wish: f64, most: f64| now + (wish - now).clamp(-most, most);
             speeds = (
                 towards(speeds.0, commanded.0, model.max_acceleration * TICK),
@@ -136,6 +137,6 @@ fn a_gap_narrower_than_the_disc_is_driven_through_and_no_turn_is_made_in_it() {
     let at = Pose2::new(0.4, 0.0, 0.0);
     let rest = Underway::default();
     let config = SafeConfig::default();
-    let ahead = limit_outline((0.3, 0.0), &seen(&walls, &at), &rest, &disc, &config);
+    let ahead = limit_outline((0.3, 0.0), &seen(&walls, &at), &rest, (&disc, &config));
     assert!(ahead.0 < 0.05, "{ahead:?}");
 }

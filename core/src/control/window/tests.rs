@@ -2,6 +2,7 @@ use proptest::prelude::*;
 
 use super::super::strip::free_distance;
 use super::*;
+use crate::control::SafeConfig;
 use crate::geom::Pose2;
 use crate::points::fixture::scan_of_hits;
 
@@ -31,8 +32,7 @@ fn chosen_among(
         aim,
         &People { points, walkers },
         &underway,
-        &RobotModel::pioneer(),
-        &safe,
+        (&RobotModel::pioneer(), &safe),
     )
 }
 
@@ -120,6 +120,11 @@ fn who_may_walk_on_is_given_a_wider_berth_than_a_thing_and_no_more_speed_than_se
         ..Underway::default()
     };
     let model = RobotModel::pioneer();
-    let safe = limit_among_walkers(person, &walkers, &underway, &model, &SafeConfig::default());
+    let safe = limit_among_walkers(
+        person,
+        &walkers,
+        &underway,
+        (&model, &SafeConfig::default()),
+    );
     assert!(person.0 > 0.0 && safe == person, "{safe:?} {person:?}");
 }

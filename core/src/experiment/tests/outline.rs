@@ -34,7 +34,7 @@ fn a_door_that_the_disc_does_not_pass_is_passed_by_the_outline() {
         let mut by_outline = false;
         while !run.session().status().is_over() && run.seconds() < 180.0 {
             run.step().unwrap();
-            by_outline |= run.session().pilot().planner() == Some(Planner::Outline);
+            by_outline |= matches!(run.session().pilot().route(), Some(route) if route.by == Planner::Outline);
         }
         let (said, truth) = (run.session().status().to_string(), run.sim().truth());
         assert!(

@@ -92,11 +92,6 @@ impl Block {
         &self.cells
     }
 
-    #[cfg(test)]
-    pub(super) fn shares(&self, cells: &Arc<Cells>) -> bool {
-        Arc::ptr_eq(&self.cells, cells)
-    }
-
     /// Writes marks into the cells and takes them away. Once per cell: where a beam ended, that
     /// others crossed it does not count. `free` is a block of cells that all are as free as the
     /// clamp allows.

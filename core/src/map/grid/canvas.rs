@@ -30,16 +30,6 @@ const WORD_SLICE: i64 = 55;
 /// Rows of one block, a bit for each cell.
 pub(super) type Bits = [u64; BLOCK_CELLS];
 
-/// All cells of some lines.
-#[cfg(test)]
-fn cells(lines: &[Line]) -> std::collections::BTreeSet<(i32, i32)> {
-    let slices = (lines.iter()).flat_map(|line| line.slices().map(move |slice| (line, slice)));
-    let cells = slices.flat_map(|(line, slice)| {
-        (slice.from..=slice.to).map(move |along| line.cell(along, slice.across))
-    });
-    cells.map(|cell| (cell.col, cell.row)).collect()
-}
-
 /// Memory that is kept between scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Canvas {
@@ -279,6 +269,15 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    /// All cells of some lines.
+    fn cells(lines: &[Line]) -> std::collections::BTreeSet<(i32, i32)> {
+        let slices = (lines.iter()).flat_map(|line| line.slices().map(move |slice| (line, slice)));
+        let cells = slices.flat_map(|(line, slice)| {
+            (slice.from..=slice.to).map(move |along| line.cell(along, slice.across))
+        });
+        cells.map(|cell| (cell.col, cell.row)).collect()
+    }
 
     proptest! {
         #[test]

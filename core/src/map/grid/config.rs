@@ -17,10 +17,6 @@ pub struct GridConfig {
     /// Probabilities are kept in [`clamp`, 1 - `clamp`]. Default 0.02; larger changes its mind
     /// sooner.
     pub clamp: f64,
-    /// Cells count as occupied above this probability. Default 0.65, as in ROS map_server.
-    pub occupied_above: f64,
-    /// Cells count as free below this probability. Default 0.35.
-    pub free_below: f64,
     /// How the cells that a scan leaves free are found. Default [`FreeCells::Crossed`].
     pub free_cells: FreeCells,
     /// Most blocks the grid may hold; beams beyond are dropped; [`super::Grid::is_whole`] says so.
@@ -37,8 +33,6 @@ impl Default for GridConfig {
             hit: 0.7,
             miss: 0.4,
             clamp: 0.02,
-            occupied_above: 0.65,
-            free_below: 0.35,
             free_cells: FreeCells::default(),
             max_blocks: 65_536,
         }
@@ -75,9 +69,9 @@ impl GridConfig {
 
     /// What [`Self::resolution`] may be, m.
     pub const RESOLUTION: Bounds = [0.01, 0.5];
-    /// What [`Self::hit`] and [`Self::occupied_above`] may be.
+    /// What [`Self::hit`] may be.
     pub const HIT: Bounds = [0.51, 0.99];
-    /// What [`Self::miss`] and [`Self::free_below`] may be.
+    /// What [`Self::miss`] may be.
     pub const MISS: Bounds = [0.01, 0.49];
     /// What [`Self::clamp`] may be.
     pub const CLAMP: Bounds = [0.001, 0.4];
@@ -89,8 +83,6 @@ impl GridConfig {
             ("hit", self.hit, Self::HIT),
             ("miss", self.miss, Self::MISS),
             ("clamp", self.clamp, Self::CLAMP),
-            ("occupied_above", self.occupied_above, Self::HIT),
-            ("free_below", self.free_below, Self::MISS),
         ])?)
     }
 }

@@ -53,6 +53,7 @@ pub(super) fn gather(
 fn sums(floor: &Floor, plan: &Plan) -> Vec<Sums> {
     let is_full: Vec<bool> = (0..floor.states.len()).map(|c| !floor.is_free(c)).collect();
     let field = DistanceField::new(floor.rect(), floor.resolution(), &is_full);
+    let clearances = field.into_distances();
     let mut sums = vec![Sums::default(); plan.count];
     for (cell, &label) in plan.labels.iter().enumerate() {
         if label == NONE {
@@ -61,7 +62,7 @@ fn sums(floor: &Floor, plan: &Plan) -> Vec<Sums> {
         let sum = &mut sums[label as usize];
         sum.cells += 1;
         sum.peak = sum.peak.max(floor.clearance[cell]);
-        let clearance = field.distances()[cell];
+        let clearance = clearances[cell];
         if sum.middle.is_none_or(|(most, _)| clearance > most) {
             sum.middle = Some((clearance, cell));
         }

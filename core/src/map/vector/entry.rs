@@ -165,18 +165,13 @@ impl Entry {
     }
 
     fn as_sighting(&self) -> Sighting {
-        let Wall {
-            segment,
-            sigma_direction,
-            sigma_across,
-            ..
-        } = self.wall();
+        let wall = self.wall();
         let (_, normal) = self.axes();
         Sighting {
-            seen: segment,
-            sigma_direction,
-            sigma_across,
-            from: segment.a + segment.vector() * 0.5 + normal,
+            seen: wall.segment,
+            sigma_direction: wall.sigma_direction,
+            sigma_across: wall.sigma_across,
+            from: wall.segment.a + wall.segment.vector() * 0.5 + normal,
         }
     }
 

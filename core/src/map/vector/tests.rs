@@ -39,7 +39,7 @@ fn a_wall_seen_in_parts_becomes_one_and_needs_three_sightings() {
     let mut map = VectorMap::default();
     map.observe(&[seen((0.0, 0.0), (1.0, 0.0), (0.5, 1.0))], &[]);
     map.observe(&[seen((2.0, 0.01), (1.1, 0.0), (0.5, 1.0))], &[]);
-    assert_eq!((map.len(), map.walls().len()), (1, 0));
+    assert_eq!((map.entries.len(), map.walls().len()), (1, 0));
     map.observe(&[seen((1.9, 0.0), (3.0, 0.0), (0.5, 1.0))], &[]);
     let walls = map.walls();
     assert_eq!(walls.len(), 1);
@@ -133,7 +133,7 @@ fn what_joins_two_walls_is_taken_into_the_longer_under_the_older_name() {
 fn a_piece_as_long_as_a_town_is_no_wall() {
     let mut map = VectorMap::default();
     map.observe(&[seen((0.0, 0.0), (1e9, 0.0), (1.0, 1.0))], &[]);
-    assert_eq!(map.len(), 0);
+    assert_eq!(map.entries.len(), 0);
 }
 
 #[test]
@@ -190,10 +190,10 @@ fn what_is_gone_is_erased_and_what_was_seen_once_is_forgotten() {
     often(&mut map, &[], &short, 100);
     assert_eq!(map.walls().len(), 1);
     often(&mut map, &[], &beams, 31);
-    assert!(map.is_empty(), "{:?}", map.walls());
+    assert!(map.entries.is_empty(), "{:?}", map.walls());
     map.observe(&[seen((5.0, 0.0), (6.0, 0.0), (5.5, 1.0))], &[]);
     often(&mut map, &[], &[], 51);
-    assert!(map.is_empty());
+    assert!(map.entries.is_empty());
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn nonsense_leaves_the_map_alone() {
     wide.sigma_across = f64::INFINITY;
     let point_like = seen((0.0, 0.0), (0.0, 0.0), (0.5, 1.0));
     map.observe(&[bad, wide, point_like], &[[point(0.0, 0.0); 2]]);
-    assert!(map.is_empty());
+    assert!(map.entries.is_empty());
 }
 
 /// A thousand laps in a room with a desk: the parts that each scan shows begin and end anywhere,
@@ -243,7 +243,11 @@ fn after_a_thousand_laps_there_are_as_many_walls_as_in_the_room() {
             })
             .collect();
         map.observe(&scan, &[]);
-        assert!(map.len() <= truth.len(), "{} walls", map.len());
+        assert!(
+            map.entries.len() <= truth.len(),
+            "{} walls",
+            map.entries.len()
+        );
     }
     let walls = map.walls();
     assert_eq!(walls.len(), truth.len());

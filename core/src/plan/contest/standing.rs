@@ -98,10 +98,9 @@ impl Contest {
                 | NoPath::StartBlocked { .. }
                 | NoPath::GoalBlocked { .. },
             ) => own,
-            _ if entrant.planner == Planner::Outline => {
-                own.or(Some(NoPath::BudgetSpent { iterations }))
+            _ if entrant.planner != Planner::Outline && self.apart == Some(true) => {
+                Some(NoPath::Unreachable(self.query.goal))
             }
-            _ if self.apart == Some(true) => Some(NoPath::Unreachable(self.query.goal)),
             _ => own.or(Some(NoPath::BudgetSpent { iterations })),
         }
     }

@@ -10,7 +10,7 @@
 
 use nalgebra::Point2;
 
-use super::{BEHIND, Beam, Margin, Points, Walkers};
+use super::{BEHIND, Beam, Points, Walkers};
 use crate::geom::Pose2;
 use crate::robot::Stamp;
 
@@ -47,11 +47,8 @@ impl Walkers {
         // Of these readings alone: the next scan brings the whole motion.
         past.now_from_then = robot_at_scan_from_robot.inverse();
         let has_come = |beam: &&Beam| {
-            let margin = Margin {
-                behind: BEHIND + SIGMAS * beam.sigma,
-                turn_drift: TURN_DRIFT,
-            };
-            past.looked_past(beam.end_in_robot, &margin)
+            let behind = BEHIND + SIGMAS * beam.sigma;
+            past.looked_past(beam.end_in_robot, behind, TURN_DRIFT)
         };
         let in_scan = |beam: &Beam| *robot_at_scan_from_robot * beam.end_in_robot;
         let came: Vec<_> = readings.hits().filter(has_come).map(in_scan).collect();
