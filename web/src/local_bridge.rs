@@ -15,7 +15,6 @@ pub struct DeviceKindError(String);
 /// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a
 /// bridge.
 #[wasm_bindgen]
-#[derive(Debug)]
 pub struct WebLocalBridge {
     bridge: LocalBridge,
     waiting: VecDeque<Vec<u8>>,
