@@ -45,21 +45,15 @@ const OUT_OF_HANDLES: Duration = Duration::from_millis(50);
 /// The first byte of a TLS handshake (RFC 8446 §5.1).
 const HANDSHAKE: u8 = 22;
 
-/// Where connections come in.
-pub(crate) struct Entrance {
-    pub(crate) listener: TcpListener,
-    /// Without it, connections are in the clear.
-    pub(crate) tls: Option<TlsAcceptor>,
-    pub(crate) router: Router,
-}
-
-/// Takes connections until `stopped`, then waits for those that are open.
-pub(crate) async fn run(entrance: Entrance, shared: Arc<Shared>, stopped: watch::Receiver<bool>) {
-    let Entrance {
-        listener,
-        tls,
-        router,
-    } = entrance;
+/// Takes connections until `stopped`, then waits for those that are open. Without `tls` they are in
+/// the clear.
+pub(crate) async fn run(
+    listener: TcpListener,
+    tls: Option<TlsAcceptor>,
+    shared: Arc<Shared>,
+    stopped: watch::Receiver<bool>,
+) {
+    let router = http::router(&shared);
     let stop = until(stopped.clone());
     tokio::pin!(stop);
     let places = Arc::new(Semaphore::new(shared.limits.sockets));

@@ -43,12 +43,6 @@ pub struct Announced {
 #[error("the bridge is not announced in the local network: {0}")]
 pub struct AnnounceError(#[from] mdns_sd::Error);
 
-impl std::fmt::Debug for Announced {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Announced({})", self.name)
-    }
-}
-
 /// Announces the bridge.
 ///
 /// # Errors    [`AnnounceError`]; a bridge can do without.

@@ -12,10 +12,10 @@ use slamlab_core::wire::message::{
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 
-use crate::accept::{self, Entrance};
+use crate::accept;
 use crate::clock::Clock;
 use crate::http;
-use crate::hub::{self, HubParts};
+use crate::hub;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
@@ -52,17 +52,6 @@ pub struct Config {
     pub record: Option<PathBuf>,
     /// Of sockets, messages and times.
     pub limits: Limits,
-}
-
-impl Config {
-    /// The page in this folder, and no robot behind it.
-    #[must_use]
-    pub fn of_page(folder: PathBuf) -> Self {
-        Self {
-            page: Some(Page::Folder(folder)),
-            ..Self::default()
-        }
-    }
 }
 
 /// Why the bridge does not serve, or no longer.
@@ -135,21 +124,10 @@ pub async fn run(
         recorder.message(&FromBridge::Hello(hello), clock.now());
     }
     let (stop, stopped) = watch::channel(false);
-    let parts = HubParts {
-        clock,
-        sources,
-        events,
-        clients,
-        metrics,
-        recorder,
-    };
-    let hub = tokio::spawn(hub::run(parts, accept::until(stopped.clone())));
-    let entrance = Entrance {
-        listener,
-        tls: config.tls.as_ref().map(Identity::acceptor),
-        router: http::router(&shared),
-    };
-    let server = tokio::spawn(accept::run(entrance, shared, stopped));
+    let hub = hub::Task::new(clock, sources, metrics, recorder);
+    let hub = tokio::spawn(hub.run(events, clients, accept::until(stopped.clone())));
+    let tls = config.tls.as_ref().map(Identity::acceptor);
+    let server = tokio::spawn(accept::run(listener, tls, shared, stopped));
     notify::ready();
     shutdown.await;
     notify::stopping();

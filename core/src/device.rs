@@ -36,6 +36,7 @@ pub use rp6::Rp6;
 
 use kind::{CP2102, FT232R};
 use ld06::Ld06;
+use lidar::LidarProtocol as _;
 use rplidar::{Rplidar, ScanMode};
 
 /// The devices that there are. Everything that opens, lists, finds or explains devices goes

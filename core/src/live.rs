@@ -24,7 +24,7 @@ use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::slam::{Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, Motion, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
@@ -277,15 +277,14 @@ impl Live {
     }
 
     /// What to send; a robot that stands is commanded to only once, for the lease is kept without.
-    fn decide(&mut self) -> Option<Motion> {
+    fn decide(&mut self) -> Option<Command> {
         let command = self.session.decide(self.bumpers, self.client.is_busy())?;
         if command == Command::Scan && !self.waits_for_command() {
             // Its sensor scans all the time: the next scan is the one that was asked for.
             return None;
         }
-        let motion = Motion::from(command);
-        let was_halted = std::mem::replace(&mut self.is_halted, motion == Motion::Halt);
-        (!(was_halted && self.is_halted)).then_some(motion)
+        let was_halted = std::mem::replace(&mut self.is_halted, command == Command::Stop);
+        (!(was_halted && self.is_halted)).then_some(command)
     }
 
     /// Messages to send, in order; they are forgotten here.

@@ -6,8 +6,9 @@
 
 use std::fs;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 
-use slamlab_bridge::Config;
+use slamlab_bridge::{Config, Page};
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -44,13 +45,9 @@ impl Bridge {
             .unwrap();
         let address = listener.local_addr().unwrap();
         let (stop, stopped) = oneshot::channel::<()>();
-        tokio::spawn(slamlab_bridge::run(
-            listener,
-            Config::of_page(page),
-            async {
-                let _ = stopped.await;
-            },
-        ));
+        tokio::spawn(slamlab_bridge::run(listener, of_page(page), async {
+            let _ = stopped.await;
+        }));
         Self {
             address,
             folder,
@@ -101,6 +98,14 @@ impl Answer {
             .map(|(_, value)| value)
             .next()
             .unwrap_or("")
+    }
+}
+
+/// The page in this folder, and no robot behind it.
+fn of_page(folder: PathBuf) -> Config {
+    Config {
+        page: Some(Page::Folder(folder)),
+        ..Config::default()
     }
 }
 
@@ -303,9 +308,7 @@ async fn a_folder_without_a_page_is_a_sentence_with_advice() {
     let listener = slamlab_bridge::bind(([127, 0, 0, 1], 0).into())
         .await
         .unwrap();
-    let result = slamlab_bridge::run(listener, Config::of_page(folder.path().to_owned()), async {
-    })
-    .await;
+    let result = slamlab_bridge::run(listener, of_page(folder.path().to_owned()), async {}).await;
     let error = result.unwrap_err().to_string();
     assert!(
         error.contains("index.html is missing") && error.contains("cargo xtask build"),
@@ -324,7 +327,7 @@ async fn shutting_down_ends_the_server_even_with_an_idle_connection() {
     let (stop, stopped) = oneshot::channel::<()>();
     let server = tokio::spawn(slamlab_bridge::run(
         listener,
-        Config::of_page(folder.path().to_owned()),
+        of_page(folder.path().to_owned()),
         async {
             let _ = stopped.await;
         },

@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point2;
-use slamlab_bridge::serial::{DeviceSource, Retry};
+use slamlab_bridge::serial::DeviceSource;
 use slamlab_bridge::settings::SourceSettings;
 use slamlab_bridge::source::{self, Running, Source, SourceEvent};
 use slamlab_core::device::Kind;
@@ -21,12 +21,6 @@ use slamlab_core::wire::rplidar::request::Request;
 use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{self, Faults, Socket, View};
 use tokio::sync::mpsc;
-
-/// Pauses that do not make a test wait.
-const SOON: Retry = Retry {
-    first: Duration::from_millis(50),
-    longest: Duration::from_millis(200),
-};
 
 fn view() -> View {
     View::from_start(&worlds::builtin("arena").unwrap())
@@ -59,7 +53,7 @@ impl Ear {
     fn of_kind(kind: &str, path: String) -> Self {
         let kind = Kind::named(kind).unwrap();
         let device = (kind.open)("lidar:test".into(), Pose2::identity());
-        Self::new(DeviceSource::at_port(device, path).with_retry(SOON))
+        Self::new(DeviceSource::at_port(device, path))
     }
 
     fn rplidar(path: String) -> Self {

@@ -6,7 +6,7 @@
 
 use std::time::{Duration, Instant};
 
-use slamlab_bridge::serial::{DeviceSource, Retry};
+use slamlab_bridge::serial::DeviceSource;
 use slamlab_bridge::source::{self, Order, Running, SourceEvent};
 use slamlab_core::device::{Kind, Rp6};
 use slamlab_core::geom::Pose2;
@@ -18,10 +18,6 @@ use slamlab_tests::calm::on_a_calm_machine;
 use slamlab_tests::devices::{self, Faults, Socket};
 use tokio::sync::mpsc;
 
-const SOON: Retry = Retry {
-    first: Duration::from_millis(50),
-    longest: Duration::from_millis(200),
-};
 const FORWARD: Order = Order::Command(Command::Velocity {
     forward: 0.1,
     turn: 0.0,
@@ -46,7 +42,7 @@ struct Driver {
 impl Driver {
     fn new(path: String) -> Self {
         let (sender, events) = mpsc::channel(source::MOST_WAITING);
-        let source = DeviceSource::at_port(Box::new(Rp6::new("rp6:test")), path).with_retry(SOON);
+        let source = DeviceSource::at_port(Box::new(Rp6::new("rp6:test")), path);
         let running = source::start(0, Box::new(source), sender).unwrap();
         Self {
             running: Some(running),

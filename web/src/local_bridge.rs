@@ -16,7 +16,6 @@ pub struct DeviceKindError(String);
 /// Devices at ports of the page. Times are µs of the page's clock; the messages are those of a
 /// bridge.
 #[wasm_bindgen]
-#[derive(Debug)]
 pub struct WebLocalBridge {
     bridge: LocalBridge,
 }

@@ -23,7 +23,7 @@ const LONGEST_TEXT: usize = 60;
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
 /// What came of it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Visit {
     /// What the device says that it is; empty where none did.
     pub(super) model: String,
@@ -40,6 +40,7 @@ pub(super) struct Visit {
     ended: Option<Instant>,
     scans: Vec<(Stamp, usize)>,
     odometries: u64,
+    /// Damaged frames and stray bytes.
     damage: [u64; 2],
     /// Damage when data began to come: what is heard in the middle of a frame is not the line's
     /// fault.
@@ -60,7 +61,7 @@ pub(super) fn visit(
         path: path.into(),
         baud_rate: device.baud_rate(),
     })?;
-    let mut seen = Visit::new();
+    let mut seen = Visit::default();
     let opened = Instant::now();
     let mut until = opened + to_answer;
     let now = || Stamp(opened.elapsed().as_micros() as u64);
@@ -90,23 +91,6 @@ pub(super) fn visit(
 }
 
 impl Visit {
-    fn new() -> Self {
-        Self {
-            model: String::new(),
-            detail: String::new(),
-            state: DeviceState::Waiting,
-            broken: None,
-            bytes: 0,
-            first: vec![],
-            began: None,
-            ended: None,
-            scans: vec![],
-            odometries: 0,
-            damage: [0; 2],
-            damage_before: [0; 2],
-        }
-    }
-
     /// How the device worked.
     pub(super) fn measured(&self) -> Measured {
         let seconds = match (self.began, self.ended) {
@@ -116,10 +100,7 @@ impl Visit {
         let turns = self.scans.len().saturating_sub(1) as f64;
         let [first, last] = [self.scans.first(), self.scans.last()]
             .map(|scan| scan.map_or(Stamp(0), |scan| scan.0));
-        let [damaged, skipped] = [0, 1].map(|i: usize| {
-            let count = |damage: &[u64; 2]| damage.get(i).copied().unwrap_or(0);
-            count(&self.damage).saturating_sub(count(&self.damage_before))
-        });
+        let ([damaged, skipped], before) = (self.damage, self.damage_before);
         Measured {
             seconds,
             scans: self.scans.len() as u64,
@@ -130,8 +111,8 @@ impl Visit {
             },
             beams: self.scans.last().map_or(0, |scan| scan.1),
             odometries: self.odometries,
-            damaged,
-            skipped,
+            damaged: damaged.saturating_sub(before[0]),
+            skipped: skipped.saturating_sub(before[1]),
         }
     }
 

@@ -49,48 +49,8 @@ pub(crate) struct NewClient {
     pub(crate) outbox: Arc<Outbox>,
 }
 
-/// What the task is made of.
-#[derive(Debug)]
-pub(crate) struct HubParts {
-    pub(crate) clock: Clock,
-    pub(crate) sources: Vec<Running>,
-    pub(crate) events: mpsc::Receiver<(u8, SourceEvent)>,
-    pub(crate) clients: mpsc::Receiver<FromClient>,
-    pub(crate) metrics: Arc<Metrics>,
-    pub(crate) recorder: Option<Recorder>,
-}
-
-/// Runs until `stop` ends; then the robot is stopped, and every connection closed.
-pub(crate) async fn run(parts: HubParts, stop: impl Future<Output = ()>) {
-    let (mut events, mut clients) = (parts.events, parts.clients);
-    let profiles: Vec<_> = parts.sources.iter().map(|source| &source.profile).collect();
-    let mut task = Task {
-        hub: Hub::new(&profiles),
-        clock: parts.clock,
-        sources: parts.sources,
-        outboxes: BTreeMap::new(),
-        metrics: parts.metrics,
-        recorder: parts.recorder,
-        next_report: Duration::ZERO,
-    };
-    tokio::pin!(stop);
-    loop {
-        tokio::select! {
-            // Stopping and orders come before readings, of which there are many.
-            biased;
-            () = &mut stop => break,
-            () = tokio::time::sleep_until(task.deadline()) => task.tick(),
-            from = clients.recv() => match from {
-                Some(from) => task.client(from),
-                None => break,
-            },
-            Some((source, event)) = events.recv() => task.event(source, event),
-        }
-    }
-    task.shut_down();
-}
-
-struct Task {
+/// The hub at work, with all that it tells.
+pub(crate) struct Task {
     hub: Hub,
     clock: Clock,
     sources: Vec<Running>,
@@ -101,6 +61,48 @@ struct Task {
 }
 
 impl Task {
+    pub(crate) fn new(
+        clock: Clock,
+        sources: Vec<Running>,
+        metrics: Arc<Metrics>,
+        recorder: Option<Recorder>,
+    ) -> Self {
+        let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
+        Self {
+            hub: Hub::new(&profiles),
+            clock,
+            sources,
+            outboxes: BTreeMap::new(),
+            metrics,
+            recorder,
+            next_report: Duration::ZERO,
+        }
+    }
+
+    /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
+    pub(crate) async fn run(
+        mut self,
+        mut events: mpsc::Receiver<(u8, SourceEvent)>,
+        mut clients: mpsc::Receiver<FromClient>,
+        stop: impl Future<Output = ()>,
+    ) {
+        tokio::pin!(stop);
+        loop {
+            tokio::select! {
+                // Stopping and orders come before readings, of which there are many.
+                biased;
+                () = &mut stop => break,
+                () = tokio::time::sleep_until(self.deadline()) => self.tick(),
+                from = clients.recv() => match from {
+                    Some(from) => self.client(from),
+                    None => break,
+                },
+                Some((source, event)) = events.recv() => self.event(source, event),
+            }
+        }
+        self.shut_down();
+    }
+
     /// When it must wake, whatever happens.
     fn deadline(&self) -> Instant {
         self.clock

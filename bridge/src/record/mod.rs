@@ -37,7 +37,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use slamlab_core::wire::message::{DriveBody, FromBridge, Header, Motion, RecordingBody, ToBridge};
+use slamlab_core::wire::message::{DriveBody, FromBridge, Header, RecordingBody, ToBridge};
 use slamlab_core::wire::recording::{Recorded, Said};
 
 use crate::clock::Clock;
@@ -124,7 +124,7 @@ impl Recorder {
                 epoch: 0,
                 seen: now.as_micros() as u64,
                 ttl_millis: 0,
-                motion: Motion::from(*command),
+                motion: *command,
             }),
             Order::EmergencyStop => ToBridge::EmergencyStop,
             Order::ResetEmergencyStop => ToBridge::ResetEmergencyStop { epoch: 0 },

@@ -21,7 +21,8 @@ use std::time::Duration;
 
 use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::map::Grid;
-use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{FromBridge, ToBridge};
 
 use super::cdr::Cdr;
 pub(crate) use messages::{in_space, intensities, placed};
@@ -135,8 +136,8 @@ pub(crate) fn ordered(message: &ToBridge) -> Messages {
         return Vec::new();
     };
     let (forward, turn) = match body.motion {
-        Motion::Velocity { forward, turn } => (forward, turn),
-        Motion::Halt => (0.0, 0.0),
+        Command::Velocity { forward, turn } => (forward, turn),
+        Command::Stop => (0.0, 0.0),
         // A leg or a turn has no speed that the bridge would know.
         _ => return Vec::new(),
     };

@@ -27,9 +27,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::ws::WebSocket;
-use slamlab_core::wire::message::{
-    DriveBody, FromBridge, Header, Motion, ToBridge, Watching, close,
-};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{DriveBody, FromBridge, Header, ToBridge, Watching, close};
 
 use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, MALFORMED};
@@ -195,7 +194,7 @@ impl Peer<'_> {
     }
 
     async fn drive(&mut self, twist: &Twist) -> Result<(), End> {
-        let motion = Motion::Velocity {
+        let motion = Command::Velocity {
             forward: twist.linear.x,
             turn: twist.angular.z,
         };

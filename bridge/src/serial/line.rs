@@ -5,7 +5,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -20,8 +20,6 @@ const MOST_PIECES: usize = 256;
 const MOST_WRITES: usize = 32;
 /// Largest piece, bytes.
 const PIECE: usize = 1024;
-/// How often the writer checks whether the line is closed.
-const LOOK: Duration = Duration::from_millis(50);
 
 /// An open serial port. Dropping it closes it, once what was handed over is written.
 #[derive(Debug)]
@@ -36,14 +34,11 @@ pub struct Line {
 #[derive(Debug, Default)]
 struct Shared {
     is_closed: AtomicBool,
-    broken: Mutex<Option<LineError>>,
+    broken: OnceLock<LineError>,
 }
 
-#[derive(Debug)]
-struct Piece {
-    bytes: Vec<u8>,
-    came: Instant,
-}
+/// Bytes, and when they came.
+type Piece = (Vec<u8>, Instant);
 
 /// Why a line broke.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -87,15 +82,13 @@ pub(crate) trait Channel {
 
 impl Channel for Line {
     fn receive(&mut self, timeout: Duration) -> Received {
-        if let Some(error) = self.shared.broken() {
-            return Received::Broken(error);
+        if let Some(error) = self.shared.broken.get() {
+            return Received::Broken(error.clone());
         }
         match self.pieces.recv_timeout(timeout) {
-            Ok(piece) => Received::Bytes(piece.bytes, piece.came),
+            Ok((bytes, came)) => Received::Bytes(bytes, came),
             Err(RecvTimeoutError::Timeout) => Received::Nothing,
-            Err(RecvTimeoutError::Disconnected) => {
-                Received::Broken(self.shared.broken().unwrap_or(LineError::Gone))
-            }
+            Err(RecvTimeoutError::Disconnected) => Received::Broken(self.shared.why()),
         }
     }
 
@@ -105,7 +98,7 @@ impl Channel for Line {
         };
         writes.try_send(bytes).map_err(|error| match error {
             TrySendError::Full(_) => LineError::Stuck,
-            TrySendError::Disconnected(_) => self.shared.broken().unwrap_or(LineError::Gone),
+            TrySendError::Disconnected(_) => self.shared.why(),
         })
     }
 
@@ -144,11 +137,11 @@ impl Line {
         };
         let reading = spawn(
             "serial read",
-            Box::new(move || read(reader, &piece_sender, &for_reader)),
+            Box::new(move || for_reader.ended(read(reader, &piece_sender, &for_reader.is_closed))),
         )?;
         let writing = spawn(
             "serial write",
-            Box::new(move || write(writer, &write_receiver, &for_writer)),
+            Box::new(move || for_writer.ended(write(writer, &write_receiver))),
         );
         let mut line = Self {
             pieces,
@@ -178,63 +171,48 @@ impl Drop for Line {
 }
 
 impl Shared {
-    fn broken(&self) -> Option<LineError> {
-        self.broken
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+    /// A thread has ended. Set before its channel closes: whoever sees that finds why.
+    fn ended(&self, ended: Result<(), LineError>) {
+        if let Err(error) = ended {
+            // Where the other thread has ended before, its reason holds.
+            let _ = self.broken.set(error);
+        }
     }
 
-    fn set_broken(&self, error: LineError) {
-        self.broken
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .get_or_insert(error);
+    fn why(&self) -> LineError {
+        self.broken.get().cloned().unwrap_or(LineError::Gone)
     }
 }
 
-fn read(mut port: Box<dyn SerialPort>, pieces: &SyncSender<Piece>, shared: &Shared) {
+fn read(
+    mut port: Box<dyn SerialPort>,
+    pieces: &SyncSender<Piece>,
+    is_closed: &AtomicBool,
+) -> Result<(), LineError> {
     let mut buffer = [0; PIECE];
-    while !shared.is_closed.load(Ordering::Relaxed) {
+    while !is_closed.load(Ordering::Relaxed) {
         let bytes = match port.read(&mut buffer) {
-            Ok(0) => {
-                shared.set_broken(LineError::Gone);
-                return;
-            }
+            Ok(0) => return Err(LineError::Gone),
             Ok(count) => buffer.iter().take(count).copied().collect(),
             Err(error) if is_pause(&error) => continue,
-            Err(error) => {
-                shared.set_broken(broken_by(&error));
-                return;
-            }
-        };
-        let piece = Piece {
-            bytes,
-            came: Instant::now(),
+            Err(error) => return Err(broken_by(&error)),
         };
         // A late taker is not waited for: the kernel's own buffer would run over.
-        if pieces.try_send(piece).is_err() {
+        if pieces.try_send((bytes, Instant::now())).is_err() {
             tracing::debug!("bytes of a serial port found no room");
         }
     }
+    Ok(())
 }
 
-fn write(mut port: Box<dyn SerialPort>, writes: &Receiver<Vec<u8>>, shared: &Shared) {
-    loop {
-        match writes.recv_timeout(LOOK) {
-            Ok(bytes) => {
-                if let Err(error) = port.write_all(&bytes) {
-                    shared.set_broken(match error.kind() {
-                        ErrorKind::TimedOut => LineError::Stuck,
-                        _ => broken_by(&error),
-                    });
-                    return;
-                }
-            }
-            Err(RecvTimeoutError::Timeout) => (),
-            Err(RecvTimeoutError::Disconnected) => return,
-        }
+fn write(mut port: Box<dyn SerialPort>, writes: &Receiver<Vec<u8>>) -> Result<(), LineError> {
+    for bytes in writes {
+        port.write_all(&bytes).map_err(|error| match error.kind() {
+            ErrorKind::TimedOut => LineError::Stuck,
+            _ => broken_by(&error),
+        })?;
     }
+    Ok(())
 }
 
 fn is_pause(error: &std::io::Error) -> bool {

@@ -23,7 +23,7 @@ pub use line::{Line, LineError, Received};
 pub use open::{OpenError, PortSettings};
 use slamlab_core::device::Weight;
 pub use slamlab_core::device::{Device, Want};
-pub use source::{DeviceSource, Retry};
+pub use source::DeviceSource;
 
 /// Writes a device's note into the log.
 pub(crate) fn note(device: &str, weight: Weight, text: &str) {

@@ -19,33 +19,19 @@ const TURN: Duration = Duration::from_millis(5);
 /// For what must still be said before the line closes.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 
+/// The first pause between tries to open a line; each is twice as long as the one before.
+const FIRST_PAUSE: Duration = Duration::from_millis(250);
+/// Up to this.
+const LONGEST_PAUSE: Duration = Duration::from_secs(2);
+
 /// The instant from which the stamps of all serial sources of this program count: scans and
 /// odometry of different devices lie on one time line.
 static EPOCH: OnceLock<Instant> = OnceLock::new();
-
-/// Pauses between tries to open a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Retry {
-    /// The first pause. Default 0.25 s.
-    pub first: Duration,
-    /// The longest: each is twice as long as the one before, up to this. Default 2 s.
-    pub longest: Duration,
-}
-
-impl Default for Retry {
-    fn default() -> Self {
-        Self {
-            first: Duration::from_millis(250),
-            longest: Duration::from_secs(2),
-        }
-    }
-}
 
 /// A [`Device`] on a line that is opened again and again.
 pub struct DeviceSource {
     device: Box<dyn Device>,
     open: Opener,
-    retry: Retry,
 }
 
 /// Opens the line; or says why not, with cause and cure.
@@ -66,35 +52,24 @@ impl DeviceSource {
             path: path.into(),
             baud_rate: device.baud_rate(),
         };
-        let open = move || match Line::open(&settings) {
-            Ok(line) => Ok(Box::new(line) as Box<dyn Channel>),
-            Err(error) => Err(error.to_string()),
-        };
-        Self::new(device, Box::new(open))
+        Self::new(device, move || Line::open(&settings))
     }
 
     /// A device behind this UDP server.
     #[must_use]
     pub fn by_udp(device: Box<dyn Device>, address: UdpAddress) -> Self {
-        let open = move || match address.open() {
-            Ok(line) => Ok(Box::new(line) as Box<dyn Channel>),
-            Err(error) => Err(error.to_string()),
-        };
-        Self::new(device, Box::new(open))
+        Self::new(device, move || address.open())
     }
 
-    fn new(device: Box<dyn Device>, open: Opener) -> Self {
-        Self {
-            device,
-            open,
-            retry: Retry::default(),
-        }
-    }
-
-    /// With other pauses.
-    #[must_use]
-    pub fn with_retry(self, retry: Retry) -> Self {
-        Self { retry, ..self }
+    fn new<C: Channel + 'static, E: ToString>(
+        device: Box<dyn Device>,
+        open: impl Fn() -> Result<C, E> + Send + 'static,
+    ) -> Self {
+        let open: Opener = Box::new(move || match open() {
+            Ok(line) => Ok(Box::new(line)),
+            Err(why) => Err(why.to_string()),
+        });
+        Self { device, open }
     }
 }
 
@@ -104,17 +79,12 @@ impl Source for DeviceSource {
     }
 
     fn run(self: Box<Self>, port: Port) {
-        let Self {
-            device,
-            open,
-            retry,
-        } = *self;
+        let Self { device, open } = *self;
         let mut life = Life {
             device,
             port,
             began: *EPOCH.get_or_init(Instant::now),
-            pause: retry.first,
-            retry,
+            pause: FIRST_PAUSE,
         };
         loop {
             match open() {
@@ -139,7 +109,6 @@ struct Life {
     port: Port,
     began: Instant,
     pause: Duration,
-    retry: Retry,
 }
 
 impl Life {
@@ -184,7 +153,7 @@ impl Life {
                 Want::Write(bytes) => line.send(bytes).map_err(Left::Broken)?,
                 Want::Dtr(is_set) => line.set_dtr(is_set),
                 Want::Report(event) => self.port.send(event),
-                Want::Well => self.pause = self.retry.first,
+                Want::Well => self.pause = FIRST_PAUSE,
                 Want::Reopen => return Err(Left::Reopen),
                 Want::Note(weight, text) => note(&self.device.profile().name, weight, &text),
             }
@@ -206,7 +175,7 @@ impl Life {
     /// Waits before the next try; whether the bridge ended meanwhile. Orders are forgotten.
     fn rest(&mut self) -> bool {
         let until = Instant::now() + self.pause;
-        self.pause = (2 * self.pause).min(self.retry.longest);
+        self.pause = (2 * self.pause).min(LONGEST_PAUSE);
         loop {
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {

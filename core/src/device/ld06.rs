@@ -5,7 +5,7 @@
 //! 2. Silence, bytes that are no packets, and a head that stands still (speed 0, or no whole turn)
 //!    are faults; they end by themselves with the next whole turn.
 
-use crate::device::lidar::revolution::RevolutionConfig;
+use crate::device::lidar::revolution::Figures;
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::robot::Stamp;
 use crate::wire::Tally;
@@ -46,9 +46,6 @@ pub struct Ld06 {
 }
 
 impl Ld06 {
-    /// Its baud rate.
-    pub const BAUD_RATE: u32 = 230_400;
-
     /// Tells in which way it does not turn.
     fn fault(&self, is_silent: bool) -> Ld06Fault {
         let (tally, before) = (self.decoder.tally(), self.before);
@@ -64,20 +61,15 @@ impl Ld06 {
 }
 
 impl LidarProtocol for Ld06 {
-    fn baud_rate(&self) -> u32 {
-        Self::BAUD_RATE
-    }
+    const BAUD_RATE: u32 = 230_400;
 
     /// LD06 and LD19: 0.02 to 12 m, σ 10 mm near, ±45 mm at most (development manual v2.3).
-    fn figures(&self) -> RevolutionConfig {
-        RevolutionConfig {
-            min_range: 0.02,
-            max_range: 12.0,
-            sigma: 0.01,
-            sigma_per_metre: 0.003,
-            ..RevolutionConfig::default()
-        }
-    }
+    const FIGURES: Figures = Figures {
+        min_range: 0.02,
+        max_range: 12.0,
+        sigma: 0.01,
+        sigma_per_metre: 0.003,
+    };
 
     fn opened(&mut self, _: &mut Output, _: Stamp) {
         *self = Self::default();

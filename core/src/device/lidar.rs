@@ -22,7 +22,7 @@ use crate::robot::Stamp;
 use crate::wire::Tally;
 use crate::wire::message::{DeviceState, LinkState};
 
-use revolution::{RevolutionConfig, Revolutions, Sample};
+use revolution::{Figures, Revolutions, Sample};
 
 /// Longest time without data, s. These sensors send some hundred pieces a second.
 pub(super) const SILENCE: f64 = 1.0;
@@ -33,10 +33,10 @@ pub(super) const LONGEST_TURN: f64 = 3.0;
 /// What is peculiar to a lidar: how it is brought up, and what its bytes mean.
 pub trait LidarProtocol: fmt::Debug + Send + 'static {
     /// Baud rate of its line.
-    fn baud_rate(&self) -> u32;
+    const BAUD_RATE: u32;
 
-    /// Range, σ and quality of the sensor, by its data sheet; it sits in the robot's middle.
-    fn figures(&self) -> RevolutionConfig;
+    /// Range and σ of the sensor, by its data sheet.
+    const FIGURES: Figures;
 
     /// The line was opened: whatever was known of the sensor is forgotten.
     fn opened(&mut self, output: &mut Output, now: Stamp);
@@ -66,14 +66,10 @@ impl<P: LidarProtocol> Lidar<P> {
     /// A lidar called `name`, as on the command line, that sits at this pose on the robot.
     #[must_use]
     pub fn new(name: impl Into<String>, protocol: P, robot_from_sensor: Pose2) -> Self {
-        let config = RevolutionConfig {
-            robot_from_sensor,
-            ..protocol.figures()
-        };
         Self {
             name: name.into(),
             protocol,
-            output: Output::new(config),
+            output: Output::new(P::FIGURES, robot_from_sensor),
         }
     }
 }
@@ -84,7 +80,7 @@ impl<P: LidarProtocol> Device for Lidar<P> {
     }
 
     fn baud_rate(&self) -> u32 {
-        self.protocol.baud_rate()
+        P::BAUD_RATE
     }
 
     fn opened(&mut self, now: Stamp) {
@@ -134,9 +130,9 @@ pub struct Output {
 }
 
 impl Output {
-    fn new(config: RevolutionConfig) -> Self {
+    fn new(figures: Figures, robot_from_sensor: Pose2) -> Self {
         Self {
-            revolutions: Revolutions::new(config),
+            revolutions: Revolutions::new(figures, robot_from_sensor),
             report: Report::default(),
             state: DeviceState::Waiting,
             warning: String::new(),

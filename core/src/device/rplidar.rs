@@ -24,7 +24,7 @@
 
 mod fault;
 
-use crate::device::lidar::revolution::RevolutionConfig;
+use crate::device::lidar::revolution::Figures;
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::device::line::{Want, Weight};
 use crate::robot::Stamp;
@@ -95,27 +95,12 @@ pub struct Rplidar {
 }
 
 impl Rplidar {
-    /// SLAMTEC RPLIDAR A1: 0.15 to 12 m, σ rounded up from the 1 % of its data sheet, as in `sim`.
-    #[must_use]
-    pub fn a1() -> RevolutionConfig {
-        RevolutionConfig {
-            min_range: 0.15,
-            max_range: 12.0,
-            sigma: 0.01,
-            sigma_per_metre: 0.005,
-            ..RevolutionConfig::default()
-        }
-    }
-
-    /// Baud rate of the A1.
-    pub const BAUD_RATE: u32 = 115_200;
-
     /// A sensor of which nothing is known yet.
     #[must_use]
     pub fn new(mode: ScanMode) -> Self {
         Self {
             mode,
-            decoder: Decoder::new(),
+            decoder: Decoder::default(),
             stage: Stage::Idle,
             until: Stamp(0),
             tries: 0,
@@ -274,13 +259,16 @@ impl Rplidar {
 }
 
 impl LidarProtocol for Rplidar {
-    fn baud_rate(&self) -> u32 {
-        Self::BAUD_RATE
-    }
+    /// That of the A1.
+    const BAUD_RATE: u32 = 115_200;
 
-    fn figures(&self) -> RevolutionConfig {
-        Self::a1()
-    }
+    /// SLAMTEC RPLIDAR A1: 0.15 to 12 m, σ rounded up from the 1 % of its data sheet, as in `sim`.
+    const FIGURES: Figures = Figures {
+        min_range: 0.15,
+        max_range: 12.0,
+        sigma: 0.01,
+        sigma_per_metre: 0.005,
+    };
 
     fn opened(&mut self, output: &mut Output, now: Stamp) {
         *self = Self::new(self.mode);

@@ -65,10 +65,7 @@ impl Order {
     /// Whether it takes its time and then ends by itself.
     #[must_use]
     pub fn is_manoeuvre(&self) -> bool {
-        matches!(
-            self,
-            Self::Command(Command::Forward(_) | Command::Turn(_) | Command::Scan)
-        )
+        matches!(self, Self::Command(command) if command.is_manoeuvre())
     }
 }
 

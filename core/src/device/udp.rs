@@ -18,7 +18,7 @@
 //! it each a sample time of an RPLIDAR A1 earlier; what server and network hold back (some 30 ms
 //! with our own server) dates a scan later than it was taken.
 
-use crate::device::lidar::revolution::RevolutionConfig;
+use crate::device::lidar::revolution::Figures;
 use crate::device::lidar::{LidarProtocol, Output};
 use crate::device::line::Weight;
 use crate::device::rplidar::{RATE_OF_A1, Rplidar};
@@ -153,7 +153,7 @@ impl UdpLidar {
     fn ask(&self, output: &mut Output) {
         let requests = [
             Request::Connect {
-                baud: self.baud_rate(),
+                baud: Self::BAUD_RATE,
                 path: self.path.clone(),
             },
             Request::Start,
@@ -217,14 +217,10 @@ impl UdpLidar {
 
 impl LidarProtocol for UdpLidar {
     /// That of the lidar's port at the server.
-    fn baud_rate(&self) -> u32 {
-        Rplidar::BAUD_RATE
-    }
+    const BAUD_RATE: u32 = Rplidar::BAUD_RATE;
 
     /// The server has an RPLIDAR A1.
-    fn figures(&self) -> RevolutionConfig {
-        Rplidar::a1()
-    }
+    const FIGURES: Figures = Rplidar::FIGURES;
 
     fn opened(&mut self, _: &mut Output, now: Stamp) {
         *self = Self::new(std::mem::take(&mut self.path));

@@ -9,8 +9,8 @@ use crate::replay::{Log, Replay};
 use crate::robot::Command;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, Motion,
-    OdometryBody, SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, OdometryBody,
+    SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
 use crate::wire::recording::{Recording, fixture};
 
@@ -283,7 +283,7 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
     let (bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), live, goal);
     let off = (truth(&bridge).position() - goal).norm();
     assert!(off < 0.15, "stands {off} m from the goal");
-    let driven: Vec<&Motion> = bridge
+    let driven: Vec<&Command> = bridge
         .said
         .iter()
         .filter_map(|message| match message {
@@ -295,10 +295,10 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
     assert!(
         driven
             .iter()
-            .any(|motion| matches!(motion, Motion::Forward(_)))
+            .any(|motion| matches!(motion, Command::Forward(_)))
     );
     let is_continuous =
-        |motion: &&&Motion| matches!(motion, Motion::Velocity { .. } | Motion::Scan);
+        |motion: &&&Command| matches!(motion, Command::Velocity { .. } | Command::Scan);
     assert_eq!(driven.iter().find(is_continuous), None);
     let stages = live.session().stages();
     for (name, stage) in crate::pilot::Stage::ALL {
@@ -428,7 +428,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
     let error =
         (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
     assert!(error < 0.10, "estimate is {error} m off");
-    let drives: Vec<Motion> = bridge
+    let drives: Vec<Command> = bridge
         .said
         .iter()
         .filter_map(|message| match message {
@@ -438,7 +438,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
         .collect();
     let sweeps = drives
         .iter()
-        .filter(|motion| **motion == Motion::Scan)
+        .filter(|motion| **motion == Command::Scan)
         .count();
     // The first sweep, begun by hand, was given up for the errand.
     assert!(
@@ -448,7 +448,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
     assert!(
         drives
             .iter()
-            .any(|motion| matches!(motion, Motion::Forward(_)))
+            .any(|motion| matches!(motion, Command::Forward(_)))
     );
     assert!(
         bridge
@@ -481,7 +481,7 @@ fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
         bridge.step(&mut live);
     }
     assert!(live.client().is_armed());
-    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Motion::Halt);
+    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Command::Stop);
     assert!(!bridge.said[before..].iter().any(moves));
     assert_eq!(live.session().pilot().mode(), Mode::Manual);
 }
@@ -497,7 +497,7 @@ fn what_was_asked_for_while_disarmed_does_not_begin_by_itself_when_armed() {
         bridge.step(&mut live);
     }
     assert!(live.client().is_armed());
-    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Motion::Halt);
+    let moves = |message: &ToBridge| matches!(message, ToBridge::Drive(body) if body.motion != Command::Stop);
     assert!(!bridge.said.iter().any(moves));
     assert_eq!(live.session().pilot().mode(), Mode::Manual);
 }

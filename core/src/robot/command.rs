@@ -22,3 +22,21 @@ pub enum Command {
     /// Stand still and take one sweep (sensors on a servo; others scan all the time).
     Scan,
 }
+
+impl Command {
+    /// Whether it takes its time and then ends by itself.
+    #[must_use]
+    pub fn is_manoeuvre(&self) -> bool {
+        matches!(self, Self::Forward(_) | Self::Turn(_) | Self::Scan)
+    }
+
+    /// Whether every figure is a finite number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::Stop | Self::Scan => true,
+            Self::Velocity { forward, turn } => forward.is_finite() && turn.is_finite(),
+            Self::Forward(by) | Self::Turn(by) => by.is_finite(),
+        }
+    }
+}

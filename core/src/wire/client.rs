@@ -19,9 +19,10 @@
 mod tests;
 
 use super::message::{
-    BridgeHello, ClientHello, DriveBody, Format, FromBridge, Header, Lease, MessageError, Motion,
+    BridgeHello, ClientHello, DriveBody, Format, FromBridge, Header, Lease, MessageError,
     ProbeAnswer, SCHEMA, SafetyBody, ToBridge, Welcome, decode, encode, proof,
 };
+use crate::robot::Command;
 
 /// Between two heartbeats, probes and renewals, µs.
 const HEARTBEAT: u64 = 1_000_000;
@@ -65,9 +66,10 @@ pub enum ClientError {
 }
 
 /// How far the conversation is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 enum Phase {
     /// Nothing was said.
+    #[default]
     Begun,
     /// Our hello is out.
     Answered(BridgeHello),
@@ -85,7 +87,7 @@ pub struct Delays {
 }
 
 /// One connection to a bridge.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Client {
     name: String,
     token: Option<String>,
@@ -111,16 +113,7 @@ impl Client {
         Self {
             name: name.chars().take(16).collect(),
             token: token.map(str::to_owned),
-            phase: Phase::Begun,
-            sequence: 0,
-            outgoing: vec![],
-            seen: 0,
-            heard: None,
-            next_heartbeat: 0,
-            lease: None,
-            safety: None,
-            manoeuvre: None,
-            delays: None,
+            ..Self::default()
         }
     }
 
@@ -152,19 +145,14 @@ impl Client {
                 theirs: hello.schema,
             });
         }
-        let proof = self
-            .token
-            .as_ref()
-            .map(|token| proof(token, &hello.challenge));
+        let token = self.token.as_deref();
+        let answer = ClientHello {
+            schema: SCHEMA,
+            name: self.name.clone(),
+            proof: token.map(|token| proof(token, &hello.challenge)),
+        };
         self.phase = Phase::Answered(hello.clone());
-        self.say(
-            0,
-            &ToBridge::Hello(ClientHello {
-                schema: SCHEMA,
-                name: self.name.clone(),
-                proof,
-            }),
-        );
+        self.say(0, &ToBridge::Hello(answer));
         Ok(())
     }
 
@@ -245,20 +233,17 @@ impl Client {
 
     /// A driving command; returns whether it went out: nothing does unless this client has the
     /// lease and the robot is armed.
-    pub fn drive(&mut self, now: u64, motion: Motion) -> bool {
+    pub fn drive(&mut self, now: u64, motion: Command) -> bool {
         let Some(epoch) = self.armed_epoch() else {
             return false;
         };
-        let (seen, ttl_millis) = (self.seen, TTL_MILLIS);
-        self.say(
-            now,
-            &ToBridge::Drive(DriveBody {
-                epoch,
-                seen,
-                ttl_millis,
-                motion,
-            }),
-        );
+        let body = DriveBody {
+            epoch,
+            seen: self.seen,
+            ttl_millis: TTL_MILLIS,
+            motion,
+        };
+        self.say(now, &ToBridge::Drive(body));
         self.manoeuvre = motion.is_manoeuvre().then_some(self.sequence);
         true
     }
@@ -277,15 +262,12 @@ impl Client {
     /// What is under way may go on.
     pub fn hold(&mut self, now: u64) {
         if let Some(epoch) = self.armed_epoch() {
-            let (seen, ttl_millis) = (self.seen, TTL_MILLIS);
-            self.say(
-                now,
-                &ToBridge::Hold {
-                    epoch,
-                    seen,
-                    ttl_millis,
-                },
-            );
+            let hold = ToBridge::Hold {
+                epoch,
+                seen: self.seen,
+                ttl_millis: TTL_MILLIS,
+            };
+            self.say(now, &hold);
         }
     }
 
@@ -329,16 +311,7 @@ impl Client {
     /// Whether it may take the lease.
     #[must_use]
     pub fn may_drive(&self) -> bool {
-        matches!(
-            self.phase,
-            Phase::In(
-                _,
-                Welcome {
-                    may_drive: true,
-                    ..
-                }
-            )
-        )
+        matches!(self.phase, Phase::In(_, welcome) if welcome.may_drive)
     }
 
     /// Its number, as it stands in [`SafetyBody::driver`].

@@ -24,7 +24,7 @@ const WINDOW: f64 = 10.0;
 const SLEW: f64 = 0.05;
 
 /// Puts the stamps of one device on the host's time line.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ClockMap {
     known_delay: f64,
     /// Least offset of each window with the window's start by the device's clock, s; the newest at
@@ -40,8 +40,7 @@ impl ClockMap {
     pub fn new(known_delay: f64) -> Self {
         Self {
             known_delay,
-            windows: VecDeque::new(),
-            used: None,
+            ..Self::default()
         }
     }
 

@@ -45,9 +45,14 @@ impl Inbox {
         (self.len() >= start + N).then_some(bytes)
     }
 
+    /// Whether what waits is the beginning of `bytes`, or begins with all of them.
+    pub(super) fn may_begin(&self, bytes: &[u8]) -> bool {
+        self.waiting.iter().zip(bytes).all(|(a, b)| a == b)
+    }
+
     /// Takes the bytes of a good frame.
     pub(super) fn accept(&mut self, count: usize) {
-        self.drop_front(count);
+        self.waiting.drain(..count.min(self.len()));
         self.tally.frames += 1;
     }
 
@@ -71,9 +76,5 @@ impl Inbox {
 
     pub(super) fn tally(&self) -> Tally {
         self.tally
-    }
-
-    fn drop_front(&mut self, count: usize) {
-        self.waiting.drain(..count.min(self.waiting.len()));
     }
 }

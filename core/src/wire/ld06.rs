@@ -20,6 +20,8 @@
 
 use std::f64::consts::PI;
 
+use crc::{Algorithm, Crc};
+
 use super::inbox::{Inbox, Tally};
 
 /// Readings in a packet.
@@ -69,7 +71,7 @@ impl Packet {
         }
         body.extend(self.end_angle.to_le_bytes());
         body.extend(self.millis.to_le_bytes());
-        body.push(crc8(&body));
+        body.push(CRC.checksum(&body));
         let mut bytes = [0; LEN];
         for (byte, value) in bytes.iter_mut().zip(body) {
             *byte = value;
@@ -87,7 +89,7 @@ impl Packet {
             u16::from_le_bytes([*e0, *e1]),
         );
         let is_good = [*h0, *h1] == HEADER
-            && crc8(body) == *sum
+            && CRC.checksum(body) == *sum
             && start_angle < FULL_TURN
             && end_angle < FULL_TURN;
         let mut readings = [Reading::default(); READINGS];
@@ -133,12 +135,6 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes as they come.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
@@ -157,13 +153,7 @@ impl Iterator for Decoder {
     /// The next packet that is complete.
     fn next(&mut self) -> Option<Packet> {
         loop {
-            let [first] = self.inbox.peek(0)?;
-            if first != HEADER[0] {
-                self.inbox.discard(1);
-                continue;
-            }
-            let [second] = self.inbox.peek(1)?;
-            if second != HEADER[1] {
+            if self.inbox.peek(0)? != [HEADER[0]] || self.inbox.peek(1)? != [HEADER[1]] {
                 self.inbox.discard(1);
                 continue;
             }
@@ -179,34 +169,16 @@ impl Iterator for Decoder {
 }
 
 /// CRC-8 with polynomial x⁸ + x⁶ + x³ + x² + 1 (4D), from 0, not reflected.
-#[must_use]
-pub fn crc8(bytes: &[u8]) -> u8 {
-    bytes
-        .iter()
-        .fold(0, |crc, byte| CRC_TABLE[usize::from(crc ^ byte)])
-}
-
-const CRC_TABLE: [u8; 256] = crc_table();
-
-const fn crc_table() -> [u8; 256] {
-    let mut table = [0; 256];
-    let mut index = 0;
-    while index < 256 {
-        let mut crc = index as u8;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = if crc & 0x80 == 0 {
-                crc << 1
-            } else {
-                crc << 1 ^ 0x4D
-            };
-            bit += 1;
-        }
-        table[index] = crc;
-        index += 1;
-    }
-    table
-}
+static CRC: Crc<u8> = Crc::<u8>::new(&Algorithm {
+    width: 8,
+    poly: 0x4D,
+    init: 0,
+    refin: false,
+    refout: false,
+    xorout: 0,
+    check: 0xC3,
+    residue: 0,
+});
 
 #[cfg(test)]
 mod tests;

@@ -218,9 +218,9 @@ impl Reply {
             [LIDAR, 3, a, b, c, d, readings @ ..] => {
                 let count = u32::from_le_bytes([*a, *b, *c, *d]) as usize;
                 check_length(datagram, count.saturating_mul(Node::LEN).saturating_add(6))?;
-                Ok(Self::Readings(
-                    readings.chunks_exact(Node::LEN).filter_map(node).collect(),
-                ))
+                let (nodes, _) = readings.as_chunks();
+                let nodes = nodes.iter().copied().map(Node::unchecked).collect();
+                Ok(Self::Readings(nodes))
             }
             [LIDAR, 3, ..] => Err(length_error(datagram, 6)),
             // The messages of the bridge number the states as the source does.
@@ -233,18 +233,6 @@ impl Reply {
             _ => Err(unknown(datagram)),
         }
     }
-}
-
-fn node(bytes: &[u8]) -> Option<Node> {
-    let &[quality, a, b, c, d] = bytes else {
-        return None;
-    };
-    Some(Node {
-        starts: quality & 1 != 0,
-        quality: quality >> 2,
-        angle: u16::from_le_bytes([a, b]) >> 1,
-        distance: u16::from_le_bytes([c, d]),
-    })
 }
 
 fn devices(list: &[u8]) -> Result<Vec<Device>, DatagramError> {

@@ -59,19 +59,10 @@ pub fn explain_gap(seconds: f64) -> String {
 }
 
 /// A source's clock on the bridge's, and its newest stamp.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct SourceClock {
     map: ClockMap,
     said: Stamp,
-}
-
-impl Default for SourceClock {
-    fn default() -> Self {
-        Self {
-            map: ClockMap::new(0.0),
-            said: Stamp(0),
-        }
-    }
 }
 
 /// See the module.
@@ -204,14 +195,8 @@ impl Timeline {
 
     fn let_through(&mut self, out: &mut Vec<Reading>) {
         let Some(newest) = self.newest else { return };
-        while self
-            .waiting
-            .front()
-            .is_some_and(|scan| scan.stamp <= newest)
-        {
-            if let Some(scan) = self.waiting.pop_front()
-                && newest.since(scan.stamp) < OLDEST
-            {
+        while let Some(scan) = self.waiting.pop_front_if(|scan| scan.stamp <= newest) {
+            if newest.since(scan.stamp) < OLDEST {
                 out.push(Reading::Scan(scan));
             }
         }

@@ -1,7 +1,8 @@
 //! Who is refused, and with which code; and that none of it moved the robot.
 
 use serde_json::{Map, Value, json};
-use slamlab_core::wire::message::{Motion, ToBridge, close};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{ToBridge, close};
 use tokio_tungstenite::tungstenite::Message;
 
 use crate::client::{Bridge, Client};
@@ -43,7 +44,7 @@ pub(crate) async fn report() -> (bool, Value) {
         ("watcher arms", ToBridge::Arm { epoch: 1 }),
         (
             "watcher drives",
-            ToBridge::Drive(first.body(Motion::Forward(1.0))),
+            ToBridge::Drive(first.body(Command::Forward(1.0))),
         ),
     ] {
         let mut client = bridge.watcher().await;

@@ -5,7 +5,8 @@ use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
-use slamlab_core::wire::message::{FromBridge, Motion, RefusalReason, ToBridge};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{FromBridge, RefusalReason, ToBridge};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -120,7 +121,7 @@ async fn stale_lease(bridge: &Bridge) -> bool {
     holder.arm().await;
     let mut again = bridge.driver().await;
     for epoch in [before.epoch, holder.epoch] {
-        let mut body = again.body(Motion::Forward(1.0));
+        let mut body = again.body(Command::Forward(1.0));
         body.epoch = epoch;
         again.say(ToBridge::Drive(body)).await;
         let refusal = again

@@ -12,7 +12,8 @@
 use std::time::{Duration, SystemTime};
 
 use serde_json::{Value, json};
-use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{FromBridge, ToBridge};
 
 use crate::client::{Came, Client};
 use crate::stand::Stand;
@@ -97,7 +98,7 @@ async fn drive_until(
 ) -> Option<SystemTime> {
     let mut ticks = tokio::time::interval(Duration::from_millis(50));
     let until = tokio::time::Instant::now() + time;
-    let motion = Motion::Velocity { forward: 0.0, turn };
+    let motion = Command::Velocity { forward: 0.0, turn };
     while tokio::time::Instant::now() < until {
         tokio::select! {
             _ = ticks.tick() => driver.say(ToBridge::Drive(driver.body(motion))).await,

@@ -10,7 +10,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use slamlab_core::wire::message::{FromBridge, Motion, ToBridge};
+use slamlab_core::robot;
+use slamlab_core::wire::message::{FromBridge, ToBridge};
 use slamlab_core::wire::recording::Recording;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader, Lines};
 use tokio::process::{Child, ChildStdin, ChildStdout, Command};
@@ -205,7 +206,7 @@ async fn arm(client: &mut Client) {
 /// Turns on the spot for a while.
 pub(crate) async fn turn(client: &mut Client, time: Duration) {
     let until = Instant::now() + time;
-    let motion = Motion::Velocity {
+    let motion = robot::Command::Velocity {
         forward: 0.0,
         turn: 0.6,
     };

@@ -65,7 +65,7 @@ impl Rp6 {
             has_program: true,
             fault: Fault::None,
             program: Program::Running,
-            decoder: Decoder::new(),
+            decoder: Decoder::default(),
             last_sequence: None,
             is_latched: false,
             is_silenced: false,
@@ -244,7 +244,7 @@ impl Device for Rp6 {
 
     fn power_on(&mut self) {
         self.simulation.command(Order::Stop);
-        self.decoder = Decoder::new();
+        self.decoder = Decoder::default();
         self.last_sequence = None;
         self.is_latched = false;
         (self.seconds, self.since_command) = (0.0, 0.0);

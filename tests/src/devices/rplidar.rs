@@ -54,7 +54,7 @@ impl Rplidar {
             status: Status::Good,
             is_cured_by_reset: false,
             is_blocked: false,
-            requests: RequestDecoder::new(),
+            requests: RequestDecoder::default(),
             scan: Scan::None,
             readings: 0,
             pending: 0.0,
@@ -179,7 +179,7 @@ impl Device for Rplidar {
     }
 
     fn power_on(&mut self) {
-        self.requests = RequestDecoder::new();
+        self.requests = RequestDecoder::default();
         self.scan = Scan::None;
         self.said = b"RP LIDAR System.\r\nFirmware Ver 1.29, HW Ver 7\r\nModel: 18\r\n".to_vec();
     }

@@ -1,10 +1,10 @@
 //! What devices and clients really say: fuzzing begins with it.
 
-use slamlab_core::robot::{Odometry, Scan, Stamp};
+use slamlab_core::robot::{self, Odometry, Scan, Stamp};
 use slamlab_core::sim::{SensorModel, Simulation, worlds};
 use slamlab_core::wire::message::{
-    ClientHello, DriveBody, Format, FromBridge, Header, Motion, OdometryBody, SCHEMA, ScanBody,
-    ToBridge, encode,
+    ClientHello, DriveBody, Format, FromBridge, Header, OdometryBody, SCHEMA, ScanBody, ToBridge,
+    encode,
 };
 use slamlab_core::wire::rp6::{self, Command};
 use slamlab_core::wire::rplidar::request::Request;
@@ -137,7 +137,7 @@ pub(super) fn messages(format: Format) -> Vec<Vec<u8>> {
         epoch: 3,
         seen: 5,
         ttl_millis: 300,
-        motion: Motion::Velocity {
+        motion: robot::Command::Velocity {
             forward: 0.1,
             turn: -0.2,
         },

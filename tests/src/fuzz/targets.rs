@@ -128,7 +128,7 @@ fn frames<M: rp6::Message + std::fmt::Debug>(input: &[u8]) -> Result<u64, String
             .map(|frame| format!("{} {:?}", frame.sequence, frame.message))
             .collect()
     };
-    let (mut whole, mut parts) = (Decoder::new(), Decoder::new());
+    let (mut whole, mut parts) = (Decoder::default(), Decoder::default());
     let at_once = read(&mut whole, input);
     let in_pieces: Vec<String> = pieces(input)
         .flat_map(|piece| read(&mut parts, piece))
@@ -156,8 +156,8 @@ fn rp6_link(input: &[u8]) -> Result<u64, String> {
 
 fn rplidar_answers(input: &[u8]) -> Result<u64, String> {
     let (mut whole, mut parts) = (
-        rplidar::decoder::Decoder::new(),
-        rplidar::decoder::Decoder::new(),
+        rplidar::decoder::Decoder::default(),
+        rplidar::decoder::Decoder::default(),
     );
     whole.extend(input);
     let at_once: Vec<String> = whole.by_ref().map(|answer| format!("{answer:?}")).collect();
@@ -204,8 +204,8 @@ fn valid(scan: &Scan) -> Result<(), String> {
 
 fn rplidar_requests_run(input: &[u8]) -> Result<u64, String> {
     let (mut whole, mut parts) = (
-        rplidar::request::RequestDecoder::new(),
-        rplidar::request::RequestDecoder::new(),
+        rplidar::request::RequestDecoder::default(),
+        rplidar::request::RequestDecoder::default(),
     );
     whole.extend(input);
     let at_once: Vec<_> = whole.by_ref().collect();
@@ -219,7 +219,7 @@ fn rplidar_requests_run(input: &[u8]) -> Result<u64, String> {
 }
 
 fn ld06_run(input: &[u8]) -> Result<u64, String> {
-    let (mut whole, mut parts) = (ld06::Decoder::new(), ld06::Decoder::new());
+    let (mut whole, mut parts) = (ld06::Decoder::default(), ld06::Decoder::default());
     whole.extend(input);
     let at_once: Vec<_> = whole.by_ref().collect();
     let mut in_pieces = vec![];

@@ -3,9 +3,10 @@
 use std::time::{Duration, Instant};
 
 use slamlab_bridge::{Config, Limits};
+use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{
-    ClientHello, Format, FromBridge, Header, Motion, RefusalReason, SCHEMA, ToBridge, Watching,
-    close, encode, proof,
+    ClientHello, Format, FromBridge, Header, RefusalReason, SCHEMA, ToBridge, Watching, close,
+    encode, proof,
 };
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -141,7 +142,7 @@ fn a_watcher_who_wants_to_drive_is_shown_out_and_may_stop() {
         let (config, memory) = with_robot();
         let bridge = Bridge::start(config).await;
         let mut driver = bridge.armed().await;
-        let drive = ToBridge::Drive(driver.body(Motion::Forward(1.0)));
+        let drive = ToBridge::Drive(driver.body(Command::Forward(1.0)));
         let epoch = driver.epoch;
         for wish in [
             ToBridge::Take { force: true },
@@ -172,7 +173,7 @@ fn stale_epochs_and_sequences_have_no_effect() {
         let (config, memory) = with_robot();
         let bridge = Bridge::start(config).await;
         let mut driver = bridge.armed().await;
-        let mut body = driver.body(Motion::Forward(1.0));
+        let mut body = driver.body(Command::Forward(1.0));
         body.epoch -= 1;
         driver.say(ToBridge::Drive(body)).await;
         let refusal = |message: &FromBridge| match message {
@@ -181,7 +182,7 @@ fn stale_epochs_and_sequences_have_no_effect() {
         };
         assert_eq!(driver.wait(refusal).await, RefusalReason::StaleEpoch);
         // What was seen a second ago.
-        let mut body = driver.body(Motion::Forward(1.0));
+        let mut body = driver.body(Command::Forward(1.0));
         tokio::time::sleep(Duration::from_secs(1)).await;
         body.ttl_millis = u16::MAX;
         driver.say(ToBridge::Drive(body)).await;

@@ -6,9 +6,10 @@ use std::time::Duration;
 use futures_util::{SinkExt, StreamExt};
 use slamlab_bridge::token::Token;
 use slamlab_bridge::{Config, Limits};
+use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{
-    ClientHello, DriveBody, Format, FromBridge, Header, Motion, RobotFigures, SCHEMA, ToBridge,
-    decode, encode, proof,
+    ClientHello, DriveBody, Format, FromBridge, Header, RobotFigures, SCHEMA, ToBridge, decode,
+    encode, proof,
 };
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
@@ -202,12 +203,12 @@ impl Client {
     }
 
     pub(crate) async fn drive(&mut self, forward: f64, turn: f64) {
-        let motion = Motion::Velocity { forward, turn };
+        let motion = Command::Velocity { forward, turn };
         let body = self.body(motion);
         self.say(ToBridge::Drive(body)).await;
     }
 
-    pub(crate) fn body(&self, motion: Motion) -> DriveBody {
+    pub(crate) fn body(&self, motion: Command) -> DriveBody {
         DriveBody {
             epoch: self.epoch,
             seen: self.seen,
@@ -281,7 +282,7 @@ impl Client {
 
     /// Drives for a while at 20 Hz, reading what comes.
     pub(crate) async fn drive_for(&mut self, duration: Duration, forward: f64) {
-        let motion = Motion::Velocity { forward, turn: 0.0 };
+        let motion = Command::Velocity { forward, turn: 0.0 };
         let drive = |client: &Self| ToBridge::Drive(client.body(motion));
         self.repeat(duration, drive).await;
     }

@@ -7,9 +7,7 @@ use slamlab_bridge::source::Order;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::Command;
 use slamlab_core::sim::World;
-use slamlab_core::wire::message::{
-    DisarmReason, FromBridge, Motion, RefusalReason, ToBridge, close,
-};
+use slamlab_core::wire::message::{DisarmReason, FromBridge, RefusalReason, ToBridge, close};
 use slamlab_tests::calm::async_on_a_calm_machine;
 
 use super::client::{Bridge, Client};
@@ -228,7 +226,7 @@ fn a_leg_goes_on_while_it_is_held() {
         driver
             .wait(|message| matches!(message, FromBridge::Scan(_)).then_some(()))
             .await;
-        let body = driver.body(Motion::Turn(1.0));
+        let body = driver.body(Command::Turn(1.0));
         driver.say(ToBridge::Drive(body)).await;
         driver.hold_for(Duration::from_millis(600)).await;
         let orders = memory.orders();

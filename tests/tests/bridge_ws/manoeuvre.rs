@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use slamlab_bridge::Config;
 use slamlab_bridge::source::sim::SimSource;
-use slamlab_core::wire::message::{FromBridge, ManoeuvreBody, Motion, ToBridge};
+use slamlab_core::robot::Command;
+use slamlab_core::wire::message::{FromBridge, ManoeuvreBody, ToBridge};
 use slamlab_tests::calm::async_on_a_calm_machine;
 
 use super::client::{Bridge, Came, Client};
@@ -18,7 +19,7 @@ async fn bridge(which: &str) -> Bridge {
 }
 
 /// Gives a manoeuvre; the sequence of the message.
-async fn give(driver: &mut Client, motion: Motion) -> u32 {
+async fn give(driver: &mut Client, motion: Command) -> u32 {
     let body = driver.body(motion);
     driver.say(ToBridge::Drive(body)).await;
     driver.sequence
@@ -77,7 +78,7 @@ fn a_turn_is_over_when_the_robot_has_turned_and_not_before() {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.armed().await;
         first_scan(&mut driver).await;
-        let sequence = give(&mut driver, Motion::Turn(0.8)).await;
+        let sequence = give(&mut driver, Command::Turn(0.8)).await;
         let messages = until_over(&mut driver, sequence, true).await;
         assert_eq!(manoeuvres(&messages), [(sequence, true), (sequence, false)]);
         let turned = turned(&messages);
@@ -92,7 +93,7 @@ fn a_manoeuvre_that_nobody_keeps_alive_is_over_when_the_bridge_stops_it() {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.armed().await;
         first_scan(&mut driver).await;
-        let sequence = give(&mut driver, Motion::Turn(3.0)).await;
+        let sequence = give(&mut driver, Command::Turn(3.0)).await;
         let messages = until_over(&mut driver, sequence, false).await;
         assert_eq!(manoeuvres(&messages).last(), Some(&(sequence, false)));
         let turned = turned(&messages);
@@ -107,13 +108,13 @@ fn another_manoeuvre_ends_the_one_before() {
         let bridge = bridge("arena,lidar").await;
         let mut driver = bridge.armed().await;
         first_scan(&mut driver).await;
-        let first = give(&mut driver, Motion::Turn(3.0)).await;
+        let first = give(&mut driver, Command::Turn(3.0)).await;
         driver
             .wait(|message| {
                 matches!(message, FromBridge::Manoeuvre(body) if body.busy).then_some(())
             })
             .await;
-        let second = give(&mut driver, Motion::Turn(-0.4)).await;
+        let second = give(&mut driver, Command::Turn(-0.4)).await;
         let messages = until_over(&mut driver, second, true).await;
         let seen = manoeuvres(&messages);
         assert_eq!(seen.last(), Some(&(second, false)), "{seen:?}");
@@ -127,7 +128,7 @@ fn a_sweep_is_over_after_its_scan() {
     async_on_a_calm_machine(async || {
         let bridge = bridge("arena,rangers").await;
         let mut driver = bridge.armed().await;
-        let sequence = give(&mut driver, Motion::Scan).await;
+        let sequence = give(&mut driver, Command::Scan).await;
         let messages = until_over(&mut driver, sequence, true).await;
         assert_eq!(manoeuvres(&messages), [(sequence, true), (sequence, false)]);
         let scans = messages.iter().filter(|m| matches!(m, FromBridge::Scan(_)));
@@ -143,7 +144,7 @@ fn a_manoeuvre_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it()
         let mut driver = bridge.driver().await;
         driver.take(false).await;
         // It has the lease and did not arm.
-        let sequence = give(&mut driver, Motion::Forward(1.0)).await;
+        let sequence = give(&mut driver, Command::Forward(1.0)).await;
         let messages = until_over(&mut driver, sequence, false).await;
         assert_eq!(manoeuvres(&messages), [(sequence, false)]);
         assert!(

@@ -11,7 +11,7 @@ use super::*;
 use crate::geom::Pose2;
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use crate::wire::message::{
-    BumpersBody, DriveBody, LinkBody, LinkState, ManoeuvreBody, Motion, RefusalReason,
+    BumpersBody, DriveBody, LinkBody, LinkState, ManoeuvreBody, RefusalReason,
 };
 
 const ROBOT: u8 = 0;
@@ -68,7 +68,7 @@ fn odometry(from: u64, to: u64, speed: f64) -> SourceEvent {
     })
 }
 
-fn drive(epoch: u32, seen: Duration, motion: Motion) -> ToBridge {
+fn drive(epoch: u32, seen: Duration, motion: Command) -> ToBridge {
     ToBridge::Drive(DriveBody {
         epoch,
         seen: seen.as_micros() as u64,
@@ -187,7 +187,7 @@ fn a_fault_counts_while_the_robot_is_armed() {
 #[test]
 fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
     let (mut hub, driver) = armed();
-    let turn = drive(1, at(10), Motion::Turn(1.0));
+    let turn = drive(1, at(10), Command::Turn(1.0));
     hub.message(at(20), at(20), driver, header(3), turn);
     let out = actions(&mut hub);
     assert_eq!(manoeuvres(&out), [(3, true)]);
@@ -211,7 +211,7 @@ fn a_manoeuvre_is_over_when_the_robot_rests_after_its_order_and_not_before() {
         at(40),
         driver,
         header(4),
-        drive(1, at(30), Motion::Turn(1.0)),
+        drive(1, at(30), Command::Turn(1.0)),
     );
     let after = u64::MAX;
     hub.event(at(50), LIDAR, SourceEvent::Busy { busy: false, after });
@@ -229,10 +229,10 @@ fn a_manoeuvre_that_is_refused_is_over_at_once() {
         at(20),
         driver,
         header(3),
-        drive(1, at(10), Motion::Turn(1.0)),
+        drive(1, at(10), Command::Turn(1.0)),
     );
     actions(&mut hub);
-    let stale = drive(9, at(20), Motion::Turn(-1.0));
+    let stale = drive(9, at(20), Command::Turn(-1.0));
     hub.message(at(30), at(30), driver, header(4), stale);
     let refused = ManoeuvreBody {
         client: driver,

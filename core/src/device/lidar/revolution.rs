@@ -28,6 +28,15 @@ const SURE_STEP: f64 = 10.0 * PI / 180.0;
 /// Readings were lost where one is this many times as far from the last as usual; less is the
 /// sensor's own unevenness.
 const GAP: f64 = 5.0;
+/// σ of the bearing, rad.
+const BEARING_SIGMA: f64 = 0.001;
+/// Readings of less quality are invalid; greater drops weak echoes, those of far and dark surfaces.
+const LEAST_QUALITY: u8 = 1;
+/// Where a turn ends, rad, clockwise from the sensor's x axis: behind it.
+const SEAM: f64 = PI;
+/// A turn that lost more than this part of its readings is dropped; greater lets sparser scans
+/// through.
+const MOST_LOST: f64 = 0.5;
 /// More readings without a seam mean that the sensor does not turn: no lidar of this kind takes as
 /// many in one.
 const MOST_BEAMS: usize = 20_000;
@@ -47,11 +56,9 @@ pub struct Sample {
     pub stamp: Stamp,
 }
 
-/// What the sensor is and where it sits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RevolutionConfig {
-    /// Where the sensor sits on the robot. Default: in its middle, looking ahead.
-    pub robot_from_sensor: Pose2,
+/// What the sensor can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
     /// Nearer readings are invalid, m.
     pub min_range: f64,
     /// Farther readings are no-returns, m.
@@ -60,39 +67,13 @@ pub struct RevolutionConfig {
     pub sigma: f64,
     /// Growth of that σ with the distance, m/m.
     pub sigma_per_metre: f64,
-    /// σ of the bearing, rad.
-    pub bearing_sigma: f64,
-    /// Readings of less quality are invalid. Default 1; greater drops weak echoes, those of far and
-    /// dark surfaces.
-    pub least_quality: u8,
-    /// Where a turn ends, rad, clockwise from the sensor's x axis. Default π: behind it.
-    pub seam: f64,
-    /// A turn that lost more than this part of its readings is dropped. Default 0.5; greater lets
-    /// sparser scans through.
-    pub most_lost: f64,
-}
-
-impl Default for RevolutionConfig {
-    /// Sits in the robot's middle; measures from 0.15 to 12 m with the σ of a simulated lidar.
-    fn default() -> Self {
-        Self {
-            robot_from_sensor: Pose2::identity(),
-            min_range: 0.15,
-            max_range: 12.0,
-            sigma: 0.01,
-            sigma_per_metre: 0.005,
-            bearing_sigma: 0.001,
-            least_quality: 1,
-            seam: PI,
-            most_lost: 0.5,
-        }
-    }
 }
 
 /// Puts readings together to revolutions.
 #[derive(Clone, Debug)]
 pub struct Revolutions {
-    config: RevolutionConfig,
+    figures: Figures,
+    robot_from_sensor: Pose2,
     beams: Vec<Beam>,
     /// Angle from the seam to the last reading, rad, unwrapped; `None` before the first reading.
     turned: Option<f64>,
@@ -115,9 +96,10 @@ struct Beam {
 impl Revolutions {
     /// A collector that waits for the first seam.
     #[must_use]
-    pub fn new(config: RevolutionConfig) -> Self {
+    pub fn new(figures: Figures, robot_from_sensor: Pose2) -> Self {
         Self {
-            config,
+            figures,
+            robot_from_sensor,
             beams: vec![],
             turned: None,
             is_whole: false,
@@ -133,7 +115,7 @@ impl Revolutions {
             return None;
         }
         let Some(turned) = self.turned else {
-            self.turned = Some((sample.angle - self.config.seam).rem_euclid(TAU));
+            self.turned = Some((sample.angle - SEAM).rem_euclid(TAU));
             return None;
         };
         if self.step_to(turned, &sample).abs() <= SURE_STEP {
@@ -161,7 +143,7 @@ impl Revolutions {
 
     /// The angle from the last reading to this one, in (-π, π].
     fn step_to(&self, turned: f64, sample: &Sample) -> f64 {
-        wrap(sample.angle - self.config.seam - turned)
+        wrap(sample.angle - SEAM - turned)
     }
 
     fn take_after_gap(&mut self, turned: f64, sample: Sample) -> Option<Scan> {
@@ -206,13 +188,13 @@ impl Revolutions {
 
     /// Range and σ as a scan has them.
     fn read(&self, sample: &Sample) -> (f32, f32) {
-        let config = &self.config;
-        let sigma = |range: f64| (config.sigma + config.sigma_per_metre * range) as f32;
+        let figures = &self.figures;
+        let sigma = |range: f64| (figures.sigma + figures.sigma_per_metre * range) as f32;
         let range = sample.range;
-        if range < config.min_range || sample.quality.is_some_and(|q| q < config.least_quality) {
-            (f32::NAN, sigma(config.max_range))
-        } else if range > config.max_range {
-            (f32::INFINITY, sigma(config.max_range))
+        if range < figures.min_range || sample.quality.is_some_and(|q| q < LEAST_QUALITY) {
+            (f32::NAN, sigma(figures.max_range))
+        } else if range > figures.max_range {
+            (f32::INFINITY, sigma(figures.max_range))
         } else {
             (range as f32, sigma(range))
         }
@@ -223,21 +205,21 @@ impl Revolutions {
         let taken = self.beams.len();
         let beams = with_gaps_filled(&self.beams);
         let lost = beams.len() - taken;
-        if lost as f64 > self.config.most_lost * beams.len() as f64 {
+        if lost as f64 > MOST_LOST * beams.len() as f64 {
             return None;
         }
         let interval = self.beams.iter().map(|beam| beam.interval).sum::<f64>() / taken as f64;
         let qualities: Option<Vec<u8>> = beams.iter().map(|beam| beam.quality).collect();
-        let bearing = |beam: &Beam| wrap(-(beam.turned + self.config.seam));
+        let bearing = |beam: &Beam| wrap(-(beam.turned + SEAM));
         Some(Scan {
             stamp: last.stamp,
-            robot_from_sensor: self.config.robot_from_sensor,
+            robot_from_sensor: self.robot_from_sensor,
             bearings: beams.iter().map(bearing).collect(),
             ranges: beams.iter().map(|beam| beam.range).collect(),
             sigmas: beams.iter().map(|beam| beam.sigma).collect(),
             qualities: qualities.unwrap_or_default(),
-            bearing_sigma: self.config.bearing_sigma,
-            max_range: self.config.max_range,
+            bearing_sigma: BEARING_SIGMA,
+            max_range: self.figures.max_range,
             sweep: interval.max(0.0) * (beams.len() - 1) as f64,
         })
     }

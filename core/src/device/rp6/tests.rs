@@ -29,7 +29,7 @@ impl Pair {
             device: Rp6::new("rp6:test"),
             millis: 0,
             sequence: 0,
-            commands: Decoder::new(),
+            commands: Decoder::default(),
             given: vec![],
             reported: vec![],
         };

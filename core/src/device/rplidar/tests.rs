@@ -29,7 +29,7 @@ struct Sensor {
 impl Sensor {
     fn new() -> Self {
         Self {
-            requests: RequestDecoder::new(),
+            requests: RequestDecoder::default(),
             is_mute: false,
             is_babbling: false,
             is_blocked: false,

@@ -4,9 +4,7 @@
 use std::time::Duration;
 
 use crate::robot::Command;
-use crate::wire::message::{
-    DisarmReason, DriveBody, Lease, Motion, RefusalReason, ToBridge, close,
-};
+use crate::wire::message::{DisarmReason, DriveBody, Lease, RefusalReason, ToBridge, close};
 
 use super::{Client, ClientId, Holder, LEASE, LONGEST_TTL, Output, Safety, WATCHDOG};
 use crate::device::source::Order;
@@ -119,8 +117,8 @@ impl Safety {
             return Err(RefusalReason::NotFinite);
         }
         self.counts(now, client, sequence, epoch, seen, ttl_millis)?;
-        self.driven = (motion != Motion::Halt).then_some(now);
-        self.out.push(Output::Order(Order::Command(motion.into())));
+        self.driven = (motion != Command::Stop).then_some(now);
+        self.out.push(Output::Order(Order::Command(motion)));
         Ok(())
     }
 

@@ -5,7 +5,7 @@ mod any_order;
 use std::time::Duration;
 
 use crate::robot::Command;
-use crate::wire::message::{DisarmReason, DriveBody, Motion, RefusalReason, ToBridge, close};
+use crate::wire::message::{DisarmReason, DriveBody, RefusalReason, ToBridge, close};
 
 use super::*;
 
@@ -47,7 +47,7 @@ fn drive(epoch: u32, sequence: u32, seen: u64) -> Asked {
     Asked(sequence, ToBridge::Drive(body))
 }
 
-const RUN: Motion = Motion::Velocity {
+const RUN: Command = Command::Velocity {
     forward: 0.2,
     turn: 0.0,
 };
@@ -79,7 +79,7 @@ fn driven() -> Safety {
     ask(&mut safety, 0, A, ToBridge::Take { force: false });
     ask(&mut safety, 0, A, ToBridge::Arm { epoch: 1 });
     let out = ask(&mut safety, 0, A, drive(1, 1, 0));
-    assert_eq!(out, [Output::Order(Order::Command(RUN.into()))]);
+    assert_eq!(out, [Output::Order(Order::Command(RUN))]);
     safety
 }
 
@@ -107,7 +107,7 @@ fn the_watchdog_stops_on_time_and_the_driver_goes_on_without_arming() {
     assert_eq!(safety.on(at(200), Input::Tick), [STOP]);
     assert_eq!(safety.on(at(201), Input::Tick), []);
     let out = ask(&mut safety, 300, A, drive(1, 2, 200));
-    assert_eq!(out, [Output::Order(Order::Command(RUN.into()))]);
+    assert_eq!(out, [Output::Order(Order::Command(RUN))]);
 }
 
 #[test]
@@ -303,9 +303,9 @@ fn what_is_no_number_is_refused() {
         unreachable!()
     };
     for motion in [
-        Motion::Forward(f64::NAN),
-        Motion::Turn(f64::INFINITY),
-        Motion::Velocity {
+        Command::Forward(f64::NAN),
+        Command::Turn(f64::INFINITY),
+        Command::Velocity {
             forward: 0.0,
             turn: f64::NAN,
         },

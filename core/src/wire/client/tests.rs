@@ -112,7 +112,7 @@ fn another_schema_and_a_wrong_order_are_refused_in_words() {
 fn nothing_drives_before_lease_and_arm_and_each_command_says_what_was_seen() {
     let mut bridge = Bridge::default();
     let mut client = inside(&mut bridge);
-    let motion = Motion::Velocity {
+    let motion = Command::Velocity {
         forward: 0.1,
         turn: 0.0,
     };
@@ -157,7 +157,7 @@ fn a_lease_that_somebody_else_took_ends_driving() {
     assert!(client.is_armed());
     client.receive(9, &bridge.safety(Some(4), true)).unwrap();
     assert!(!client.is_armed() && !client.has_lease());
-    assert!(!client.drive(10, Motion::Halt));
+    assert!(!client.drive(10, Command::Stop));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::names::named;
 use super::number;
 use crate::geom::Pose2;
-use crate::robot::{Odometry, OdometryError, OdometryNoise, RobotModel, Scan, ScanError, Stamp};
+use crate::robot::{Odometry, OdometryError, RobotModel, Scan, ScanError, Stamp};
 
 /// Motion between two stamps of the robot, in its frame at the first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -277,26 +277,13 @@ impl RobotFigures {
     /// For the wire.
     #[must_use]
     pub fn new(model: &RobotModel, scans_on_command: bool) -> Self {
-        let noise = &model.odometry_noise;
+        let mut model = *model;
+        let (size, limits, noise) = figures(&mut model);
         Self {
+            size: size.map(|figure| *figure),
+            limits: limits.map(|figure| *figure),
+            noise: noise.map(|figure| *figure),
             preset: model.name.to_owned(),
-            size: [
-                model.length,
-                model.width,
-                model.track_width,
-                model.metres_per_tick,
-            ],
-            limits: [
-                model.max_speed,
-                model.max_turn_rate,
-                model.max_acceleration,
-                model.max_turn_acceleration,
-            ],
-            noise: [
-                noise.per_metre,
-                noise.lateral_per_metre,
-                noise.heading_per_radian,
-            ],
             scans_on_command,
         }
     }
@@ -305,30 +292,37 @@ impl RobotFigures {
     #[must_use]
     pub fn model(&self) -> Option<RobotModel> {
         let presets = [RobotModel::rp6(), RobotModel::pioneer()];
-        let preset = presets.into_iter().find(|m| m.name == self.preset)?;
-        let [length, width, track_width, metres_per_tick] = self.size;
-        let [
-            max_speed,
-            max_turn_rate,
-            max_acceleration,
-            max_turn_acceleration,
-        ] = self.limits;
-        let [per_metre, lateral_per_metre, heading_per_radian] = self.noise;
-        Some(RobotModel {
-            length,
-            width,
-            track_width,
-            metres_per_tick,
-            max_speed,
-            max_turn_rate,
-            max_acceleration,
-            max_turn_acceleration,
-            odometry_noise: OdometryNoise {
-                per_metre,
-                lateral_per_metre,
-                heading_per_radian,
-            },
-            ..preset
-        })
+        let mut model = presets.into_iter().find(|m| m.name == self.preset)?;
+        let (size, limits, noise) = figures(&mut model);
+        let size = size.into_iter().zip(self.size);
+        let limits = limits.into_iter().zip(self.limits);
+        let noise = noise.into_iter().zip(self.noise);
+        for (figure, said) in size.chain(limits).chain(noise) {
+            *figure = said;
+        }
+        Some(model)
     }
+}
+
+/// The figures of a model in the order in which they cross the wire: size, limits, noise.
+fn figures(model: &mut RobotModel) -> ([&mut f64; 4], [&mut f64; 4], [&mut f64; 3]) {
+    let size = [
+        &mut model.length,
+        &mut model.width,
+        &mut model.track_width,
+        &mut model.metres_per_tick,
+    ];
+    let limits = [
+        &mut model.max_speed,
+        &mut model.max_turn_rate,
+        &mut model.max_acceleration,
+        &mut model.max_turn_acceleration,
+    ];
+    let noise = &mut model.odometry_noise;
+    let noise = [
+        &mut noise.per_metre,
+        &mut noise.lateral_per_metre,
+        &mut noise.heading_per_radian,
+    ];
+    (size, limits, noise)
 }

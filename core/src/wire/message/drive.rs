@@ -16,70 +16,23 @@ pub struct DriveBody {
     /// How old `seen` may be, ms.
     pub ttl_millis: u16,
     /// What the robot is to do.
-    pub motion: Motion,
+    #[serde(with = "Motion")]
+    pub motion: Command,
 }
 
-/// A command to the robot, as it crosses the wire: [`Command`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Motion {
-    /// Stand still, and stay armed.
-    Halt,
-    /// Drive with these speeds.
+/// A [`Command`] as it crosses the wire.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Command")]
+enum Motion {
+    #[serde(rename = "Halt")]
+    Stop,
     Velocity {
-        /// m/s.
         forward: f64,
-        /// rad/s, counter-clockwise.
         turn: f64,
     },
-    /// Drive straight by so many metres.
     Forward(f64),
-    /// Turn on the spot by so many radians, counter-clockwise.
     Turn(f64),
-    /// Stand still and take one sweep.
     Scan,
-}
-
-impl Motion {
-    /// Whether it takes its time and then ends by itself.
-    #[must_use]
-    pub fn is_manoeuvre(&self) -> bool {
-        matches!(self, Self::Forward(_) | Self::Turn(_) | Self::Scan)
-    }
-
-    /// Whether every figure is a finite number.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        match self {
-            Self::Halt | Self::Scan => true,
-            Self::Velocity { forward, turn } => forward.is_finite() && turn.is_finite(),
-            Self::Forward(by) | Self::Turn(by) => by.is_finite(),
-        }
-    }
-}
-
-impl From<Motion> for Command {
-    fn from(motion: Motion) -> Self {
-        match motion {
-            Motion::Halt => Self::Stop,
-            Motion::Velocity { forward, turn } => Self::Velocity { forward, turn },
-            Motion::Forward(by) => Self::Forward(by),
-            Motion::Turn(by) => Self::Turn(by),
-            Motion::Scan => Self::Scan,
-        }
-    }
-}
-
-impl From<Command> for Motion {
-    fn from(command: Command) -> Self {
-        match command {
-            Command::Stop => Self::Halt,
-            Command::Velocity { forward, turn } => Self::Velocity { forward, turn },
-            Command::Forward(by) => Self::Forward(by),
-            Command::Turn(by) => Self::Turn(by),
-            Command::Scan => Self::Scan,
-        }
-    }
 }
 
 /// Whether a manoeuvre is under way: a leg, a turn or a sweep.

@@ -64,7 +64,7 @@ pub use body::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, LinkBody, LinkState, OdometryBody,
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
-pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, Motion, RefusalReason, SafetyBody};
+pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, RefusalReason, SafetyBody};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
 
 use names::named;

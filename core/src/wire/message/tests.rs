@@ -95,7 +95,7 @@ fn golden_bytes() {
         epoch: 1,
         seen: 128,
         ttl_millis: 250,
-        motion: Motion::Velocity {
+        motion: Command::Velocity {
             forward: 0.5,
             turn: -2.0,
         },
@@ -164,7 +164,7 @@ fn golden_text() {
         panic!("{message:?}")
     };
     assert_eq!(
-        Command::from(body.motion),
+        body.motion,
         Command::Velocity {
             forward: 0.5,
             turn: -2.0

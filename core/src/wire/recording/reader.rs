@@ -101,14 +101,7 @@ impl RecordingReader {
         match std::mem::replace(&mut self.phase, Phase::Ended) {
             Phase::Start => return Err(RecordingError::Magic),
             Phase::Records => self.recording.damage.push(Damage::CutOff { at: end }),
-            Phase::Lost(from, what) => {
-                let bytes = Damage::Bytes {
-                    from,
-                    to: end,
-                    what,
-                };
-                self.recording.damage.push(bytes);
-            }
+            Phase::Lost(from, what) => self.damaged(from, end, what),
             Phase::Ended => (),
         }
         if self.recording.is_empty() {
@@ -280,13 +273,16 @@ impl RecordingReader {
             rest = next;
         }
         if !rest.is_empty() {
-            self.recording.damage.push(Damage::Bytes {
-                from: place.end - rest.len() as u64,
-                to: place.end,
-                what: "a chunk holds something else than records".into(),
-            });
+            let from = place.end - rest.len() as u64;
+            let what = "a chunk holds something else than records".to_owned();
+            self.damaged(from, place.end, what);
         }
         Ok(())
+    }
+
+    fn damaged(&mut self, from: u64, to: u64, what: String) {
+        let damage = Damage::Bytes { from, to, what };
+        self.recording.damage.push(damage);
     }
 
     /// 0 stands for a sum that nobody made; after damage none can fit.
@@ -314,12 +310,8 @@ impl RecordingReader {
         let found = bytes.windows(SIGN).position(is_sign);
         let passed = found.unwrap_or(bytes.len().saturating_sub(SIGN - 1));
         if let (Some(at), Phase::Lost(from, what)) = (found, &mut self.phase) {
-            let damage = Damage::Bytes {
-                from: *from,
-                to: self.at + passed as u64,
-                what: std::mem::take(what),
-            };
-            self.recording.damage.push(damage);
+            let (from, what) = (*from, std::mem::take(what));
+            self.damaged(from, self.at + passed as u64, what);
             self.phase = Phase::Records;
             let id = bytes.get(at..).and_then(channel);
             self.channels

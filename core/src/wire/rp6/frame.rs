@@ -60,12 +60,6 @@ impl<M> Default for Decoder<M> {
 }
 
 impl<M: Message> Decoder<M> {
-    /// A decoder that waits for its first marker.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// What became of the bytes since the decoder was made. A frame that is longer than any is
     /// rejected.
     #[must_use]

@@ -111,7 +111,7 @@ impl Link {
             outstanding: None,
             queue: VecDeque::new(),
             latest: None,
-            decoder: Decoder::new(),
+            decoder: Decoder::default(),
             text: TextWatch::default(),
             output: Vec::new(),
             events: VecDeque::new(),
@@ -236,14 +236,12 @@ impl Link {
 
     fn hear(&mut self, heard: Heard, now: Stamp) {
         match heard {
-            Heard::BootLoader => {
+            // Ready without the boot loader's name before it too: its first line may have been lost.
+            Heard::BootLoader | Heard::Ready => {
                 self.lose(Down::Restarted);
-                self.enter(Phase::BootLoader, now);
-            }
-            // Without the boot loader's name before it too: its first line may have been lost.
-            Heard::Ready => {
-                self.lose(Down::Restarted);
-                self.output.push(b's');
+                if heard == Heard::Ready {
+                    self.output.push(b's');
+                }
                 self.enter(Phase::BootLoader, now);
             }
             Heard::EmergencyShutdown => {

@@ -144,7 +144,7 @@ fn damage_costs_the_frame_it_hits_and_no_other() {
             hit[at] ^= 1 << bit;
             stream.extend(&hit);
             stream.extend(encode(3, &Command::Reset));
-            let mut decoder = Decoder::<Command>::new();
+            let mut decoder = Decoder::<Command>::default();
             let frames: Vec<_> = decoder.push(&stream).map(|f| f.message).collect();
             // The markers are doubled between two frames, so one lost is none.
             let is_marker = at == 0 || at == good.len() - 1;
@@ -180,8 +180,8 @@ fn every_pair_of_flipped_bits_is_noticed() {
                 hit[second / 8] ^= 1 << (second % 8);
                 // A marker of the next frame, in case this one's was hit.
                 hit.push(0);
-                let whole: Vec<Frame<Command>> = Decoder::new().push(&good).collect();
-                let got: Vec<Frame<Command>> = Decoder::new().push(&hit).collect();
+                let whole: Vec<Frame<Command>> = Decoder::default().push(&good).collect();
+                let got: Vec<Frame<Command>> = Decoder::default().push(&hit).collect();
                 let is_leading_marker = first < 8 && second < 8;
                 assert!(
                     got.is_empty() || is_leading_marker && got == whole,
@@ -203,7 +203,7 @@ fn a_wrong_checksum_passes_no_oftener_than_chance() {
             .wrapping_add(1442695040888963407);
         (state >> 56) as u8
     };
-    let mut decoder = Decoder::<Command>::new();
+    let mut decoder = Decoder::<Command>::default();
     let pieces = 400_000_u64;
     for _ in 0..pieces {
         let piece: Vec<u8> = (0..9).map(|_| random().max(1)).collect();
@@ -218,7 +218,7 @@ fn a_wrong_checksum_passes_no_oftener_than_chance() {
 
 #[test]
 fn a_stream_without_markers_takes_no_memory_and_is_counted() {
-    let mut decoder = Decoder::<Command>::new();
+    let mut decoder = Decoder::<Command>::default();
     assert_eq!(decoder.push(&[0x55; 100_000]).count(), 0);
     assert_eq!(decoder.tally().rejected, 1);
     assert_eq!(decoder.tally().discarded, 100_000);
@@ -243,7 +243,7 @@ fn another_length_or_kind_than_the_table_has_is_unknown() {
         }
     }
     for (kind, length) in [(0x05, 1), (0x02, 3), (0x02, 5), (0x7F, 0), (0x81, 3)] {
-        let mut decoder = Decoder::<Command>::new();
+        let mut decoder = Decoder::<Command>::default();
         let bytes = encode(1, &Raw(kind, vec![1; length]));
         assert_eq!(decoder.push(&bytes).count(), 0);
         assert_eq!(decoder.tally().rejected, 1, "{kind:02x} {length}");

@@ -73,20 +73,15 @@ pub struct Decoder {
     banner: usize,
 }
 
-/// What was made of the bytes at the front.
-enum Step {
-    Hand(Answer),
-    Again,
-    More,
+/// What was made of the bytes at the front; none while some are missing.
+type Step = Option<Made>;
+
+enum Made {
+    Answer(Answer),
+    Progress,
 }
 
 impl Decoder {
-    /// A decoder that waits for an answer.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes as they come.
     pub fn extend(&mut self, bytes: &[u8]) {
         self.inbox.extend(bytes);
@@ -117,21 +112,10 @@ impl Decoder {
     }
 
     fn descriptor(&mut self) -> Step {
-        let Some([first]) = self.inbox.peek(0) else {
-            return Step::More;
-        };
-        if first != SYNC {
+        if self.inbox.peek(0)? != [SYNC] || self.inbox.peek(1)? != [SYNC_OF_ANSWER] {
             return self.discard(1);
         }
-        match self.inbox.peek(1) {
-            None => return Step::More,
-            Some([SYNC_OF_ANSWER]) => (),
-            Some(_) => return self.discard(1),
-        }
-        let Some(bytes) = self.inbox.peek(0) else {
-            return Step::More;
-        };
-        let Some(descriptor) = Descriptor::decode(bytes) else {
+        let Some(descriptor) = Descriptor::decode(self.inbox.peek(0)?) else {
             self.inbox.reject();
             return self.discard(1);
         };
@@ -139,72 +123,50 @@ impl Decoder {
         self.expects = match descriptor {
             Descriptor::Scan => Expects::Nodes { in_step: true },
             Descriptor::Express => Expects::Capsules { in_step: false },
-            _ => Expects::Single(descriptor),
+            Descriptor::Info | Descriptor::Health | Descriptor::Rate => {
+                self.expects = Expects::Single(descriptor);
+                return Some(Made::Progress);
+            }
         };
-        match descriptor {
-            Descriptor::Scan | Descriptor::Express => Step::Hand(Answer::Begins(descriptor)),
-            _ => Step::Again,
-        }
+        Some(Made::Answer(Answer::Begins(descriptor)))
     }
 
     fn single(&mut self, descriptor: Descriptor) -> Step {
+        let inbox = &self.inbox;
         let (length, answer) = match descriptor {
-            Descriptor::Info => (
-                Info::LEN,
-                self.inbox
-                    .peek(0)
-                    .map(|b| Some(Answer::Info(Info::decode(b)))),
-            ),
+            Descriptor::Info => (Info::LEN, Some(Answer::Info(Info::decode(inbox.peek(0)?)))),
             Descriptor::Health => (
                 Health::LEN,
-                self.inbox
-                    .peek(0)
-                    .map(|b| Health::decode(b).map(Answer::Health)),
+                Health::decode(inbox.peek(0)?).map(Answer::Health),
             ),
-            Descriptor::Rate => (
-                Rate::LEN,
-                self.inbox
-                    .peek(0)
-                    .map(|b| Some(Answer::Rate(Rate::decode(b)))),
-            ),
+            Descriptor::Rate => (Rate::LEN, Some(Answer::Rate(Rate::decode(inbox.peek(0)?)))),
             // Scans have no end; their descriptors lead elsewhere.
-            Descriptor::Scan | Descriptor::Express => (0, Some(None)),
-        };
-        let Some(answer) = answer else {
-            return Step::More;
+            Descriptor::Scan | Descriptor::Express => (0, None),
         };
         self.expects = Expects::Descriptor;
         if let Some(answer) = answer {
             self.inbox.accept(length);
-            return Step::Hand(answer);
+            return Some(Made::Answer(answer));
         }
         self.inbox.reject();
         self.discard(1)
     }
 
     fn node(&mut self) -> Step {
-        match self.inbox.peek(0).map(Node::decode) {
-            None => Step::More,
-            Some(Some(node)) => {
-                self.inbox.accept(Node::LEN);
-                Step::Hand(Answer::Node(node))
-            }
-            Some(None) => {
-                self.inbox.reject();
-                self.expects = Expects::Nodes { in_step: false };
-                self.discard(1)
-            }
+        if let Some(node) = Node::decode(self.inbox.peek(0)?) {
+            self.inbox.accept(Node::LEN);
+            return Some(Made::Answer(Answer::Node(node)));
         }
+        self.inbox.reject();
+        self.expects = Expects::Nodes { in_step: false };
+        self.discard(1)
     }
 
     /// Out of step: throws bytes away until enough nodes fit in a row.
     fn find_nodes(&mut self) -> Step {
         let mut last: Option<Node> = None;
         for place in 0..NODES_TO_LOCK {
-            let Some(bytes) = self.inbox.peek(place * Node::LEN) else {
-                return Step::More;
-            };
-            let Some(node) = Node::decode(bytes) else {
+            let Some(node) = Node::decode(self.inbox.peek(place * Node::LEN)?) else {
                 return self.discard(1);
             };
             if last.is_some_and(|last| !is_near(last, node)) {
@@ -213,33 +175,25 @@ impl Decoder {
             last = Some(node);
         }
         self.expects = Expects::Nodes { in_step: true };
-        Step::Again
+        Some(Made::Progress)
     }
 
     fn capsule(&mut self, in_step: bool) -> Step {
-        let Some(marks) = self.inbox.peek(0) else {
-            return Step::More;
-        };
-        if !has_marks(marks) {
+        if !has_marks(self.inbox.peek(0)?) {
             self.expects = Expects::Capsules { in_step: false };
             return self.discard(1);
         }
-        match self.inbox.peek(0).map(|bytes| Capsule::decode(&bytes)) {
-            None => Step::More,
-            Some(Some(capsule)) => {
-                self.inbox.accept(Capsule::LEN);
-                self.expects = Expects::Capsules { in_step: true };
-                Step::Hand(Answer::Capsule {
-                    capsule: Box::new(capsule),
-                    follows: in_step && !capsule.starts,
-                })
-            }
-            Some(None) => {
-                self.inbox.reject();
-                self.expects = Expects::Capsules { in_step: false };
-                self.discard(1)
-            }
-        }
+        let Some(capsule) = Capsule::decode(&self.inbox.peek(0)?) else {
+            self.expects = Expects::Capsules { in_step: false };
+            self.inbox.reject();
+            return self.discard(1);
+        };
+        self.inbox.accept(Capsule::LEN);
+        self.expects = Expects::Capsules { in_step: true };
+        Some(Made::Answer(Answer::Capsule {
+            follows: in_step && !capsule.starts,
+            capsule: Box::new(capsule),
+        }))
     }
 
     fn discard(&mut self, count: usize) -> Step {
@@ -258,9 +212,9 @@ impl Decoder {
         }
         if is_banner {
             self.expects = Expects::Descriptor;
-            return Step::Hand(Answer::Restarted);
+            return Some(Made::Answer(Answer::Restarted));
         }
-        Step::Again
+        Some(Made::Progress)
     }
 }
 
@@ -270,10 +224,8 @@ impl Iterator for Decoder {
     /// The next answer that is complete.
     fn next(&mut self) -> Option<Answer> {
         loop {
-            match self.step() {
-                Step::Hand(answer) => return Some(answer),
-                Step::Again => (),
-                Step::More => return None,
+            if let Made::Answer(answer) = self.step()? {
+                return Some(answer);
             }
         }
     }

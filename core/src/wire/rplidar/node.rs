@@ -66,15 +66,20 @@ impl Node {
 
     /// Reads a node; `None` where its check bits or its angle are wrong.
     #[must_use]
-    pub fn decode([first, b, c, d, e]: [u8; Self::LEN]) -> Option<Self> {
-        let checked_angle = u16::from_le_bytes([b, c]);
-        let (is_start, is_not_start) = (first & 1 != 0, first & 2 != 0);
-        let angle = checked_angle >> 1;
-        (is_start != is_not_start && checked_angle & 1 == 1 && angle < FULL_TURN).then_some(Self {
-            starts: is_start,
+    pub fn decode(bytes: [u8; Self::LEN]) -> Option<Self> {
+        let node = Self::unchecked(bytes);
+        let [first, second, ..] = bytes;
+        let is_not_start = first & 2 != 0;
+        (node.starts != is_not_start && second & 1 == 1 && node.angle < FULL_TURN).then_some(node)
+    }
+
+    /// Reads a node whatever its check bits and its angle are.
+    pub(in crate::wire) fn unchecked([first, b, c, d, e]: [u8; Self::LEN]) -> Self {
+        Self {
+            starts: first & 1 != 0,
             quality: first >> 2,
-            angle,
+            angle: u16::from_le_bytes([b, c]) >> 1,
             distance: u16::from_le_bytes([d, e]),
-        })
+        }
     }
 }

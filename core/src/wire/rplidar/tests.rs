@@ -12,14 +12,14 @@ use super::node::Node;
 use super::request::{Request, RequestDecoder};
 
 fn decode(bytes: &[u8]) -> Vec<Answer> {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::default();
     decoder.extend(bytes);
     decoder.by_ref().collect()
 }
 
 /// In pieces of 1, 2, … bytes, as `sizes` has it, round and round.
 fn decode_in_pieces(bytes: &[u8], sizes: &[usize]) -> Vec<Answer> {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::default();
     let (mut answers, mut rest) = (vec![], bytes);
     for &size in sizes.iter().cycle() {
         if rest.is_empty() {
@@ -79,7 +79,7 @@ fn requests_are_those_of_the_document() {
         (Request::Rate, &[0xA5, 0x59]),
     ] {
         assert_eq!(request.encode(), bytes);
-        let mut decoder = RequestDecoder::new();
+        let mut decoder = RequestDecoder::default();
         decoder.extend(bytes);
         assert_eq!(decoder.next(), Some(request));
     }
@@ -239,7 +239,7 @@ fn one_flipped_check_bit_costs_few_nodes() {
     let sent = turn(720, 7);
     let mut bytes = standard_stream(&sent);
     bytes[7 + 5 * 100] ^= 1;
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::default();
     decoder.extend(&bytes);
     let got = nodes(&decoder.by_ref().collect::<Vec<_>>());
     assert!(got.len() >= 719 - 5, "{} of 720", got.len());

@@ -23,7 +23,7 @@ enum Step {
     Take(usize, bool),
     Arm(usize),
     /// With the epoch of the newest lease, or another; what was seen is so many ms old.
-    Drive(usize, bool, u64, Motion),
+    Drive(usize, bool, u64, Command),
     Hold(usize, u64),
     Stop(usize),
     EmergencyStop(usize),
@@ -38,14 +38,14 @@ enum Step {
     Wait,
 }
 
-fn any_motion() -> impl Strategy<Value = Motion> {
+fn any_motion() -> impl Strategy<Value = Command> {
     prop_oneof![
-        4 => (-0.3..0.3, -1.0..1.0).prop_map(|(forward, turn)| Motion::Velocity { forward, turn }),
-        1 => Just(Motion::Halt),
-        1 => (-1.0..1.0).prop_map(Motion::Forward),
-        2 => (-1.0..1.0).prop_map(Motion::Turn),
-        1 => Just(Motion::Scan),
-        1 => Just(Motion::Turn(f64::NAN)),
+        4 => (-0.3..0.3, -1.0..1.0).prop_map(|(forward, turn)| Command::Velocity { forward, turn }),
+        1 => Just(Command::Stop),
+        1 => (-1.0..1.0).prop_map(Command::Forward),
+        2 => (-1.0..1.0).prop_map(Command::Turn),
+        1 => Just(Command::Scan),
+        1 => Just(Command::Turn(f64::NAN)),
     ]
 }
 
@@ -255,7 +255,7 @@ impl Bystander {
                 self.runs_since = self.runs_since.map(|_| self.now);
             }
             Some((_, _, ToBridge::Drive(body))) => {
-                self.runs_since = (body.motion != Motion::Halt).then_some(self.now);
+                self.runs_since = (body.motion != Command::Stop).then_some(self.now);
             }
             _ => (),
         }

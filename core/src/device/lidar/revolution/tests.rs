@@ -1,6 +1,8 @@
 //! Turns against closed forms: angles, instants, gaps, and damage that must not spread.
 
 use super::*;
+use crate::device::lidar::LidarProtocol as _;
+use crate::device::rplidar::Rplidar;
 
 const BEAMS: usize = 360;
 const INTERVAL: f64 = 0.0005;
@@ -18,7 +20,7 @@ fn sample(k: usize) -> Sample {
 }
 
 fn collect(samples: impl IntoIterator<Item = Sample>) -> Vec<Scan> {
-    let mut revolutions = Revolutions::new(RevolutionConfig::default());
+    let mut revolutions = Revolutions::new(Rplidar::FIGURES, Pose2::identity());
     let scans: Vec<Scan> = samples
         .into_iter()
         .filter_map(|sample| revolutions.push(sample))

@@ -2,7 +2,7 @@
 //! [`super::super::SCHEMA`] is made of.
 
 use super::super::*;
-use crate::robot::RobotModel;
+use crate::robot::{Command, RobotModel};
 
 pub(super) fn from_bridge() -> Vec<FromBridge> {
     let (source, stamp) = (1, 2_000_000);
@@ -138,7 +138,7 @@ pub(super) fn to_bridge() -> Vec<ToBridge> {
             epoch,
             seen: 14,
             ttl_millis: 300,
-            motion: Motion::Scan,
+            motion: Command::Scan,
         }),
         ToBridge::Hold {
             epoch,

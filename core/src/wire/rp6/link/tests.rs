@@ -15,7 +15,7 @@ impl Bench {
         Self {
             link: Link::new(Stamp(0), 40),
             now: 0.0,
-            to_robot: Decoder::new(),
+            to_robot: Decoder::default(),
             sequence: 0,
         }
     }

@@ -88,7 +88,7 @@ fn report() -> impl Strategy<Value = Report> {
 
 /// All frames of the stream, handed over in pieces of the given size.
 fn decode<M: Message>(stream: &[u8], piece: usize) -> (Vec<Frame<M>>, Tally) {
-    let mut decoder = Decoder::new();
+    let mut decoder = Decoder::default();
     let mut frames = Vec::new();
     for piece in stream.chunks(piece) {
         frames.extend(decoder.push(piece));

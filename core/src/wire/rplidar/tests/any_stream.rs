@@ -75,7 +75,7 @@ proptest! {
         let descriptor = if express { Descriptor::Express } else { Descriptor::Scan };
         let mut bytes = descriptor.encode().to_vec();
         bytes.extend(&noise);
-        let mut decoder = Decoder::new();
+        let mut decoder = Decoder::default();
         let (mut rest, mut in_frames) = (&bytes[..], 0);
         for size in sizes.into_iter().cycle() {
             if rest.is_empty() { break; }
@@ -111,14 +111,14 @@ proptest! {
         let mut bytes = noise;
         bytes.extend(Request::ExpressScan.encode());
         bytes.extend(Request::Health.encode());
-        let mut decoder = RequestDecoder::new();
+        let mut decoder = RequestDecoder::default();
         decoder.extend(&bytes);
         prop_assert_eq!(decoder.collect::<Vec<_>>(), [Request::ExpressScan, Request::Health]);
     }
 
     #[test]
     fn any_bytes_to_the_request_decoder_are_harmless(noise in prop::collection::vec(any::<u8>(), 0..500)) {
-        let mut decoder = RequestDecoder::new();
+        let mut decoder = RequestDecoder::default();
         decoder.extend(&noise);
         let count = decoder.by_ref().count() as u64;
         prop_assert_eq!(decoder.tally().frames, count);
