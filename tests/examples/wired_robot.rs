@@ -51,7 +51,7 @@ mod unix {
                     "pose": in_map(&self.world, &simulation.truth()),
                     "moves": robot.is_moving(),
                     "told_to_move": robot.was_told_to_move(),
-                    "contacts": simulation.contacts(),
+                    "contacts": simulation.contacts().total(),
                     "seconds": simulation.stamp().seconds(),
                 })
             })

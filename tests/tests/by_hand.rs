@@ -36,7 +36,7 @@ fn contacts_by_hand(world: &str, explored_steps: usize) -> u32 {
         experiment.drive(0.0, 0.0);
         run(&mut experiment, 20);
     }
-    experiment.sim().contacts()
+    experiment.sim().contacts().total()
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl Simulated {
             truth_x: truth.x(),
             truth_y: truth.y(),
             truth_heading: truth.heading(),
-            contacts: f64::from(sim.contacts()),
+            contacts: f64::from(sim.contacts().total()),
             beam_half_angle: match sim.sensor() {
                 SensorModel::Sonar(model) => model.half_angle,
                 _ => 0.0,

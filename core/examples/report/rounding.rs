@@ -91,7 +91,7 @@ fn ride(world: &str, seed: u64, shortening: Shortening, is_rounded: bool) -> Res
     Ok(Ride {
         seconds: experiment.seconds(),
         metres: experiment.record().distance(),
-        contacts: f64::from(experiment.sim().contacts()),
+        contacts: f64::from(experiment.sim().contacts().total()),
         missed,
     })
 }

@@ -103,7 +103,7 @@ impl Experiment {
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
-            contacts: self.sim.contact_counts(),
+            contacts: self.sim.contacts(),
             position_error: (truth.position() - estimate.position()).norm(),
             heading_error: wrap(truth.heading() - estimate.heading()).abs(),
             odometry_error: (truth.position() - self.session.dead_reckoning().position()).norm(),

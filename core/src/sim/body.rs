@@ -25,7 +25,7 @@ use rand::{Rng, RngExt};
 use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
-use crate::geom::{Footprint, Pose2, Segment, sin_cos, wrap};
+use crate::geom::{Footprint, Pose2, Segment, sin_cos, unit_vector, wrap};
 use crate::robot::{Bumpers, OdometryNoise, RobotModel, TrackWear, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
@@ -41,21 +41,22 @@ const LOOKOUT: f64 = 0.4;
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     /// Of the disc around it.
-    radius: f64,
+    pub(super) radius: f64,
     /// Of a body that is not that disc.
     outline: Option<Footprint>,
     track_width: f64,
     noise: OdometryNoise,
     /// How this robot differs from its model.
-    wear: TrackWear,
-    position: Point2<f64>,
-    heading: f64,
+    pub(super) wear: TrackWear,
+    pub(super) position: Point2<f64>,
+    pub(super) heading: f64,
     /// Around this point no wall is nearer than this, m.
     free: (Point2<f64>, f64),
-    contacts: Contacts,
+    pub(super) contacts: Contacts,
     touching: Option<Touch>,
-    /// What of the last step's way ahead was lost to something in it, m.
-    lost: f64,
+    /// How much farther the tracks ran than the body moved in the last step because something stood
+    /// in the way, m.
+    pub(super) lost: f64,
 }
 
 impl Body {
@@ -84,44 +85,13 @@ impl Body {
         }
     }
 
-    /// How this robot differs from its model.
-    pub(super) fn wear(&self) -> TrackWear {
-        self.wear
-    }
-
-    pub(super) fn set_wear(&mut self, wear: TrackWear) {
-        self.wear = wear;
-    }
-
     pub(super) fn pose(&self) -> Pose2 {
         Pose2::new(self.position.x, self.position.y, self.heading)
-    }
-
-    pub(super) fn position(&self) -> Point2<f64> {
-        self.position
-    }
-
-    pub(super) fn heading(&self) -> f64 {
-        self.heading
-    }
-
-    pub(super) fn radius(&self) -> f64 {
-        self.radius
-    }
-
-    pub(super) fn contacts(&self) -> Contacts {
-        self.contacts
     }
 
     /// Walls have changed: what was known of free room is void.
     pub(super) fn forget_free_room(&mut self) {
         self.free = (self.position, 0.0);
-    }
-
-    /// How much farther the tracks ran than the body moved in the last step because something stood
-    /// in the way, m.
-    pub(super) fn lost(&self) -> f64 {
-        self.lost
     }
 
     pub(super) fn bumpers(&self) -> Bumpers {
@@ -149,7 +119,7 @@ impl Body {
         let (before, heading) = (self.position, self.heading);
         if tracks.left != 0.0 || tracks.right != 0.0 {
             let (way, turn) = self.slipped(tracks, rng);
-            let (sin, cos) = sin_cos(self.heading);
+            let ahead = unit_vector(self.heading);
             let lost = match self.outline.take() {
                 Some(outline) => {
                     let lost = self.move_outline(&outline, (way, turn), caster, movers);
@@ -162,7 +132,7 @@ impl Body {
                     lost
                 }
             };
-            self.lost = lost.dot(&Vector2::new(cos, sin));
+            self.lost = lost.dot(&ahead);
         }
         let turned = wrap(self.heading - heading);
         self.feel((self.position - before, turned), caster, movers);
@@ -184,10 +154,8 @@ impl Body {
         let drift = (self.noise.lateral_per_metre * asked_advance).sqrt() * sideways;
         let turn = turn + (self.noise.heading_per_radian * asked_turn).sqrt() * heading;
         let (sin, cos) = sin_cos(self.heading + 0.5 * turn);
-        (
-            Vector2::new(advance * cos - drift * sin, advance * sin + drift * cos),
-            turn,
-        )
+        let way = Vector2::new(advance * cos - drift * sin, advance * sin + drift * cos);
+        (way, turn)
     }
 
     /// Moves the disc, sliding along what it meets; it never ends inside of anything. Gives the
@@ -241,33 +209,27 @@ impl Body {
                 first = touch;
             }
         };
-        let middle = self.position + direction * (0.5 * length);
-        caster.near(middle, self.radius + 0.5 * length + SKIN, |_, wall| {
-            take(touch_of_segment(
-                &wall.segment,
-                self.position,
-                direction,
-                self.radius,
-            ));
+        let (at, radius) = (self.position, self.radius);
+        let middle = at + direction * (0.5 * length);
+        caster.near(middle, radius + 0.5 * length + SKIN, |_, wall| {
+            take(touch_of_segment(&wall.segment, at, direction, radius));
         });
-        for mover in movers {
-            take(touch_of_disc(
-                mover.centre,
-                self.position,
-                direction,
-                self.radius + mover.radius,
-            ));
+        for Disc {
+            centre,
+            radius: other,
+        } in movers
+        {
+            take(touch_of_disc(*centre, at, direction, radius + other));
         }
         first
     }
 
     /// Counts a contact when one begins, in a step in which the body moved by a way and a turn.
     fn feel(&mut self, motion: (Vector2<f64>, f64), caster: &Caster, movers: &[Disc]) {
+        let is_touched = |touch: &Touch| touch.to.norm() <= self.radius + TOUCH;
         let touching = match &self.outline {
             Some(outline) => self.touch_of_outline(outline, caster, movers),
-            None => self
-                .nearest(caster, movers)
-                .filter(|touch| touch.to.norm() <= self.radius + TOUCH),
+            None => self.nearest(caster, movers).filter(is_touched),
         };
         if let (Some(touch), None) = (&touching, &self.touching) {
             self.contacts.count(touch, motion);
@@ -280,19 +242,14 @@ impl Body {
         let mut nearest: Option<Touch> = None;
         let mut take = |to: Vector2<f64>, is_mover: bool| {
             if nearest.is_none_or(|n| to.norm_squared() < n.to.norm_squared()) {
-                nearest = Some(Touch {
-                    to,
-                    into: to,
-                    is_mover,
-                });
+                let into = to;
+                nearest = Some(Touch { to, into, is_mover });
             }
         };
         if (self.position - self.free.0).norm() > self.free.1 {
             caster.near(self.position, self.radius + TOUCH, |_, wall| {
-                take(
-                    wall.segment.closest_point(self.position) - self.position,
-                    false,
-                );
+                let at = wall.segment.closest_point(self.position);
+                take(at - self.position, false);
             });
         }
         for mover in movers {

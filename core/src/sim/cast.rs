@@ -23,6 +23,7 @@ mod tests;
 use nalgebra::{Point2, Vector2};
 
 use super::{Material, Wall};
+use crate::geom::bounds;
 
 pub use self::fan::Fan;
 
@@ -102,14 +103,7 @@ impl Caster {
     #[must_use]
     pub fn new(walls: Vec<Wall>) -> Self {
         let ends = walls.iter().flat_map(|w| [w.segment.a, w.segment.b]);
-        let nothing = (
-            Point2::new(f64::MAX, f64::MAX),
-            Point2::new(f64::MIN, f64::MIN),
-        );
-        let (mut low, mut high) = ends.fold(nothing, |(low, high), p| (low.inf(&p), high.sup(&p)));
-        if walls.is_empty() {
-            (low, high) = (Point2::origin(), Point2::origin());
-        }
+        let (mut low, high) = bounds(ends).unwrap_or_default();
         let extent = high - low;
         let area = extent.x.max(1.0) * extent.y.max(1.0);
         let wanted = (area / (CELLS_PER_WALL * walls.len().max(8) as f64)).sqrt();
@@ -154,12 +148,9 @@ impl Caster {
             return None;
         }
         // In cells from here on; one slab test brings the ray into the grid.
-        let (ox, oy) = (
-            (origin.x - self.low.x) * self.per_metre,
-            (origin.y - self.low.y) * self.per_metre,
-        );
-        let x = Axis::new(ox, direction.x, self.cols);
-        let y = Axis::new(oy, direction.y, self.rows);
+        let start = (origin - self.low) * self.per_metre;
+        let x = Axis::new(start.x, direction.x, self.cols);
+        let y = Axis::new(start.y, direction.y, self.rows);
         let quadrant = Quadrant::of(x.per_step, y.per_step);
         let cols = self.cols as u32;
         let mut t = x.enter.max(y.enter).max(0.0);
@@ -209,16 +200,14 @@ impl Caster {
             // A float-to-integer `as` saturates and takes NaN to 0.
             (((metres - low) * self.per_metre) as usize).min(count - 1)
         };
-        let cols = index(point.x - reach, self.low.x, self.cols)
-            ..=index(point.x + reach, self.low.x, self.cols);
-        let rows = index(point.y - reach, self.low.y, self.rows)
-            ..=index(point.y + reach, self.low.y, self.rows);
-        for row in rows {
-            for cell in cols
-                .clone()
-                .filter_map(|col| self.cells.get(row * self.cols + col))
-            {
-                for item in self.items_of(cell) {
+        let span = |at: f64, low: f64, count: usize| {
+            index(at - reach, low, count)..=index(at + reach, low, count)
+        };
+        let cols = span(point.x, self.low.x, self.cols);
+        for row in span(point.y, self.low.y, self.rows) {
+            for col in cols.clone() {
+                let cell = self.cells.get(row * self.cols + col);
+                for item in cell.map_or(&[][..], |cell| self.items_of(cell)) {
                     let surface = item.surface as usize;
                     if let Some(wall) = self.walls.get(surface) {
                         visit(surface, wall);
@@ -305,11 +294,10 @@ impl Caster {
     /// The largest empty square ahead of every empty cell, for each quadrant: one more than the
     /// least of those of the three neighbours ahead. The rim of the grid is as good as a wall.
     fn measure_empty_room(&mut self) {
-        for quadrant in Quadrant::ALL {
-            let rows = order(self.rows, quadrant.is_down);
-            for row in rows {
-                for col in order(self.cols, quadrant.is_left) {
-                    self.measure_square(row, col, quadrant);
+        for (is_left, is_down) in [(false, false), (true, false), (false, true), (true, true)] {
+            for row in order(self.rows, is_down) {
+                for col in order(self.cols, is_left) {
+                    self.measure_square(row, col, Quadrant { is_left, is_down });
                 }
             }
         }
@@ -347,25 +335,6 @@ struct Quadrant {
 }
 
 impl Quadrant {
-    const ALL: [Self; 4] = [
-        Self {
-            is_left: false,
-            is_down: false,
-        },
-        Self {
-            is_left: true,
-            is_down: false,
-        },
-        Self {
-            is_left: false,
-            is_down: true,
-        },
-        Self {
-            is_left: true,
-            is_down: true,
-        },
-    ];
-
     #[inline]
     fn of(x: f64, y: f64) -> Self {
         Self {

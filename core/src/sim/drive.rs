@@ -60,7 +60,8 @@ pub(super) struct Drive {
     turn: f64,
     controller: DriveController,
     motors: [Motor; 2],
-    counts: [i64; 2],
+    /// Encoder counts since the start: left, right.
+    pub(super) counts: [i64; 2],
     /// Periods since a count changed, and since zero speed is wished.
     still_for: u32,
     settling_for: u32,
@@ -130,11 +131,6 @@ impl Drive {
         )
     }
 
-    /// Encoder counts since the start: left, right.
-    pub(super) fn counts(&self) -> [i64; 2] {
-        self.counts
-    }
-
     /// Currents of the motors, A: left, right.
     pub(super) fn currents(&self) -> [f64; 2] {
         self.motors.map(|motor| motor.current())
@@ -180,13 +176,10 @@ impl Drive {
 
     fn count(&mut self) {
         let per_count = self.model.radians_per_count();
-        let counts = self
-            .motors
-            .map(|motor| (motor.angle() / per_count).round() as i64);
-        self.still_for = match counts == self.counts {
-            true => self.still_for.saturating_add(1).min(STALLED),
-            false => 0,
-        };
+        let count = |motor: Motor| (motor.angle() / per_count).round() as i64;
+        let counts = self.motors.map(count);
+        let longer = self.still_for.saturating_add(1).min(STALLED);
+        self.still_for = if counts == self.counts { longer } else { 0 };
         self.counts = counts;
     }
 
@@ -204,10 +197,11 @@ impl Drive {
 
     /// Wished speeds and accelerations of the shafts.
     fn next_wishes(&mut self) -> [Wish; 2] {
-        let (a, b) = (
-            self.model.max_acceleration,
-            self.model.max_turn_acceleration,
-        );
+        let RobotModel {
+            max_acceleration: a,
+            max_turn_acceleration: b,
+            ..
+        } = self.model;
         let (forward, turn) = self.task_speeds(a, b);
         let before = (self.forward, self.turn);
         self.forward = towards(self.forward, forward, a * DRIVE_PERIOD);
@@ -232,10 +226,8 @@ impl Drive {
             Task::Turn { left } => {
                 let by_track = 2.0 * self.model.max_speed / self.model.track_width;
                 let most = self.model.max_turn_rate.min(by_track);
-                (
-                    0.0,
-                    stopping_speed(left, b, DRIVE_PERIOD).clamp(-most, most),
-                )
+                let rate = stopping_speed(left, b, DRIVE_PERIOD);
+                (0.0, rate.clamp(-most, most))
             }
         }
     }
@@ -243,11 +235,8 @@ impl Drive {
     /// Takes what is wished more than before off the remaining way, and ends it when nothing
     /// remains.
     fn count_down(&mut self, before: Angles, after: Angles) {
-        let (metres, tick) = (
-            self.model.drive.metres_per_radian,
-            self.model.metres_per_tick,
-        );
-        let width = self.model.track_width;
+        let metres = self.model.drive.metres_per_radian;
+        let (tick, width) = (self.model.metres_per_tick, self.model.track_width);
         let most = |acceleration: f64| acceleration * DRIVE_PERIOD;
         let is_run = match &mut self.task {
             Task::Speeds { .. } | Task::Settle => false,
@@ -294,10 +283,8 @@ impl Drive {
         let per_count = self.model.radians_per_count();
         let [left, right] = self.counts.map(|count| count as f64 * per_count);
         let wished = self.controller.wished();
-        let errors = [
-            left - wished.left,
-            right - (wished.left - wished.difference),
-        ];
+        let wished_right = wished.left - wished.difference;
+        let errors = [left - wished.left, right - wished_right];
         errors.iter().all(|error| error.abs() <= per_count)
     }
 
@@ -305,7 +292,8 @@ impl Drive {
         let forward = forward.clamp(-self.model.max_speed, self.model.max_speed);
         let turn = turn.clamp(-self.model.max_turn_rate, self.model.max_turn_rate);
         let outer = forward.abs() + 0.5 * self.model.track_width * turn.abs();
-        let scale = if outer > self.model.max_speed {
+        let is_too_fast = outer > self.model.max_speed;
+        let scale = if is_too_fast {
             self.model.max_speed / outer
         } else {
             1.0

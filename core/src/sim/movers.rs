@@ -23,7 +23,7 @@ pub(super) struct Walker {
     pause: f64,
     /// How long it still stands, s.
     rest: f64,
-    disc: Disc,
+    pub(super) disc: Disc,
 }
 
 impl Walker {
@@ -45,10 +45,6 @@ impl Walker {
         }
     }
 
-    pub(super) fn disc(&self) -> Disc {
-        self.disc
-    }
-
     /// Walks on for `dt` seconds, or waits for the robot.
     pub(super) fn step(&mut self, dt: f64, robot: &Disc) {
         if self.rest > 0.0 {
@@ -57,10 +53,8 @@ impl Walker {
         }
         let (aim, next) = self.ahead(self.speed * dt);
         let room = self.disc.radius + robot.radius + COURTESY;
-        let (now, then) = (
-            (self.disc.centre - robot.centre).norm(),
-            (aim - robot.centre).norm(),
-        );
+        let now = (self.disc.centre - robot.centre).norm();
+        let then = (aim - robot.centre).norm();
         if then < room && then < now {
             return;
         }

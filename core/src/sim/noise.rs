@@ -4,7 +4,15 @@
 //! two numbers at a time and has no rejection loop: the number of draws never depends on the values
 //! drawn.
 
-use rand::{Rng, RngExt};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Numbers of their own for one of the uses that a run has for its seed.
+pub(super) fn stream(seed: u64, number: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(number);
+    rng
+}
 
 /// Two independent standard normal numbers.
 pub(super) fn gaussian_pair(rng: &mut impl Rng) -> (f64, f64) {

@@ -73,19 +73,10 @@ fn caster_of(world: &World) -> Caster {
 }
 
 impl ReachableArea {
-    /// Number of cells that count.
-    #[must_use]
-    pub fn count(&self) -> usize {
-        self.cells.iter().filter(|c| **c).count()
-    }
-
     /// Middles of the cells that count, world frame.
     pub fn centres(&self) -> impl Iterator<Item = Point2<f64>> {
-        self.cells
-            .iter()
-            .enumerate()
-            .filter(|(_, counts)| **counts)
-            .map(|(index, _)| self.centre(index))
+        let counting = (0..self.cells.len()).filter(|&index| self.cells[index]);
+        counting.map(|index| self.centre(index))
     }
 
     /// Part of the area of which `is_known` says so, asked with the middle of each cell in the
@@ -108,10 +99,9 @@ impl ReachableArea {
         let (low, high) = world.bounds();
         let extent = high - low;
         let least = (extent.x.max(0.1) * extent.y.max(0.1) / MOST_CELLS).sqrt();
-        let resolution = if resolution.is_finite() {
-            resolution.max(least).max(1e-3)
-        } else {
-            least.max(0.05)
+        let resolution = match resolution.is_finite() {
+            true => resolution.max(least).max(1e-3),
+            false => least.max(0.05),
         };
         let along = |metres: f64| (metres / resolution).ceil() as usize + 2;
         let (cols, rows) = (along(extent.x), along(extent.y));
@@ -128,20 +118,12 @@ impl ReachableArea {
     fn flood(&mut self, start: Point2<f64>, radius: f64, caster: &Caster) {
         let mut front: Vec<usize> = self.index_of(start).into_iter().collect();
         // The start itself is free (the world was checked), whatever the middle of its cell is.
-        for index in &front {
-            if let Some(stands) = self.standing.get_mut(*index) {
-                *stands = true;
-            }
-        }
+        front.iter().for_each(|&index| self.standing[index] = true);
         while let Some(index) = front.pop() {
             for next in self.neighbours(index) {
-                if self.standing.get(next) != Some(&false)
-                    || caster.clearance(self.centre(next), radius) < radius
-                {
-                    continue;
-                }
-                if let Some(stands) = self.standing.get_mut(next) {
-                    *stands = true;
+                let is_new = !self.standing[next];
+                if is_new && caster.clearance(self.centre(next), radius) >= radius {
+                    self.standing[next] = true;
                     front.push(next);
                 }
             }
@@ -187,12 +169,9 @@ impl ReachableArea {
 
     fn leave_out_walls(&mut self, caster: &Caster) {
         for index in 0..self.cells.len() {
-            let centre = self.centre(index);
-            if let Some(cell) = self.cells.get_mut(index)
-                && *cell
-            {
-                *cell = caster.clearance(centre, self.resolution) >= self.resolution;
-            }
+            let is_clear =
+                || caster.clearance(self.centre(index), self.resolution) >= self.resolution;
+            self.cells[index] = self.cells[index] && is_clear();
         }
     }
 
@@ -203,9 +182,9 @@ impl ReachableArea {
 
     fn index_of(&self, point: Point2<f64>) -> Option<usize> {
         let at = (point - self.low) / self.resolution;
-        let inside =
-            at.x >= 0.0 && at.y >= 0.0 && at.x < self.cols as f64 && at.y < self.rows as f64;
-        inside.then(|| at.y as usize * self.cols + at.x as usize)
+        let is_inside =
+            (0.0..self.cols as f64).contains(&at.x) && (0.0..self.rows as f64).contains(&at.y);
+        is_inside.then(|| at.y as usize * self.cols + at.x as usize)
     }
 
     fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {

@@ -10,7 +10,6 @@ mod partial_scans;
 
 use std::collections::VecDeque;
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use self::beside::Beside;
@@ -23,6 +22,7 @@ use super::contact::Contacts;
 use super::doors::{Doors, NoDoor};
 use super::drive::Drive;
 use super::movers::Walker;
+use super::noise::stream;
 #[cfg(doc)]
 use super::response::DRIVE_PERIOD;
 use super::sensors::{Sensor, SensorModel, Span, View};
@@ -95,23 +95,18 @@ impl Simulation {
         check_robot(&robot)?;
         let at_work = Sensor::new(&sensor)?;
         if let Err(source) = world.validate(robot.radius()) {
-            return Err(SimError::World {
-                name: world.name,
-                source,
-            });
+            let name = world.name;
+            return Err(SimError::World { name, source });
         }
         let doors = Doors::new(&world.doors);
         let walkers: Vec<Walker> = world.movers.iter().map(Walker::new).collect();
-        let mut motion_rng = ChaCha8Rng::seed_from_u64(seed);
-        motion_rng.set_stream(1);
-        let mut sensor_rng = ChaCha8Rng::seed_from_u64(seed);
-        sensor_rng.set_stream(2);
+        let mut motion_rng = stream(seed, 1);
         let mut odometry = TrackOdometry::new(&robot);
         odometry.update(Stamp(0), [0, 0]);
         Ok(Self {
             caster: caster_of(&world, &doors),
             doors,
-            movers: walkers.iter().map(Walker::disc).collect(),
+            movers: walkers.iter().map(|walker| walker.disc).collect(),
             walkers,
             body: Body::new(&robot, &world.start, &mut motion_rng),
             drive: Drive::new(&robot, &mut motion_rng)?,
@@ -120,7 +115,7 @@ impl Simulation {
             beside: None,
             partial_scans: PartialScans::new(seed),
             motion_rng,
-            sensor_rng,
+            sensor_rng: stream(seed, 2),
             steps: 0,
             pending: 0.0,
             odometry,
@@ -147,13 +142,13 @@ impl Simulation {
 
     /// The robot's tracks differ so from its model from here on, whatever the seed gave it.
     pub fn set_wear(&mut self, wear: TrackWear) {
-        self.body.set_wear(wear);
+        self.body.wear = wear;
     }
 
     /// How the robot's tracks differ from its model: no robot knows this of itself.
     #[must_use]
     pub fn wear(&self) -> TrackWear {
-        self.body.wear()
+        self.body.wear
     }
 
     /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot
@@ -189,7 +184,7 @@ impl Simulation {
     /// Encoder counts since the start: left, right.
     #[must_use]
     pub fn ticks(&self) -> [i64; 2] {
-        self.drive.counts()
+        self.drive.counts
     }
 
     /// The robot's own estimate of its motion since it was last asked (at first: since it started),
@@ -233,16 +228,10 @@ impl Simulation {
         self.drive.currents()
     }
 
-    /// How often the body began to touch something.
+    /// How often the body began to touch something, by what was touched and who moved.
     #[must_use]
-    pub fn contacts(&self) -> u32 {
-        self.body.contacts().total()
-    }
-
-    /// The same, by what was touched and who moved.
-    #[must_use]
-    pub fn contact_counts(&self) -> Contacts {
-        self.body.contacts()
+    pub fn contacts(&self) -> Contacts {
+        self.body.contacts
     }
 
     /// Which bumpers are pressed now.
@@ -311,7 +300,7 @@ impl Simulation {
             self.sensor.begin(self.seconds());
             self.scan = ScanOrder::UnderWay;
         }
-        let start = (self.body.position(), self.body.heading());
+        let start = (self.body.position, self.body.heading);
         let from = self.seconds();
         self.walk_movers();
         self.move_doors();
@@ -321,7 +310,7 @@ impl Simulation {
             from,
             to: self.seconds(),
             start,
-            end: (self.body.position(), self.body.heading()),
+            end: (self.body.position, self.body.heading),
         };
         let view = View {
             caster: &self.caster,
@@ -338,33 +327,34 @@ impl Simulation {
 
     fn walk_movers(&mut self) {
         let robot = Disc {
-            centre: self.body.position(),
-            radius: self.body.radius(),
+            centre: self.body.position,
+            radius: self.body.radius,
         };
         for (walker, disc) in self.walkers.iter_mut().zip(&mut self.movers) {
             walker.step(TIME_STEP, &robot);
-            *disc = walker.disc();
+            *disc = walker.disc;
         }
     }
 
     fn move_doors(&mut self) {
-        let (robot, radius) = (self.body.position(), self.body.radius());
-        let movers = &self.movers;
+        let robot = Disc {
+            centre: self.body.position,
+            radius: self.body.radius,
+        };
+        let discs = self.movers.iter().chain([&robot]);
         // A body that touches a leaf must not stand in it by a rounding.
         let is_clear = |leaf: &Segment| {
-            leaf.distance(robot) > radius + DOOR_ROOM
-                && movers
-                    .iter()
-                    .all(|disc| leaf.distance(disc.centre) > disc.radius + DOOR_ROOM)
+            let mut discs = discs.clone();
+            discs.all(|disc| leaf.distance(disc.centre) > disc.radius + DOOR_ROOM)
         };
-        if self.doors.step(self.stamp().seconds(), is_clear) {
+        if self.doors.step(self.seconds(), is_clear) {
             self.caster = caster_of(&self.world, &self.doors);
             self.body.forget_free_room();
         }
     }
 
     fn move_robot(&mut self) {
-        let scrubbing = self.body.lost() / TIME_STEP;
+        let scrubbing = self.body.lost / TIME_STEP;
         let scrub = self.robot.drive.grip * (scrubbing / FULL_SCRUB).clamp(-1.0, 1.0);
         let mut tracks = Tracks::default();
         let mut watts = 0.0;
@@ -387,15 +377,19 @@ impl Simulation {
         if self.scan == ScanOrder::UnderWay {
             self.scan = ScanOrder::None;
         }
-        if self.scans.len() == MOST_WAITING {
-            self.scans.pop_front();
-        }
-        self.scans.push_back(scan);
+        keep_newest(&mut self.scans, scan);
     }
 
     fn seconds(&self) -> f64 {
         self.stamp().seconds()
     }
+}
+
+fn keep_newest(waiting: &mut VecDeque<Scan>, scan: Scan) {
+    if waiting.len() == MOST_WAITING {
+        waiting.pop_front();
+    }
+    waiting.push_back(scan);
 }
 
 /// Walls first, so that doors change no number of theirs.

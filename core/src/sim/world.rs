@@ -18,7 +18,7 @@ use nalgebra::{Point2, Vector2};
 
 use self::check::{check_coordinate, check_count, check_point};
 use super::SensorKind;
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Pose2, Segment, bounds};
 use crate::robot::RobotModel;
 
 pub use self::check::WorldError;
@@ -127,19 +127,18 @@ impl World {
     /// Adds thin opaque walls from corner to corner.
     #[must_use]
     pub fn with_walls(self, corners: &[(f64, f64)]) -> Self {
-        self.with(Shape::Polyline {
-            points: points(corners),
-            closed: false,
-        })
+        self.with_polyline(corners, false)
     }
 
     /// Adds the outline of a room.
     #[must_use]
     pub fn with_room(self, corners: &[(f64, f64)]) -> Self {
-        self.with(Shape::Polyline {
-            points: points(corners),
-            closed: true,
-        })
+        self.with_polyline(corners, true)
+    }
+
+    fn with_polyline(self, corners: &[(f64, f64)], closed: bool) -> Self {
+        let points = corners.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+        self.with(Shape::Polyline { points, closed })
     }
 
     /// Sets a task: to go there.
@@ -152,11 +151,8 @@ impl World {
     /// Adds a solid opaque box between two opposite corners.
     #[must_use]
     pub fn with_box(self, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> Self {
-        self.with_turned_box(
-            (0.5 * (x0 + x1), 0.5 * (y0 + y1)),
-            ((x1 - x0).abs(), (y1 - y0).abs()),
-            0.0,
-        )
+        let centre = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        self.with_turned_box(centre, ((x1 - x0).abs(), (y1 - y0).abs()), 0.0)
     }
 
     /// Adds a solid opaque box by its middle, full size and turn (rad).
@@ -208,13 +204,10 @@ impl World {
     /// none of them.
     #[must_use]
     pub fn walls(&self) -> Vec<Wall> {
-        let of_obstacle = |obstacle: &Obstacle| {
-            let material = obstacle.material;
-            obstacle
-                .shape
-                .segments()
-                .into_iter()
-                .map(move |segment| Wall { segment, material })
+        let of_obstacle = |Obstacle { shape, material }: &Obstacle| {
+            let material = *material;
+            let segments = shape.segments().into_iter();
+            segments.map(move |segment| Wall { segment, material })
         };
         self.obstacles.iter().flat_map(of_obstacle).collect()
     }
@@ -222,17 +215,13 @@ impl World {
     /// The least rectangle around walls, start and goal, as (lower corner, upper corner).
     #[must_use]
     pub fn bounds(&self) -> (Point2<f64>, Point2<f64>) {
-        let ends = self
-            .walls()
-            .into_iter()
-            .flat_map(|w| [w.segment.a, w.segment.b]);
-        let doors = self.doors.iter().flat_map(|d| [d.leaf.a, d.leaf.b]);
-        let ways = self.movers.iter().flat_map(|m| m.waypoints.iter().copied());
         let start = self.start.position();
-        ends.chain(doors)
-            .chain(ways)
-            .chain(self.goal)
-            .fold((start, start), |(low, high), p| (low.inf(&p), high.sup(&p)))
+        let walls = self.walls().into_iter().map(|wall| wall.segment);
+        let segments = walls.chain(self.doors.iter().map(|door| door.leaf));
+        let ends = segments.flat_map(|s| [s.a, s.b]);
+        let ways = self.movers.iter().flat_map(|m| m.waypoints.iter().copied());
+        let places = [start].into_iter().chain(ends).chain(ways).chain(self.goal);
+        bounds(places).unwrap_or((start, start))
     }
 
     /// Checks the figures, and that a robot of `radius` (m) can stand at the start.
@@ -256,26 +245,14 @@ impl World {
             obstacle.shape.check(&format!("obstacle {index}"))?;
             walls += obstacle.shape.segment_count();
         }
-        check_count(
-            "world",
-            "walls",
-            walls,
-            walls <= MOST_WALLS,
-            "at most 200000",
-        )?;
+        check_count("world", "walls", walls, ..=MOST_WALLS, "at most 200000")?;
         let doors = self.doors.len();
-        check_count("world", "doors", doors, doors <= MOST_DOORS, "at most 1000")?;
+        check_count("world", "doors", doors, ..=MOST_DOORS, "at most 1000")?;
         for (index, door) in self.doors.iter().enumerate() {
             door.check(&format!("door {index}"))?;
         }
         let movers = self.movers.len();
-        check_count(
-            "world",
-            "movers",
-            movers,
-            movers <= MOST_MOVERS,
-            "at most 1000",
-        )?;
+        check_count("world", "movers", movers, ..=MOST_MOVERS, "at most 1000")?;
         for (index, mover) in self.movers.iter().enumerate() {
             mover.check(&format!("mover {index}"))?;
         }
@@ -310,18 +287,12 @@ impl World {
             }
         }
         for (index, mover) in self.movers.iter().enumerate() {
-            let distance = mover
-                .waypoints
-                .first()
-                .map_or(f64::INFINITY, |p| (p - start).norm());
+            let first = mover.waypoints.first();
+            let distance = first.map_or(f64::INFINITY, |p| (p - start).norm());
             if distance < radius + mover.radius {
                 return blocked(format!("mover {index}"), distance - mover.radius);
             }
         }
         Ok(())
     }
-}
-
-fn points(corners: &[(f64, f64)]) -> Vec<Point2<f64>> {
-    corners.iter().map(|&(x, y)| Point2::new(x, y)).collect()
 }

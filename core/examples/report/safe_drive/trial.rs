@@ -75,7 +75,7 @@ pub(crate) fn drive(scene: &Scene, seed: u64) -> Result<Shown> {
     trial.under_the_stick(&mut Stick::new(seed), seed)?;
     trial.turn_away()?;
     let mut shown = trial.shown;
-    shown.contacts = trial.sim.contact_counts();
+    shown.contacts = trial.sim.contacts();
     Ok(shown)
 }
 

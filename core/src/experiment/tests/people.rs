@@ -28,7 +28,7 @@ fn a_robot_with_rangers_does_not_drive_into_who_crosses_its_way() {
             run.step().unwrap();
             stopped += i32::from(!run.session().slam().walkers().is_empty());
         }
-        let contacts = run.sim().contact_counts();
+        let contacts = run.sim().contacts();
         assert_eq!(
             (contacts.walls, contacts.drove_into_mover),
             (0, 0),

@@ -137,7 +137,7 @@ fn an_outline_slides_along_a_wall_touches_it_once_and_cannot_turn_in_a_narrow_co
     }
     // Its side is 15 cm from its middle.
     assert!((body.position - Point2::new(1.0, 0.05)).norm() < 1e-4);
-    assert_eq!(body.contacts().walls, 1);
+    assert_eq!(body.contacts.walls, 1);
     body.move_outline(&outline, (Vector2::new(0.0, -0.05), 0.0), &caster, &[]);
     for _ in 0..200 {
         body.move_outline(&outline, (Vector2::zeros(), 0.01), &caster, &[]);
@@ -192,7 +192,7 @@ fn a_long_touch_is_one_contact_and_presses_the_bumper_on_its_side() {
             };
             body.step(&way, &caster, &[], &mut rng);
         }
-        assert_eq!(body.contacts().walls, 1);
+        assert_eq!(body.contacts.walls, 1);
         let bumpers = body.bumpers();
         assert_eq!(
             (bumpers.left, bumpers.right),

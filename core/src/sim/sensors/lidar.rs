@@ -27,14 +27,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
 use super::check::check_sensor;
 use super::view::Echo;
 use super::{SensorError, Span, View};
 use crate::bounds::{Bounds, PART, or_no_limit};
-use crate::geom::{Pose2, sin_cos};
+use crate::geom::{Pose2, unit_vector};
 use crate::robot::{Scan, Stamp};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
@@ -190,6 +189,7 @@ impl LidarModel {
         let beams = self.beams as f64;
         let nearest = f64::max(self.min_range, Self::MAX_RANGE[0]);
         let dark = or_no_limit(self.dark_range, Self::DARK_RANGE);
+        let growth = self.sigma_per_metre;
         check_sensor(
             "lidar",
             &[
@@ -200,11 +200,7 @@ impl LidarModel {
                 ("min_range", self.min_range, Self::MIN_RANGE),
                 ("max_range", self.max_range, [nearest, Self::MAX_RANGE[1]]),
                 ("sigma", self.sigma, Self::SIGMA),
-                (
-                    "sigma_per_metre",
-                    self.sigma_per_metre,
-                    Self::SIGMA_PER_METRE,
-                ),
+                ("sigma_per_metre", growth, Self::SIGMA_PER_METRE),
                 ("bearing_sigma", self.bearing_sigma, Self::BEARING_SIGMA),
                 ("dropouts", self.dropouts, PART),
                 ("outliers", self.outliers, PART),
@@ -218,20 +214,17 @@ impl LidarModel {
         let all_round = |k: usize| TAU * (k + 1) as f64 / self.beams as f64 - PI;
         let between = self.field_of_view / (self.beams.max(2) - 1) as f64;
         let part = |k: usize| between * k as f64 - 0.5 * self.field_of_view;
-        let beams = 0..self.beams;
-        if self.field_of_view >= TAU {
-            beams.map(all_round).collect()
-        } else {
-            beams.map(part).collect()
+        match self.field_of_view >= TAU {
+            true => (0..self.beams).map(all_round).collect(),
+            false => (0..self.beams).map(part).collect(),
         }
     }
 
     /// What it says where nothing came back.
     fn silence(&self) -> f32 {
-        if self.says_maximum {
-            self.max_range as f32
-        } else {
-            f32::INFINITY
+        match self.says_maximum {
+            true => self.max_range as f32,
+            false => f32::INFINITY,
         }
     }
 }
@@ -245,9 +238,8 @@ pub(in crate::sim) struct Lidar {
     /// Slots since then.
     slots: u64,
     bearings: Vec<f64>,
-    ranges: Vec<f32>,
-    sigmas: Vec<f32>,
-    qualities: Vec<u8>,
+    /// Of the revolution under way.
+    readings: Vec<Reading>,
 }
 
 /// What one beam gave.
@@ -268,18 +260,14 @@ impl Lidar {
             began: 0.0,
             slots: 0,
             bearings: model.bearings(),
-            ranges: Vec::with_capacity(model.beams),
-            sigmas: Vec::with_capacity(model.beams),
-            qualities: Vec::with_capacity(model.beams),
+            readings: Vec::with_capacity(model.beams),
         }
     }
 
     pub(super) fn begin(&mut self, seconds: f64) {
         self.began = seconds;
         self.slots = 0;
-        self.ranges.clear();
-        self.sigmas.clear();
-        self.qualities.clear();
+        self.readings.clear();
     }
 
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
@@ -299,31 +287,29 @@ impl Lidar {
                 continue;
             };
             let reading = self.read(seconds, bearing, span, view, rng);
-            self.ranges.push(reading.range);
-            self.sigmas.push(reading.sigma);
-            if self.model.reports_quality {
-                self.qualities.push(reading.quality);
-            }
+            self.readings.push(reading);
             self.slots += 1;
-            if self.ranges.len() == self.model.beams {
+            if self.readings.len() == self.model.beams {
                 scan = Some(self.complete(seconds, between));
             }
         }
     }
 
     fn complete(&mut self, seconds: f64, between: f64) -> Scan {
-        let beams = self.model.beams;
-        Scan {
+        let qualities = self.readings.iter().map(|reading| reading.quality);
+        let scan = Scan {
             stamp: Stamp::from_seconds(seconds),
             robot_from_sensor: self.model.robot_from_sensor,
             bearings: self.bearings.clone(),
-            ranges: std::mem::replace(&mut self.ranges, Vec::with_capacity(beams)),
-            sigmas: std::mem::replace(&mut self.sigmas, Vec::with_capacity(beams)),
+            ranges: self.readings.iter().map(|reading| reading.range).collect(),
+            sigmas: self.readings.iter().map(|reading| reading.sigma).collect(),
             bearing_sigma: self.model.bearing_sigma,
             max_range: self.model.max_range,
-            sweep: between * beams.saturating_sub(1) as f64,
-            qualities: std::mem::take(&mut self.qualities),
-        }
+            sweep: between * self.model.beams.saturating_sub(1) as f64,
+            qualities: qualities.filter(|_| self.model.reports_quality).collect(),
+        };
+        self.readings.clear();
+        scan
     }
 
     /// One reading.
@@ -353,14 +339,8 @@ impl Lidar {
             return nothing(f32::NAN);
         }
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
-        let (sin, cos) = sin_cos(heading + bearing + model.bearing_sigma * of_bearing);
-        let echo = view.echo(
-            origin,
-            Vector2::new(cos, sin),
-            model.max_range,
-            model.glass_angle,
-        );
-        let Some(echo) = echo else {
+        let direction = unit_vector(heading + bearing + model.bearing_sigma * of_bearing);
+        let Some(echo) = view.echo(origin, direction, model.max_range, model.glass_angle) else {
             return nothing(model.silence());
         };
         let too_dark = echo.material == Material::Dark && echo.distance > model.dark_range;

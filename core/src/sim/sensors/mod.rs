@@ -24,7 +24,6 @@ use std::str::FromStr;
 
 use rand::Rng;
 
-use crate::geom::Pose2;
 use crate::robot::{RangerModel, Scan};
 
 /// The sensors that a world file or a command line can name.
@@ -79,9 +78,8 @@ impl FromStr for SensorKind {
 
     fn from_str(name: &str) -> Result<Self, UnknownSensor> {
         let found = Self::ALL.iter().find(|(known, ..)| *known == name);
-        found
-            .map(|(_, kind, _)| *kind)
-            .ok_or_else(|| UnknownSensor(name.to_owned()))
+        let kind = found.map(|(_, kind, _)| *kind);
+        kind.ok_or_else(|| UnknownSensor(name.to_owned()))
     }
 }
 
@@ -113,26 +111,6 @@ impl SensorModel {
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
         matches!(self, Self::Rangers(_))
-    }
-
-    /// Where it sits on the robot.
-    #[must_use]
-    pub fn robot_from_sensor(&self) -> Pose2 {
-        match self {
-            Self::Lidar(model) => model.robot_from_sensor,
-            Self::Rangers(model) => model.robot_from_sensor,
-            Self::Sonar(model) => model.robot_from_sensor,
-        }
-    }
-
-    /// The farthest range it reports, m.
-    #[must_use]
-    pub fn max_range(&self) -> f64 {
-        match self {
-            Self::Lidar(model) => model.max_range,
-            Self::Rangers(model) => model.max_range,
-            Self::Sonar(model) => model.max_range,
-        }
     }
 
     /// Checks the figures.

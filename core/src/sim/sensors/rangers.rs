@@ -29,13 +29,12 @@ mod tests;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
 use super::check::check_sensor;
 use super::{SensorError, Span, View};
 use crate::bounds::{Bounds, PART, POSITIVE};
-use crate::geom::{sin_cos, wrap};
+use crate::geom::{unit_vector, wrap};
 use crate::robot::{RangerInverse, RangerModel, Scan, Stamp};
 use crate::sim::Material;
 use crate::sim::noise::gaussian_pair;
@@ -141,15 +140,10 @@ impl Rangers {
             }
             for ranger in 0..RANGERS {
                 let measured = self.held_position(ranger, seconds).min(position);
-                let bearing = self.bearing(ranger, position);
-                let volts = self.volts(
-                    began + seconds,
-                    self.bearing(ranger, measured),
-                    span,
-                    view,
-                    rng,
-                );
+                let measured = self.bearing(ranger, measured);
+                let volts = self.volts(began + seconds, measured, span, view, rng);
                 let (range, sigma) = self.read(volts);
+                let bearing = self.bearing(ranger, position);
                 self.readings.push((bearing, range, sigma));
             }
             if position + 1 >= self.model.positions {
@@ -236,9 +230,9 @@ impl Rangers {
             return Some(model.adc.reference * (1.0 - luck) / model.outliers);
         }
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
-        let (sin, cos) = sin_cos(heading + bearing + model.bearing_sigma * of_bearing);
+        let direction = unit_vector(heading + bearing + model.bearing_sigma * of_bearing);
         let far = LIGHT_RANGE * model.max_range;
-        let echo = view.echo(origin, Vector2::new(cos, sin), far, GLASS_ANGLE);
+        let echo = view.echo(origin, direction, far, GLASS_ANGLE);
         let distance = echo.map_or(f64::INFINITY, |e| e.distance);
         if distance < model.min_range && !model.folds {
             return None;

@@ -20,13 +20,12 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use nalgebra::Vector2;
 use rand::{Rng, RngExt};
 
 use super::check::check_sensor;
 use super::{SensorError, Span, View};
 use crate::bounds::{Bounds, PART};
-use crate::geom::{Pose2, sin_cos, wrap};
+use crate::geom::{Pose2, unit_vector, wrap};
 use crate::robot::{Scan, Stamp};
 use crate::sim::noise::gaussian_pair;
 
@@ -107,6 +106,7 @@ impl SonarModel {
     pub const SIGMA_PER_METRE: Bounds = [0.0, 0.2];
 
     pub(super) fn validate(&self) -> Result<(), SensorError> {
+        let growth = self.sigma_per_metre;
         check_sensor(
             "sonar",
             &[
@@ -118,11 +118,7 @@ impl SonarModel {
                 ("min_range", self.min_range, [0.0, Self::MAX_RANGE[0]]),
                 ("max_range", self.max_range, Self::MAX_RANGE),
                 ("sigma", self.sigma, Self::SIGMA),
-                (
-                    "sigma_per_metre",
-                    self.sigma_per_metre,
-                    Self::SIGMA_PER_METRE,
-                ),
+                ("sigma_per_metre", growth, Self::SIGMA_PER_METRE),
                 ("dropouts", self.dropouts, PART),
                 ("outliers", self.outliers, PART),
             ],
@@ -138,8 +134,8 @@ pub(in crate::sim) struct Sonar {
     began: f64,
     /// Pings since then.
     pings: u64,
-    ranges: Vec<f32>,
-    sigmas: Vec<f32>,
+    /// Range and σ so far of the round under way.
+    readings: Vec<(f32, f32)>,
 }
 
 impl Sonar {
@@ -148,16 +144,14 @@ impl Sonar {
             model: model.clone(),
             began: 0.0,
             pings: 0,
-            ranges: Vec::new(),
-            sigmas: Vec::new(),
+            readings: Vec::new(),
         }
     }
 
     pub(super) fn begin(&mut self, seconds: f64) {
         self.began = seconds;
         self.pings = 0;
-        self.ranges.clear();
-        self.sigmas.clear();
+        self.readings.clear();
     }
 
     pub(super) fn step(&mut self, span: &Span, view: &View, rng: &mut impl Rng) -> Option<Scan> {
@@ -168,12 +162,11 @@ impl Sonar {
             if seconds > span.to + 1e-9 {
                 return scan;
             }
-            let axis = self.axis(self.ranges.len());
-            let (range, sigma) = self.ping(seconds, axis, span, view, rng);
-            self.ranges.push(range);
-            self.sigmas.push(sigma);
+            let axis = self.axis(self.readings.len());
+            let reading = self.ping(seconds, axis, span, view, rng);
+            self.readings.push(reading);
             self.pings += 1;
-            if self.ranges.len() == self.model.cones {
+            if self.readings.len() == self.model.cones {
                 scan = Some(self.complete(seconds));
             }
         }
@@ -187,12 +180,13 @@ impl Sonar {
 
     fn complete(&mut self, seconds: f64) -> Scan {
         let cones = self.model.cones;
+        let (ranges, sigmas) = std::mem::take(&mut self.readings).into_iter().unzip();
         Scan {
             stamp: Stamp::from_seconds(seconds),
             robot_from_sensor: self.model.robot_from_sensor,
             bearings: (0..cones).map(|cone| self.axis(cone)).collect(),
-            ranges: std::mem::take(&mut self.ranges),
-            sigmas: std::mem::take(&mut self.sigmas),
+            ranges,
+            sigmas,
             bearing_sigma: self.model.bearing_sigma(),
             max_range: self.model.max_range,
             sweep: self.model.period * cones.saturating_sub(1) as f64,
@@ -219,12 +213,10 @@ impl Sonar {
         if luck < model.dropouts {
             return silence;
         }
-        let Some(distance) = self.nearest(seconds, axis, span, view) else {
+        let nearest = self.nearest(seconds, axis, span, view);
+        let Some(distance) = nearest.filter(|&distance| distance >= model.min_range) else {
             return silence;
         };
-        if distance < model.min_range {
-            return silence;
-        }
         let range = if luck > 1.0 - model.outliers {
             // The remainder of `luck` is uniform too.
             let part = (1.0 - luck) / model.outliers;
@@ -244,19 +236,11 @@ impl Sonar {
         let model = &self.model;
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);
         let between = 2.0 * model.half_angle / (model.rays.max(2) - 1) as f64;
-        let first = if model.rays == 1 {
-            0.0
-        } else {
-            -model.half_angle
-        };
+        let is_single = model.rays == 1;
+        let first = if is_single { 0.0 } else { -model.half_angle };
         let echo = |ray: usize| {
-            let (sin, cos) = sin_cos(heading + axis + first + between * ray as f64);
-            view.sound(
-                origin,
-                Vector2::new(cos, sin),
-                model.max_range,
-                model.specular_angle,
-            )
+            let direction = unit_vector(heading + axis + first + between * ray as f64);
+            view.sound(origin, direction, model.max_range, model.specular_angle)
         };
         (0..model.rays).filter_map(echo).min_by(f64::total_cmp)
     }

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use crate::geom::{Pose2, sin_cos, wrap};
-use crate::sim::{Caster, Disc, Material};
+use crate::sim::{Caster, Disc, Hit, Material};
 
 /// A beam leaves glass behind this far beyond the pane, m.
 const PANE: f64 = 1e-6;
@@ -41,20 +41,19 @@ impl View<'_> {
         let far = mover.map_or(max_range, |m| m.distance);
         let mut behind = 0.0;
         for _ in 0..MOST_PANES {
-            let Some(hit) = self
-                .caster
-                .cast(origin + direction * behind, direction, far - behind)
-            else {
+            let from = origin + direction * behind;
+            let Some(hit) = self.caster.cast(from, direction, far - behind) else {
                 return mover;
             };
             let distance = behind + hit.distance;
-            if hit.material != Material::Glass
-                || self.is_square(hit.surface, direction, glass_angle)
-            {
+            let Hit {
+                material, surface, ..
+            } = hit;
+            if material != Material::Glass || self.is_square(surface, direction, glass_angle) {
                 return Some(Echo {
                     distance,
-                    material: hit.material,
-                    facing: self.facing(hit.surface, direction),
+                    material,
+                    facing: self.facing(surface, direction),
                 });
             }
             behind = distance + PANE;
@@ -92,13 +91,8 @@ impl View<'_> {
     fn facing(&self, surface: usize, direction: Vector2<f64>) -> f64 {
         let wall = self.caster.walls().get(surface);
         let along = wall.map(|wall| wall.segment.vector()).unwrap_or_default();
-        let cosine = along.perp(&direction).abs() / along.norm();
-        // A wall without length has no normal; it is met squarely.
-        if cosine.is_nan() {
-            1.0
-        } else {
-            cosine.min(1.0)
-        }
+        // A wall without length has no normal, and 0/0 for a cosine; it is met squarely.
+        (along.perp(&direction).abs() / along.norm()).min(1.0)
     }
 
     fn mover_ahead(
@@ -120,10 +114,8 @@ impl View<'_> {
             };
             (root >= 0.0 && distance >= 0.0 && distance <= max_range).then(echo)
         };
-        self.movers
-            .iter()
-            .filter_map(ahead)
-            .min_by(|a, b| a.distance.total_cmp(&b.distance))
+        let ahead = self.movers.iter().filter_map(ahead);
+        ahead.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 }
 

@@ -3,11 +3,11 @@
 //! It draws its noise from numbers of its own, so that the other sensor and the motion are the same
 //! to the bit with it and without.
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{Sensor, SensorModel, SimError, Simulation, Span, View};
 use crate::robot::Scan;
+use crate::sim::noise::stream;
 use crate::sim::sensors::SonarModel;
 
 /// Sonars at work.
@@ -33,11 +33,9 @@ impl Simulation {
     pub fn put_sonars_beside(&mut self, model: &SonarModel, seed: u64) -> Result<(), SimError> {
         let mut sonars = Sensor::new(&SensorModel::Sonar(model.clone()))?;
         sonars.begin(self.seconds());
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(3);
         self.beside = Some(Beside {
             sonars,
-            rng,
+            rng: stream(seed, 3),
             scan: None,
         });
         Ok(())

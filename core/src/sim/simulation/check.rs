@@ -30,6 +30,7 @@ pub enum SimError {
 }
 
 pub(super) fn check_robot(robot: &RobotModel) -> Result<(), SimError> {
+    let turn_acceleration = robot.max_turn_acceleration;
     Ok(check(&[
         ("length", robot.length, POSITIVE),
         ("width", robot.width, POSITIVE),
@@ -38,10 +39,6 @@ pub(super) fn check_robot(robot: &RobotModel) -> Result<(), SimError> {
         ("max_speed", robot.max_speed, POSITIVE),
         ("max_turn_rate", robot.max_turn_rate, POSITIVE),
         ("max_acceleration", robot.max_acceleration, POSITIVE),
-        (
-            "max_turn_acceleration",
-            robot.max_turn_acceleration,
-            POSITIVE,
-        ),
+        ("max_turn_acceleration", turn_acceleration, POSITIVE),
     ])?)
 }

@@ -5,11 +5,11 @@
 
 use std::collections::VecDeque;
 
-use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::{MOST_WAITING, Sensor, Simulation, Span, View};
+use super::{Sensor, Simulation, Span, View, keep_newest};
 use crate::robot::{Command, Scan};
+use crate::sim::noise::stream;
 
 /// Partial scans that wait to be taken, and where their noise comes from.
 #[derive(Clone, Debug)]
@@ -20,22 +20,16 @@ pub(super) struct PartialScans {
 
 impl PartialScans {
     pub(super) fn new(seed: u64) -> Self {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(4);
         Self {
-            rng,
+            rng: stream(seed, 4),
             waiting: VecDeque::new(),
         }
     }
 
     pub(super) fn step(&mut self, sensor: &mut Sensor, span: &Span, view: &View) {
-        let Some(scan) = sensor.partial_scan(span, view, &mut self.rng) else {
-            return;
-        };
-        if self.waiting.len() == MOST_WAITING {
-            self.waiting.pop_front();
+        if let Some(scan) = sensor.partial_scan(span, view, &mut self.rng) {
+            keep_newest(&mut self.waiting, scan);
         }
-        self.waiting.push_back(scan);
     }
 }
 

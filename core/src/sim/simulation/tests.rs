@@ -138,7 +138,7 @@ fn forward_and_turn_end_within_a_few_counts_of_what_was_asked_for() {
     let [left, right] = [0, 1].map(|side: usize| sim.ticks()[side] - ends[side]);
     let turned = (right - left) as f64 * tick / sim.robot().track_width;
     assert!((turned + FRAC_PI_2).abs() <= 4.0 * tick / sim.robot().track_width);
-    assert_eq!(sim.contacts(), 0);
+    assert_eq!(sim.contacts().total(), 0);
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole_and_currents_rise_and_volts
         (sum / 100.0, volts / 100.0)
     };
     sim.advance(1.5);
-    assert_eq!(sim.contacts(), 0);
+    assert_eq!(sim.contacts().total(), 0);
     let (free, free_volts) = mean_currents_and_volts(&mut sim);
     sim.advance(7.5);
     let (pushing, pushing_volts) = mean_currents_and_volts(&mut sim);
@@ -278,7 +278,7 @@ fn driving_at_the_wall_makes_one_contact_and_no_hole_and_currents_rise_and_volts
         (0.6..1.2).contains(&rise),
         "{free} A free, {pushing} A pushing"
     );
-    assert_eq!(sim.contacts(), 1);
+    assert_eq!(sim.contacts().total(), 1);
     assert!(sim.bumpers().left || sim.bumpers().right);
     let touch = 2.0 - sim.robot().radius();
     assert!(
@@ -309,7 +309,11 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
         let mover = sim.movers()[0];
         (mover.centre - sim.truth().position()).norm() - mover.radius - sim.robot().radius()
     };
-    assert!(gap(&sim) > 0.09 && sim.contacts() == 0, "{}", gap(&sim));
+    assert!(
+        gap(&sim) > 0.09 && sim.contacts().total() == 0,
+        "{}",
+        gap(&sim)
+    );
     let scan = std::iter::from_fn(|| sim.take_scan()).last().unwrap();
     assert!(
         scan.ranges.iter().any(|r| *r < 0.3),
@@ -321,9 +325,9 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
     });
     sim.advance(3.0);
     assert!(
-        gap(&sim) > -1e-6 && sim.contacts() == 1,
+        gap(&sim) > -1e-6 && sim.contacts().total() == 1,
         "{} {}",
         gap(&sim),
-        sim.contacts()
+        sim.contacts().total()
     );
 }

@@ -1,5 +1,7 @@
 //! Figures that a world may have, and why one cannot be used.
 
+use std::ops::RangeBounds;
+
 use nalgebra::Point2;
 
 /// Coordinates beyond this are refused, m.
@@ -62,23 +64,18 @@ pub(super) fn check_coordinate(
     field: &'static str,
     value: f64,
 ) -> Result<(), WorldError> {
-    check_value(
-        part,
-        field,
-        value,
-        value.abs() <= FARTHEST,
-        "a finite number within ±10000",
-    )
+    let expected = "a finite number within ±10000";
+    check_value(part, field, value, -FARTHEST..=FARTHEST, expected)
 }
 
 pub(super) fn check_value(
     part: &str,
     field: &'static str,
     value: f64,
-    fits: bool,
+    range: impl RangeBounds<f64>,
     expected: &'static str,
 ) -> Result<(), WorldError> {
-    if fits {
+    if range.contains(&value) {
         return Ok(());
     }
     Err(WorldError::Value {
@@ -93,10 +90,10 @@ pub(super) fn check_count(
     part: &str,
     field: &'static str,
     count: usize,
-    fits: bool,
+    range: impl RangeBounds<usize>,
     expected: &'static str,
 ) -> Result<(), WorldError> {
-    if fits {
+    if range.contains(&count) {
         return Ok(());
     }
     Err(WorldError::Count {

@@ -1,5 +1,7 @@
 //! Doors that open and shut.
 
+use std::ops::Bound;
+
 use super::WorldError;
 use super::check::{check_count, check_point, check_value};
 use crate::geom::Segment;
@@ -26,20 +28,14 @@ impl Door {
         check_point(part, &self.leaf.a)?;
         check_point(part, &self.leaf.b)?;
         let width = self.leaf.length();
-        let fits = (0.001..=1000.0).contains(&width);
-        check_value(part, "width", width, fits, "0.001 to 1000 m")?;
+        check_value(part, "width", width, 0.001..=1000.0, "0.001 to 1000 m")?;
         let count = self.switches.len();
-        check_count(part, "switches", count, count <= 10_000, "at most 10000")?;
+        check_count(part, "switches", count, ..=10_000, "at most 10000")?;
+        let expected = "rising times, above 0 and at most 1000000 s";
         let mut before = 0.0;
         for &at in &self.switches {
-            let fits = at > before && at <= 1e6;
-            check_value(
-                part,
-                "switch",
-                at,
-                fits,
-                "rising times, above 0 and at most 1000000 s",
-            )?;
+            let later = (Bound::Excluded(before), Bound::Included(1e6));
+            check_value(part, "switch", at, later, expected)?;
             before = at;
         }
         Ok(())

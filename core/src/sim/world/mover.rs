@@ -33,21 +33,11 @@ pub struct Disc {
 impl Mover {
     pub(super) fn check(&self, part: &str) -> Result<(), WorldError> {
         let count = self.waypoints.len();
-        check_count(
-            part,
-            "waypoints",
-            count,
-            (1..=10_000).contains(&count),
-            "1 to 10000",
-        )?;
-        self.waypoints
-            .iter()
-            .try_for_each(|p| check_point(part, p))?;
-        let speed_fits = (0.0..=20.0).contains(&self.speed);
-        check_value(part, "speed", self.speed, speed_fits, "0 to 20 m/s")?;
-        let radius_fits = (0.01..=10.0).contains(&self.radius);
-        check_value(part, "radius", self.radius, radius_fits, "0.01 to 10 m")?;
-        let pause_fits = (0.0..=3600.0).contains(&self.pause);
-        check_value(part, "pause", self.pause, pause_fits, "0 to 3600 s")
+        check_count(part, "waypoints", count, 1..=10_000, "1 to 10000")?;
+        let mut waypoints = self.waypoints.iter();
+        waypoints.try_for_each(|p| check_point(part, p))?;
+        check_value(part, "speed", self.speed, 0.0..=20.0, "0 to 20 m/s")?;
+        check_value(part, "radius", self.radius, 0.01..=10.0, "0.01 to 10 m")?;
+        check_value(part, "pause", self.pause, 0.0..=3600.0, "0 to 3600 s")
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::WorldError;
 use super::check::{FARTHEST, check_coordinate, check_count, check_point, check_value};
-use crate::geom::{Segment, sin_cos};
+use crate::geom::{Segment, sin_cos, unit_vector};
 
 /// Greatest distance between a circle and its polygon, m.
 pub(super) const CIRCLE_SAGITTA: f64 = 0.002;
@@ -58,11 +58,10 @@ impl Shape {
     #[must_use]
     pub fn segments(&self) -> Vec<Segment> {
         let (corners, closed) = self.corners();
-        let mut segments: Vec<Segment> = corners
-            .iter()
-            .zip(corners.iter().skip(1))
-            .map(|(&a, &b)| Segment::new(a, b))
-            .collect();
+        let sides = corners
+            .windows(2)
+            .map(|side| Segment::new(side[0], side[1]));
+        let mut segments: Vec<Segment> = sides.collect();
         if let (true, [first, _, .., last]) = (closed, corners.as_slice()) {
             segments.push(Segment::new(*last, *first));
         }
@@ -96,22 +95,13 @@ impl Shape {
                 let (sin, cos) = sin_cos(*angle);
                 let u = Vector2::new(cos, sin) * (0.5 * size.x);
                 let v = Vector2::new(-sin, cos) * (0.5 * size.y);
-                (
-                    vec![
-                        centre - u - v,
-                        centre + u - v,
-                        centre + u + v,
-                        centre - u + v,
-                    ],
-                    true,
-                )
+                let (left, right) = (centre - u, centre + u);
+                (vec![left - v, right - v, right + v, left + v], true)
             }
             Self::Circle { centre, radius } => {
                 let sides = circle_sides(*radius);
-                let corner = |i: usize| {
-                    let (sin, cos) = sin_cos(TAU * i as f64 / sides as f64);
-                    centre + Vector2::new(cos, sin) * *radius
-                };
+                let corner =
+                    |i: usize| centre + unit_vector(TAU * i as f64 / sides as f64) * *radius;
                 ((0..sides).map(corner).collect(), true)
             }
         }
@@ -130,32 +120,18 @@ impl Shape {
 
     pub(super) fn check(&self, part: &str) -> Result<(), WorldError> {
         let size = |field, value: f64| {
-            let fits = (0.001..=FARTHEST).contains(&value);
-            check_value(part, field, value, fits, "0.001 to 10000 m")
+            check_value(part, field, value, 0.001..=FARTHEST, "0.001 to 10000 m")
+        };
+        let corners = |points: &[Point2<f64>], least: usize, expected| {
+            check_count(part, "points", points.len(), least.., expected)?;
+            points.iter().try_for_each(|p| check_point(part, p))
         };
         match self {
             Self::Polyline { points, closed } => {
                 let least = if *closed { 3 } else { 2 };
-                let expected = "at least 2, or 3 where closed";
-                check_count(
-                    part,
-                    "points",
-                    points.len(),
-                    points.len() >= least,
-                    expected,
-                )?;
-                points.iter().try_for_each(|p| check_point(part, p))
+                corners(points, least, "at least 2, or 3 where closed")
             }
-            Self::Polygon(points) => {
-                check_count(
-                    part,
-                    "points",
-                    points.len(),
-                    points.len() >= 3,
-                    "at least 3",
-                )?;
-                points.iter().try_for_each(|p| check_point(part, p))
-            }
+            Self::Polygon(points) => corners(points, 3, "at least 3"),
             Self::Rectangle {
                 centre,
                 size: full,

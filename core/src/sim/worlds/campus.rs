@@ -48,10 +48,8 @@ pub(super) fn world() -> World {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let plots = PLOTS.0 * PLOTS.1;
     for plot in 0..plots {
-        let corner = (
-            (plot % PLOTS.0) as f64 * PLOT.0,
-            (plot / PLOTS.0) as f64 * PLOT.1,
-        );
+        let (col, row) = ((plot % PLOTS.0) as f64, (plot / PLOTS.0) as f64);
+        let corner = (col * PLOT.0, row * PLOT.1);
         world = trees(house(world, corner, &mut rng), corner, &mut rng);
         let walls = WALLS * (plot + 1) / plots;
         world = furnish(world, corner, walls, &mut rng);
@@ -91,13 +89,10 @@ fn house(world: World, (x, y): (f64, f64), rng: &mut ChaCha8Rng) -> World {
 /// Six trees with eight sides each, between this house and the next.
 fn trees(world: World, (x, y): (f64, f64), rng: &mut ChaCha8Rng) -> World {
     (0..6).fold(world, |world, k| {
-        let (east, north) = (x + 5.0 * f64::from(k), y + 22.0);
-        let trunk = (
-            east + rng.random_range(2.0..4.0),
-            north + rng.random_range(-0.8..0.8),
-        );
+        let east = x + 5.0 * f64::from(k) + rng.random_range(2.0..4.0);
+        let north = y + 22.0 + rng.random_range(-0.8..0.8);
         let radius = rng.random_range(0.1..0.3);
-        world.with(Shape::Polygon(octagon(trunk, radius)))
+        world.with(Shape::Polygon(octagon((east, north), radius)))
     })
 }
 
@@ -123,13 +118,11 @@ fn furnish(world: World, (x, y): (f64, f64), walls: usize, rng: &mut ChaCha8Rng)
     }
     places.shuffle(rng);
     let missing = walls.saturating_sub(world.wall_count()) / 4;
-    places
-        .into_iter()
-        .take(missing)
-        .fold(world, |world, place| {
-            let mut near = |middle: f64| middle + rng.random_range(-0.08..0.08);
-            let middle = (near(place.0), near(place.1));
-            let size = (rng.random_range(0.2..0.55), rng.random_range(0.2..0.55));
-            world.with_turned_box(middle, size, rng.random_range(-1.5..1.5))
-        })
+    let add = |world: World, (x, y)| {
+        let mut near = |middle: f64| middle + rng.random_range(-0.08..0.08);
+        let middle = (near(x), near(y));
+        let size = (rng.random_range(0.2..0.55), rng.random_range(0.2..0.55));
+        world.with_turned_box(middle, size, rng.random_range(-1.5..1.5))
+    };
+    places.into_iter().take(missing).fold(world, add)
 }

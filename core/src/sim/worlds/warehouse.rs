@@ -38,12 +38,14 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
         let x = x + BAY * bay as f64 + POST + 0.15;
         // No two pallets stand alike; a hand's breadth is enough to distinguish them.
         let depth = DEPTH - 0.04 * ((first + 5 * bay) % 6) as f64;
-        let world = world.with_box((x, y), (x + BAY - POST - 0.3, y + depth));
-        if (first + bay).is_multiple_of(BLACK_EVERY) {
-            world.made_of(Material::Dark)
+        let is_black = (first + bay).is_multiple_of(BLACK_EVERY);
+        let film = if is_black {
+            Material::Dark
         } else {
-            world
-        }
+            Material::Opaque
+        };
+        let world = world.with_box((x, y), (x + BAY - POST - 0.3, y + depth));
+        world.made_of(film)
     };
     let world = (0..=BAYS).fold(world, post);
     (0..BAYS).fold(world, pallet)

@@ -83,11 +83,8 @@ impl Rangers {
             let age = self.model.cycle * rng.random::<f64>();
             let mount = FRAC_PI_2 * ranger as f64;
             let of = |servo: f64| wrap(servo + mount);
-            let measured = if read_at - age < stands_at {
-                servo.from
-            } else {
-                servo.to()
-            };
+            let is_early = read_at - age < stands_at;
+            let measured = if is_early { servo.from } else { servo.to() };
             let volts = self.volts(read_at, of(measured), span, view, rng);
             let (range, sigma) = self.read(volts);
             self.readings.push((of(servo.to()), range, sigma));
