@@ -140,7 +140,7 @@ impl WebRun {
     #[must_use]
     pub fn outgoing(&mut self) -> Vec<js_sys::Uint8Array> {
         self.live_mut()
-            .map_or(vec![], |live| messages(live.take_outgoing()))
+            .map_or(vec![], |live| messages(&live.take_outgoing()))
     }
 
     /// Whether the bridge accepted this page.
@@ -196,7 +196,7 @@ impl WebRun {
 }
 
 /// Messages as the page sends them.
-pub(crate) fn messages(all: Vec<Vec<u8>>) -> Vec<js_sys::Uint8Array> {
+pub(crate) fn messages(all: &[Vec<u8>]) -> Vec<js_sys::Uint8Array> {
     all.iter().map(|bytes| bytes.as_slice().into()).collect()
 }
 

@@ -118,7 +118,7 @@ impl WebLocalBridge {
     /// The messages for the page.
     #[must_use]
     pub fn outgoing(&mut self) -> Vec<js_sys::Uint8Array> {
-        messages(self.bridge.take_outgoing())
+        messages(&self.bridge.take_outgoing())
     }
 }
 

@@ -68,11 +68,6 @@ export class Client {
     else this.#wake();
   }
 
-  /** Goes on to the end of the next stage of the cycle. */
-  nextStage(): void {
-    this.send({ kind: "stage" });
-  }
-
   /** Settings of this run and those that follow; what acts only on a restart waits for one. */
   configure(settings: SettingValues): void {
     const { store } = this;

@@ -31,9 +31,8 @@ macro_rules! core_names {
             /// The type as the page has it.
             pub const UNION: &str = {
                 const HEAD: &str = concat!("export type ", stringify!($Name), " =");
-                const LENGTH: usize = union_length(HEAD, $Core::NAMES);
-                const BYTES: [u8; LENGTH] = union(HEAD, $Core::NAMES);
-                match str::from_utf8(&BYTES) {
+                const UNION: ([u8; MOST_BYTES], usize) = union(HEAD, $Core::NAMES);
+                match str::from_utf8(UNION.0.split_at(UNION.1).0) {
                     Ok(text) => text,
                     Err(_) => "",
                 }
@@ -63,20 +62,12 @@ impl<'de> Deserialize<'de> for MethodName {
     }
 }
 
-/// Bytes of [`union`].
-const fn union_length(head: &str, names: &[&str]) -> usize {
-    let mut length = head.len();
-    let mut place = 0;
-    while place < names.len() {
-        length += names[place].len() + " | \"\"".len();
-        place += 1;
-    }
-    length + ";".len()
-}
+/// Room for the longest [`union`]; where it is too little, this does not compile.
+const MOST_BYTES: usize = 512;
 
-/// The names as a union of TypeScript: `export type Name = | "a" | "b";`.
-const fn union<const LENGTH: usize>(head: &str, names: &[&str]) -> [u8; LENGTH] {
-    let mut text = [b';'; LENGTH];
+/// The names as a union of TypeScript, `export type Name = | "a" | "b";`, and its length.
+const fn union(head: &str, names: &[&str]) -> ([u8; MOST_BYTES], usize) {
+    let mut text = [b';'; MOST_BYTES];
     let mut at = append(&mut text, 0, head);
     let mut place = 0;
     while place < names.len() {
@@ -85,7 +76,7 @@ const fn union<const LENGTH: usize>(head: &str, names: &[&str]) -> [u8; LENGTH] 
         at = append(&mut text, at, "\"");
         place += 1;
     }
-    text
+    (text, at + ";".len())
 }
 
 /// Where the text goes on.

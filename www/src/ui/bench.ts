@@ -4,7 +4,7 @@
 import { css, html, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import uPlot from "uplot";
-import type { BenchResponse } from "../protocol/module.js";
+import type { BenchResponse, BenchTrial } from "../protocol/module.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -31,8 +31,7 @@ export class SlamBench extends SlamPlotted {
   protected override readonly topics = ["run", "bench", "theme"] as const;
   protected override readonly height = 130;
   #open = false;
-  #mismatch = 0.1;
-  #pull = 1;
+  #trial: BenchTrial = { ...TRIAL, mismatch: 0.1, pull: 1 };
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -41,14 +40,15 @@ export class SlamBench extends SlamPlotted {
 
   override render(): TemplateResult {
     const { source, bench } = this.store;
+    const { mismatch, pull } = this.#trial;
     this.toggleAttribute("hidden", source !== "sim");
     return html`<details data-testid="bench" @toggle=${this.#toggle}>
       <summary>Drive controller on the bench</summary>
       <p>A step to ${100 * TRIAL.forward} % of full speed, straight ahead. The controller sees the encoders and corrects the voltages; without it they follow from the wished speed alone.</p>
-      <label>Right motor stronger than believed <span class="num">${fixed(100 * this.#mismatch, 0)} %</span>
-        <input type="range" min="0" max="30" step="1" data-testid="mismatch" .value=${String(100 * this.#mismatch)} @input=${(e: Event) => this.#set("mismatch", e)}></label>
-      <label>Pull at the left track after ${TRIAL.pullAt} s <span class="num">${fixed(this.#pull, 1)} N</span>
-        <input type="range" min="0" max="20" step="1" data-testid="pull" .value=${String(10 * this.#pull)} @input=${(e: Event) => this.#set("pull", e)}></label>
+      <label>Right motor stronger than believed <span class="num">${fixed(100 * mismatch, 0)} %</span>
+        <input type="range" min="0" max="30" step="1" data-testid="mismatch" .value=${String(100 * mismatch)} @input=${(e: Event) => this.#change({ mismatch: Number(valueOf(e)) / 100 })}></label>
+      <label>Pull at the left track after ${TRIAL.pullAt} s <span class="num">${fixed(pull, 1)} N</span>
+        <input type="range" min="0" max="20" step="1" data-testid="pull" .value=${String(10 * pull)} @input=${(e: Event) => this.#change({ pull: Number(valueOf(e)) / 10 })}></label>
       <div class="key">${[["path", "with controller", ""], ["odometry", "without", "4 3"], ["truth", "wished", "1 3"]].map(([colour, text, dash]) => html`<span><svg viewBox="0 0 20 8" aria-hidden="true"><path d="M0 4h20" stroke="var(--map-${colour})" stroke-width="2" stroke-dasharray=${dash ?? ""}/></svg>${text}</span>`)}</div>
       <figure aria-label="Speeds of both tracks over time"><figcaption><span>Speeds of both tracks, m/s</span></figcaption><div class="plot"></div></figure>
       <figure aria-label="Heading over time"><figcaption><span>Heading, °</span><span class="num" data-testid="bench-heading">${bench ? this.#words(bench) : ""}</span></figcaption><div class="plot"></div></figure>
@@ -86,16 +86,14 @@ export class SlamBench extends SlamPlotted {
     if (this.#open) this.#ask();
   }
 
-  #set(which: "mismatch" | "pull", event: Event): void {
-    const value = Number(valueOf(event));
-    if (which === "mismatch") this.#mismatch = value / 100;
-    else this.#pull = value / 10;
+  #change(patch: Partial<BenchTrial>): void {
+    this.#trial = { ...this.#trial, ...patch };
     this.requestUpdate();
     this.#ask();
   }
 
   #ask(): void {
-    this.client.send({ kind: "bench", trial: { ...TRIAL, mismatch: this.#mismatch, pull: this.#pull } });
+    this.client.send({ kind: "bench", trial: this.#trial });
   }
 }
 

@@ -79,7 +79,7 @@ export class SlamCycle extends SlamElement {
   next(): void {
     if (!this.store.inCycle || this.store.source !== "sim") return;
     this.#chosen = null;
-    this.client.nextStage();
+    this.client.send({ kind: "stage" });
   }
 
   #choose(stage: Stage): void {

@@ -25,8 +25,8 @@ export abstract class SlamElement extends LitElement {
     for (const topic of this.topics) this.store.on(topic, () => this.requestUpdate());
   }
 
-  /** What a button does. After a click with the mouse the keys belong to the robot again, not to the
-      button. */
+  /** What a button does. After a click with the mouse the keys belong to the robot again, not to
+      the button. */
   protected press(act: () => void): (event: Event) => void {
     return (event) => {
       act();

@@ -145,16 +145,12 @@ export class Tiles {
 
 function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
   const { unknown, free, occupied } = palette.tones;
-  const table = new Uint32Array(256);
-  for (let value = 1; value < 256; value += 1) {
-    const p = (value - 1) / 254;
+  return tableOf((p) => {
     // Full tone where the state is decided, so that a room looks the same after two sightings and
     // after twenty.
     const certainty = threeTones ? (p > 0.65 || p < 0.35 ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
-    const tone = p > 0.5 ? occupied : free;
-    table[value] = packed(mix(unknown, tone, certainty));
-  }
-  return table;
+    return mix(unknown, p > 0.5 ? occupied : free, certainty);
+  });
 }
 
 /** From walls, or where the robot may not be, in the tone of what is occupied, to free in a hue of
@@ -162,15 +158,17 @@ function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
 function fieldTable(palette: Palette, view: FieldName): Uint32Array {
   const { free, occupied } = palette.tones;
   const hue = rgb(palette.css.field);
-  const table = new Uint32Array(256);
-  for (let value = 1; value < 256; value += 1) {
-    const part = (value - 1) / 254;
+  return tableOf((part) => {
+    if (view === "likelihood") return mix(free, hue, part);
+    if (view === "room" && part === 0) return occupied;
     // Near walls is where distances matter.
-    const t = view === "likelihood" ? part : Math.sqrt(part);
-    const mixed = view === "likelihood" ? mix(free, hue, t) : mix(hue, free, t);
-    table[value] = packed(value === 1 && view === "room" ? occupied : mixed);
-  }
-  return table;
+    return mix(hue, free, Math.sqrt(part));
+  });
+}
+
+/** The colours of all bytes: 0 is unknown, the others are parts from 0 to 1. */
+function tableOf(colour: (part: number) => Rgb): Uint32Array {
+  return Uint32Array.from({ length: 256 }, (_, byte) => (byte === 0 ? 0 : packed(colour((byte - 1) / 254))));
 }
 
 export function mix(from: Rgb, to: Rgb, part: number): Rgb {
