@@ -78,15 +78,13 @@ impl WebRun {
     /// x y of the corners of the path.
     #[must_use]
     pub fn path(&self) -> Vec<f32> {
-        let route = self.pilot().route();
-        route.map_or(vec![], |route| view::corners(&route.path.points))
+        view::corners(self.pilot().route().map(|route| &route.path))
     }
 
     /// The same before it was shortened.
     #[must_use]
     pub fn raw_path(&self) -> Vec<f32> {
-        let route = self.pilot().route();
-        route.map_or(vec![], |route| view::corners(&route.raw.points))
+        view::corners(self.pilot().route().map(|route| &route.raw))
     }
 
     /// x1 y1 x2 y2 of the edges of the planner's trees.
@@ -102,7 +100,7 @@ impl WebRun {
         let frontiers = self.pilot().frontiers().iter();
         let cells = frontiers.flat_map(|frontier| &frontier.cells);
         let centres: Vec<_> = cells.map(|&cell| grid.centre_of(cell)).collect();
-        view::corners(&centres)
+        view::polyline(&centres)
     }
 
     /// Whether the robot drives by the cycle of TDK 2016 §6.3.
