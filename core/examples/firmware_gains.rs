@@ -7,9 +7,7 @@ use slamlab_core::robot::controller::ControllerConfig;
 
 fn main() -> Result<(), firmware_header::HeaderError> {
     let model = RobotModel::rp6();
-    print!(
-        "{}",
-        firmware_header::write(&model, &ControllerConfig::default())?
-    );
+    let header = firmware_header::write(&model, &ControllerConfig::default())?;
+    print!("{header}");
     Ok(())
 }

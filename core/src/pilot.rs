@@ -245,11 +245,8 @@ impl Pilot {
 
     /// Whether a continuous sensor has fallen silent.
     fn is_blind(&self, now: &Situation) -> bool {
-        let age = now.points.map_or_else(
-            || now.stamp.seconds(),
-            |points| now.stamp.since(points.stamp),
-        );
-        !now.scans_on_command && age > self.config.safe.stale_after
+        let scanned = now.points.map_or(Stamp(0), |points| points.stamp);
+        !now.scans_on_command && now.stamp.since(scanned) > self.config.safe.stale_after
     }
 
     fn wait_for_scan(&mut self) -> Command {
@@ -292,16 +289,11 @@ impl Pilot {
             true => limit_outline,
             false => limit_speed,
         };
-        let among_things = limit(wish, points, &underway, &self.model, config);
+        let (model, walkers) = (&self.model, now.walkers);
+        let among_things = limit(wish, points, &underway, model, config);
         Limited {
             among_things,
-            among_people: limit_among_walkers(
-                among_things,
-                now.walkers,
-                &underway,
-                &self.model,
-                config,
-            ),
+            among_people: limit_among_walkers(among_things, walkers, &underway, model, config),
         }
     }
 

@@ -94,12 +94,10 @@ impl Experiment {
     pub fn figures(&self, area: &ReachableArea) -> Figures {
         let (truth, estimate) = (self.truth(), self.session.estimate().pose);
         let positions = |of: fn(&Sample) -> Pose2| -> Vec<_> {
-            self.record
-                .samples
-                .iter()
-                .map(|sample| of(sample).position())
-                .collect()
+            let poses = self.record.samples.iter().map(of);
+            poses.map(|pose| pose.position()).collect()
         };
+        let landmarks = self.session.slam().view().landmarks;
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
@@ -109,14 +107,7 @@ impl Experiment {
             odometry_error: (truth.position() - self.session.dead_reckoning().position()).norm(),
             ate_rmse: ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose)),
             nees_mean: self.record.nees_mean(),
-            features: self
-                .session
-                .slam()
-                .view()
-                .landmarks
-                .iter()
-                .filter(|landmark| landmark.is_confirmed)
-                .count(),
+            features: landmarks.iter().filter(|l| l.is_confirmed).count(),
             distance: self.record.distance,
             state_hash: self.state_hash(),
         }
