@@ -81,7 +81,7 @@ struct Args {
     json: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum)]
 enum Errand {
     Explore,
     Goto,
@@ -147,10 +147,9 @@ fn run(args: &Args) -> Result<()> {
     } else {
         format!("given up after {} simulated seconds", args.max_seconds)
     };
-    let mode_name = if args.mode == Errand::Explore {
-        "explore"
-    } else {
-        "goto"
+    let mode_name = match args.mode {
+        Errand::Explore => "explore",
+        Errand::Goto => "goto",
     };
     let mut report = json!({
         "world": name,

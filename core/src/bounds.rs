@@ -81,9 +81,10 @@ pub fn check(figures: &[(&'static str, f64, Bounds)]) -> Result<(), OutOfBounds>
 /// otherwise.
 #[must_use]
 pub fn or_no_limit(value: f64, bounds: Bounds) -> f64 {
-    match value == f64::INFINITY {
-        true => bounds[1],
-        false => value,
+    if value == f64::INFINITY {
+        bounds[1]
+    } else {
+        value
     }
 }
 

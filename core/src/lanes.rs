@@ -292,28 +292,10 @@ mod avx {
         }
     }
 
-    impl Add for Avx {
-        type Output = Self;
-
-        #[inline(always)]
-        fn add(self, other: Self) -> Self {
-            self.with(self.machine.add_f64x4(self.lanes, other.lanes))
-        }
-    }
-
     impl AddAssign for Avx {
         #[inline(always)]
         fn add_assign(&mut self, other: Self) {
             *self = *self + other;
-        }
-    }
-
-    impl Sub for Avx {
-        type Output = Self;
-
-        #[inline(always)]
-        fn sub(self, other: Self) -> Self {
-            self.with(self.machine.sub_f64x4(self.lanes, other.lanes))
         }
     }
 
@@ -324,23 +306,20 @@ mod avx {
         }
     }
 
-    impl Mul for Avx {
-        type Output = Self;
+    macro_rules! operators {
+        ($($operator:ident $method:ident $of_machine:ident),+) => { $(
+            impl $operator for Avx {
+                type Output = Self;
 
-        #[inline(always)]
-        fn mul(self, other: Self) -> Self {
-            self.with(self.machine.mul_f64x4(self.lanes, other.lanes))
-        }
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    self.with(self.machine.$of_machine(self.lanes, other.lanes))
+                }
+            }
+        )+ };
     }
 
-    impl Div for Avx {
-        type Output = Self;
-
-        #[inline(always)]
-        fn div(self, other: Self) -> Self {
-            self.with(self.machine.div_f64x4(self.lanes, other.lanes))
-        }
-    }
+    operators!(Add add add_f64x4, Sub sub sub_f64x4, Mul mul mul_f64x4, Div div div_f64x4);
 }
 
 #[cfg(test)]

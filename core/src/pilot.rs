@@ -242,11 +242,8 @@ impl Pilot {
 
     /// Whether a continuous sensor has fallen silent.
     fn is_blind(&self, now: &Situation) -> bool {
-        let age = now.points.map_or_else(
-            || now.stamp.seconds(),
-            |points| now.stamp.since(points.stamp),
-        );
-        !now.scans_on_command && age > self.config.safe.stale_after
+        let scanned = now.points.map_or(Stamp(0), |points| points.stamp);
+        !now.scans_on_command && now.stamp.since(scanned) > self.config.safe.stale_after
     }
 
     fn wait_for_scan(&mut self) -> Command {

@@ -213,15 +213,11 @@ fn find(key: &str) -> Result<&'static Setting, SettingError> {
 /// from afar in terms of odometry: it takes Celej's quicker grid, and the `short_range` figures of
 /// lines, filter and pilot.
 fn estimation_and_driving(sensor: &SensorModel) -> (SlamConfig, PilotConfig) {
-    if let SensorModel::Sonar(sonar) = sensor {
-        let slam = SlamConfig {
-            evidence: EvidenceConfig::cones(sonar.half_angle),
-            ..SlamConfig::default()
-        };
-        return (slam, PilotConfig::default());
+    let mut slam = SlamConfig::default();
+    match sensor {
+        SensorModel::Rangers(_) => return (SlamConfig::short_range(), PilotConfig::short_range()),
+        SensorModel::Sonar(sonar) => slam.evidence = EvidenceConfig::cones(sonar.half_angle),
+        SensorModel::Lidar(_) => {}
     }
-    if !sensor.scans_on_command() {
-        return (SlamConfig::default(), PilotConfig::default());
-    }
-    (SlamConfig::short_range(), PilotConfig::short_range())
+    (slam, PilotConfig::default())
 }

@@ -14,11 +14,11 @@
 //! 3. A twin that stays within three standard deviations has the figures of the robot. One that
 //!    leaves them at once has not: fit them ([`crate::estimation::OdometryFit`]).
 
-use nalgebra::{Matrix3, Point2, Vector2};
+use nalgebra::{Matrix3, Point2};
 
-use crate::geom::{Pose2, PoseEstimate, sin_cos, wrap};
+use crate::geom::{Pose2, PoseEstimate, unit_vector, wrap};
 use crate::map::{CellState, Grid};
-use crate::points::Points;
+use crate::points::{Beam, Points};
 use crate::robot::{Odometry, OdometryCalibration};
 
 /// One beam in so many is compared; neighbours say the same.
@@ -112,32 +112,31 @@ impl Twin {
 
 /// Median over the beams of how far the measured range is from the one at `map_from_twin`.
 fn median_off(points: &Points, grid: &Grid, map_from_twin: &Pose2) -> Option<f64> {
-    let mut off: Vec<f64> = points
-        .hits()
-        .step_by(EVERY)
-        .filter_map(|beam| {
-            let origin = *map_from_twin * beam.origin_in_robot;
-            let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
-            let bearing = libm::atan2(towards.y, towards.x);
-            // Something nearer by than a metre beyond what was measured is looked for; else the
-            // twin sees another room.
-            range_in(grid, origin, bearing, beam.range + 1.0)
-                .map(|range| (range - beam.range).abs())
-        })
-        .collect();
+    let difference = |beam: &Beam| {
+        let origin = *map_from_twin * beam.origin_in_robot;
+        let towards = map_from_twin.rotate(beam.end_in_robot - beam.origin_in_robot);
+        let bearing = libm::atan2(towards.y, towards.x);
+        // Something nearer by than a metre beyond what was measured is looked for; else the twin
+        // sees another room.
+        let range = range_in(grid, origin, bearing, beam.range + 1.0)?;
+        Some((range - beam.range).abs())
+    };
+    let beams = points.hits().step_by(EVERY);
+    let mut off: Vec<f64> = beams.filter_map(difference).collect();
     off.sort_by(f64::total_cmp);
     (off.len() >= LEAST_BEAMS).then(|| off[off.len() / 2])
 }
 
 /// Distance to the first occupied cell, m, found at every half cell.
 fn range_in(grid: &Grid, from: Point2<f64>, bearing: f64, farthest: f64) -> Option<f64> {
-    let (sin, cos) = sin_cos(bearing);
+    let direction = unit_vector(bearing);
     let step = 0.5 * grid.resolution();
     let steps = (farthest / step) as u32;
-    (1..=steps).map(|i| f64::from(i) * step).find(|range| {
-        let at = from + Vector2::new(cos, sin) * *range;
-        grid.state(grid.cell_at(at)) == CellState::Occupied
-    })
+    let is_occupied = |range: &f64| {
+        let cell = grid.cell_at(from + direction * *range);
+        grid.state(cell) == CellState::Occupied
+    };
+    (1..=steps).map(|i| f64::from(i) * step).find(is_occupied)
 }
 
 #[cfg(test)]

@@ -94,12 +94,10 @@ impl Experiment {
     pub fn figures(&self, area: &ReachableArea) -> Figures {
         let (truth, estimate) = (self.truth(), self.session.estimate().pose);
         let positions = |of: fn(&Sample) -> Pose2| -> Vec<_> {
-            self.record
-                .samples
-                .iter()
-                .map(|sample| of(sample).position())
-                .collect()
+            let poses = self.record.samples.iter().map(of);
+            poses.map(|pose| pose.position()).collect()
         };
+        let landmarks = self.session.slam().view().landmarks;
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),

@@ -19,6 +19,8 @@
 mod residuals;
 mod sums;
 
+use std::iter;
+
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::columns::{Columns, Noise};
@@ -78,7 +80,7 @@ pub fn fit_line(beams: &[Beam], bearing_sigma: f64) -> Option<LineFeature> {
         bearing_sigma,
         surface_sigma: 0.0,
     };
-    columns.load(beams, [0..beams.len()], noise);
+    columns.load(beams, iter::once(0..beams.len()), noise);
     let fit = fit_columns(&columns, &Piece::whole(&columns, 0..columns.len()))?;
     let chi2 = fit.residuals(&columns, false).chi2;
     Some(fit.feature(&columns, chi2, beams.first()?.origin_in_robot))

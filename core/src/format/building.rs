@@ -95,11 +95,9 @@ fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
     let stands = map.cells.iter().map(|cell| !is_floor(cell)).collect();
     let room = Room::new(map.width, map.resolution, stands);
     let from_map = map.origin.inverse() * Point2::origin();
-    let has_room = room.clearance(from_map) >= radius;
-    let in_map = if has_room {
-        from_map
-    } else {
-        room.roomiest(radius)?
+    let in_map = match room.clearance(from_map) >= radius {
+        true => from_map,
+        false => room.roomiest(radius)?,
     };
     let start = map.origin * in_map;
     Ok(Pose2::new(start.x, start.y, 0.0))

@@ -100,21 +100,17 @@ pub fn read(bytes: &[u8]) -> Result<World, WorldFileError> {
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err(WorldFileError::Empty);
     }
-    let file = parse(bytes)?;
-    let world = file
-        .into_world()
-        .map_err(|(index, what)| WorldFileError::Obstacle {
-            line: line_of_key(bytes, "obstacles", Some(index)).unwrap_or(1),
-            index,
-            what,
-        })?;
-    match world.validate(world.robot.model().radius()) {
-        Ok(()) => Ok(world),
-        Err(source) => Err(WorldFileError::World {
-            line: line_of_part(bytes, &source),
-            source,
-        }),
+    let wrong = |(index, what)| WorldFileError::Obstacle {
+        line: line_of_key(bytes, "obstacles", Some(index)).unwrap_or(1),
+        index,
+        what,
+    };
+    let world = parse(bytes)?.into_world().map_err(wrong)?;
+    if let Err(source) = world.validate(world.robot.model().radius()) {
+        let line = line_of_part(bytes, &source);
+        return Err(WorldFileError::World { line, source });
     }
+    Ok(world)
 }
 
 /// Writes a world; [`read`] gives the same world back, all but the heading to the bit (a pose keeps
@@ -136,13 +132,9 @@ fn parse(bytes: &[u8]) -> Result<WorldFile, WorldFileError> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let file =
         serde_path_to_error::deserialize(&mut json).map_err(|e| syntax(e.inner(), in_words(&e)))?;
-    match json.end() {
-        Ok(()) => Ok(file),
-        Err(e) => Err(syntax(
-            &e,
-            "something stands after the end of the world".to_owned(),
-        )),
-    }
+    let more = "something stands after the end of the world";
+    json.end().map_err(|e| syntax(&e, more.to_owned()))?;
+    Ok(file)
 }
 
 /// What serde says in Rust's words, and what it means.
@@ -163,9 +155,8 @@ fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
     let text = inner.to_string();
     let place = format!(" at line {} column {}", inner.line(), inner.column());
     let text = text.strip_suffix(&place).unwrap_or(&text).to_owned();
-    let text = PLAIN
-        .iter()
-        .fold(text, |text, (rust, plain)| text.replace(rust, plain));
+    let in_plain = |text: String, (rust, plain): &(&str, &str)| text.replace(rust, plain);
+    let text = PLAIN.iter().fold(text, in_plain);
     match part.as_str() {
         "." => text,
         part => format!("{part}: {text}"),

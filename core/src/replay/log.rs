@@ -57,8 +57,8 @@ impl Log {
     /// Whether its robot stood for each scan, as one with rangers on a servo does.
     #[must_use]
     pub fn scans_on_command(&self) -> bool {
-        self.figures()
-            .is_some_and(|figures| figures.scans_on_command)
+        let figures = self.figures();
+        figures.is_some_and(|figures| figures.scans_on_command)
     }
 
     /// The default settings of its robot.
@@ -71,10 +71,8 @@ impl Log {
     /// only scan matching.
     #[must_use]
     pub fn method(&self, asked: Method) -> Method {
-        match self.has_odometry() {
-            true => asked,
-            false => Method::ScanMatching,
-        }
+        let fallback = Method::ScanMatching;
+        if self.has_odometry() { asked } else { fallback }
     }
 
     /// Whether a robot reported its motion; otherwise a sensor was carried.

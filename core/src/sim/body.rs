@@ -214,12 +214,13 @@ impl Body {
         caster.near(middle, radius + 0.5 * length + SKIN, |_, wall| {
             take(touch_of_segment(&wall.segment, at, direction, radius));
         });
-        for Disc {
-            centre,
-            radius: other,
-        } in movers
-        {
-            take(touch_of_disc(*centre, at, direction, radius + other));
+        for mover in movers {
+            take(touch_of_disc(
+                mover.centre,
+                at,
+                direction,
+                radius + mover.radius,
+            ));
         }
         first
     }

@@ -197,11 +197,8 @@ impl Drive {
 
     /// Wished speeds and accelerations of the shafts.
     fn next_wishes(&mut self) -> [Wish; 2] {
-        let RobotModel {
-            max_acceleration: a,
-            max_turn_acceleration: b,
-            ..
-        } = self.model;
+        let a = self.model.max_acceleration;
+        let b = self.model.max_turn_acceleration;
         let (forward, turn) = self.task_speeds(a, b);
         let before = (self.forward, self.turn);
         self.forward = towards(self.forward, forward, a * DRIVE_PERIOD);
@@ -292,8 +289,7 @@ impl Drive {
         let forward = forward.clamp(-self.model.max_speed, self.model.max_speed);
         let turn = turn.clamp(-self.model.max_turn_rate, self.model.max_turn_rate);
         let outer = forward.abs() + 0.5 * self.model.track_width * turn.abs();
-        let is_too_fast = outer > self.model.max_speed;
-        let scale = if is_too_fast {
+        let scale = if outer > self.model.max_speed {
             self.model.max_speed / outer
         } else {
             1.0

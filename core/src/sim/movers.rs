@@ -115,7 +115,7 @@ mod tests {
                 },
             );
         }
-        walker.disc().centre
+        walker.disc.centre
     }
 
     #[test]

@@ -221,7 +221,7 @@ mod tests {
     fn an_empty_room_counts_but_for_its_rim() {
         let area = reachable_area(&square(2.0), 0.11, 0.05);
         // All but the cells nearer than one cell to the wall.
-        let metres = area.count() as f64 * 0.05 * 0.05;
+        let metres = area.centres().count() as f64 * 0.05 * 0.05;
         assert!((metres - 3.9 * 3.9).abs() < 0.3, "{metres}");
         assert_eq!(area.known_fraction(|_| true), 1.0);
         assert!((area.known_fraction(|p| p.x > 0.0) - 0.5).abs() < 0.02);
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn a_world_without_walls_is_only_its_bitmap() {
         let area = reachable_area(&World::new("void", Pose2::identity()), 0.11, 0.05);
-        assert!(area.count() <= area.cells.len());
+        assert!(area.centres().count() <= area.cells.len());
         let _ = reachable_area(&square(2.0), 0.11, f64::NAN);
     }
 }

@@ -61,18 +61,12 @@ impl<'a> Declared<'a> {
     fn of(declarations: impl Iterator<Item = Declaration<'a>>) -> Self {
         let mut all = Self::default();
         for declaration in declarations {
-            let Declaration {
-                name,
-                value,
-                important,
-            } = declaration;
-            let style = if important {
-                &mut all.important
-            } else {
-                &mut all.said
+            let style = match declaration.important {
+                true => &mut all.important,
+                false => &mut all.said,
             };
-            if let Some(at) = NAMES.iter().position(|known| *known == name) {
-                style.values[at] = Some(value.trim());
+            if let Some(at) = NAMES.iter().position(|name| *name == declaration.name) {
+                style.values[at] = Some(declaration.value.trim());
             }
         }
         all

@@ -156,9 +156,8 @@ fn name<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
         return Ok(name);
     }
     let bytes = name.len();
-    Err(D::Error::custom(format!(
-        "name has {bytes} bytes, expected at most {LONGEST_NAME}"
-    )))
+    let error = format!("name has {bytes} bytes, expected at most {LONGEST_NAME}");
+    Err(D::Error::custom(error))
 }
 
 impl ObstacleFile {
@@ -200,16 +199,14 @@ impl ObstacleFile {
             ("angle", self.angle.is_some()),
             ("radius", self.radius.is_some()),
         ];
-        match given
-            .iter()
-            .find(|(field, given)| *given && !fields.contains(field))
-        {
-            None => Ok(()),
-            Some((field, _)) => Err(format!(
-                "{kind} has the field `{field}`, expected only `{}`",
-                fields.join("`, `")
-            )),
-        }
+        let is_strange = |(field, given): &&(&str, bool)| *given && !fields.contains(field);
+        let Some((field, _)) = given.iter().find(is_strange) else {
+            return Ok(());
+        };
+        let expected = fields.join("`, `");
+        Err(format!(
+            "{kind} has the field `{field}`, expected only `{expected}`"
+        ))
     }
 
     fn of(obstacle: &Obstacle) -> Self {
@@ -276,15 +273,10 @@ impl WorldFile {
         };
         let obstacle =
             |(index, o): (usize, ObstacleFile)| o.into_obstacle().map_err(|e| (index, e));
-        let obstacles: Result<_, _> = self
-            .obstacles
-            .into_iter()
-            .enumerate()
-            .map(obstacle)
-            .collect();
+        let obstacles = self.obstacles.into_iter().enumerate().map(obstacle);
         Ok(World {
             name: self.name,
-            obstacles: obstacles?,
+            obstacles: obstacles.collect::<Result<_, _>>()?,
             doors: self.doors.into_iter().map(door).collect(),
             movers: self.movers.into_iter().map(mover).collect(),
             start: Pose2::new(self.start.x, self.start.y, self.start.heading),

@@ -253,7 +253,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::geom::Segment;
+    use crate::geom::{Segment, sin_cos};
     use crate::sim::{Caster, Disc, Material, Wall};
 
     fn wall(ax: f64, ay: f64, bx: f64, by: f64, material: Material) -> Wall {

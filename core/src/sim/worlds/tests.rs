@@ -41,7 +41,7 @@ fn every_world_is_closed_and_its_rooms_are_connected() {
         let world = builtin(name).unwrap();
         // The bitmap of `campus` has coarser cells by itself.
         let area = reachable_area(&world, 0.11, 0.05);
-        let metres = area.count() as f64 * area.resolution * area.resolution;
+        let metres = area.centres().count() as f64 * area.resolution * area.resolution;
         assert!(metres > least && metres < most, "{name}: {metres} m²");
         // Closed: the flood never came to the rim of the bitmap.
         let rim = area.standing.iter().enumerate().filter(|(i, _)| {
