@@ -134,8 +134,8 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-/** The latest figures, for tests and the console. */
 const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
+/** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
   get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
