@@ -134,9 +134,9 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
 /** The latest figures, for tests and the console. */
-const TOLD = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
-const told = {
+const figures = {
   get fit() { return store.fit.fit; },
   get twin() { return store.twin.columns.map((column) => column.at(-1) ?? NaN); },
   get doors() { return [...store.doors]; },
@@ -152,8 +152,8 @@ const told = {
   /** Pixels of the canvas at which a map point is drawn. */
   toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
 };
-for (const name of TOLD) Object.defineProperty(told, name, { get: () => store[name] });
-Object.defineProperty(window, "slamlab", { value: Object.freeze(told) });
+for (const name of OF_THE_STORE) Object.defineProperty(figures, name, { get: () => store[name], enumerable: true });
+Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {
