@@ -122,7 +122,7 @@ impl Replay {
     /// # Errors   [`SlamError`] for a scan that cannot be used; it is passed over by the next call.
     pub fn step(&mut self) -> Result<bool, SlamError> {
         let step = self.feed.next(&self.log, self.session.robot());
-        self.notes.append(self.feed.notes());
+        self.notes.append(&mut self.feed.notes);
         let Some(step) = step else {
             self.session.finish();
             return Ok(false);

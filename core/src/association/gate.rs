@@ -58,8 +58,8 @@ impl ExpectedLine {
     }
 }
 
-/// Free distance between the part of a wall that is seen and the known part, which has these `ends`,
-/// measured along the seen line, m; negative where they overlap.
+/// Free distance between the part of a wall that is seen and the known part, which has these
+/// `ends`, measured along the seen line, m; negative where they overlap.
 #[must_use]
 pub fn gap(ends: [Point2<f64>; 2], seen: &LineFeature) -> f64 {
     let normal = seen.line.normal();

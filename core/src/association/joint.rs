@@ -112,8 +112,10 @@ impl JointSearch {
     }
 
     fn pairings_of(&self, sighting: usize) -> std::ops::Range<usize> {
-        let first = sighting.checked_sub(1).and_then(|s| self.ends.get(s));
-        first.copied().unwrap_or(0)..self.ends.get(sighting).copied().unwrap_or(0)
+        let first = sighting
+            .checked_sub(1)
+            .map_or(0, |before| self.ends[before]);
+        first..self.ends[sighting]
     }
 
     /// Steps 1 to 3.
@@ -137,20 +139,14 @@ impl JointSearch {
             };
             let joint = d2 + added;
             if chi2_survival(joint, self.set.len()) >= libm::exp(-0.5 * config.gate) {
-                self.choose(sighting, Some(place));
+                self.chosen[sighting] = Some(place);
                 self.descend(sighting + 1, joint, cross, config);
-                self.choose(sighting, None);
+                self.chosen[sighting] = None;
             }
             self.set.leave();
         }
         if !self.is_hopeless(sighting + 1, self.set.len(), d2, config) {
             self.descend(sighting + 1, d2, cross, config);
-        }
-    }
-
-    fn choose(&mut self, sighting: usize, place: Option<usize>) {
-        if let Some(chosen) = self.chosen.get_mut(sighting) {
-            *chosen = place;
         }
     }
 
@@ -203,18 +199,15 @@ impl JointSearch {
     /// Step 5, and what each sighting is.
     fn conclude(&mut self, cross: &impl Cross, config: &AssociationConfig) {
         for sighting in 0..self.ends.len() {
-            let Some(place) = self.best.get(sighting).copied().flatten() else {
+            let Some(place) = self.best[sighting] else {
                 continue;
             };
             let is_ambiguous = self.pairings_of(sighting).len() > 1
                 && self.has_rival(sighting, place, cross, config);
-            let landmark = self.pairings.get(place).map(|p| p.landmark);
-            if let (Some(paired), Some(landmark)) = (self.paired.get_mut(sighting), landmark) {
-                *paired = match is_ambiguous {
-                    true => Paired::Ambiguous,
-                    false => Paired::Landmark(landmark),
-                };
-            }
+            self.paired[sighting] = match is_ambiguous {
+                true => Paired::Ambiguous,
+                false => Paired::Landmark(self.pairings[place].landmark),
+            };
         }
     }
 
@@ -229,13 +222,10 @@ impl JointSearch {
         let Some(own) = self.distance_to_set(place, cross) else {
             return false;
         };
-        let Some(best) = self.pairings.get(place).copied() else {
-            return false;
-        };
+        let best = self.pairings[place].v;
         self.pairings_of(sighting).any(|other| {
-            let apart = self.pairings.get(other).map(|p| p.v - best.v);
             other != place
-                && apart.is_some_and(|v| v.amax() > config.same_place)
+                && (self.pairings[other].v - best).amax() > config.same_place
                 && self
                     .distance_to_set(other, cross)
                     .is_some_and(|d2| d2 - own < config.ambiguity)

@@ -84,10 +84,7 @@ impl ConsistencyWindow {
     /// Mean NEES of the pose, with the band of a single scan; `None` without truth.
     #[must_use]
     pub fn nees(&self) -> Option<Figure> {
-        if self.nees.is_empty() {
-            return None;
-        }
-        Some(Figure {
+        (!self.nees.is_empty()).then(|| Figure {
             mean: self.nees.iter().sum::<f64>() / self.nees.len() as f64,
             band: [-SIGMAS, SIGMAS].map(|sigmas| chi2_quantile(POSE_DEGREES, sigmas)),
         })
@@ -97,10 +94,7 @@ impl ConsistencyWindow {
     #[must_use]
     pub fn nis(&self) -> Option<Figure> {
         let degrees = self.nis.iter().map(|(_, degrees)| degrees).sum::<usize>() as f64;
-        if degrees == 0.0 {
-            return None;
-        }
-        Some(Figure {
+        (degrees > 0.0).then(|| Figure {
             mean: self.nis.iter().map(|(nis, _)| nis).sum::<f64>() / degrees,
             band: [-SIGMAS, SIGMAS].map(|sigmas| chi2_quantile(degrees, sigmas) / degrees),
         })

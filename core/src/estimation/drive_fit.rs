@@ -72,10 +72,7 @@ impl DriveFit {
     pub fn reasons(&self) -> Vec<String> {
         let odometry = self.odometry.as_ref().err();
         let odometry = odometry.map(|e| format!("Odometry: {e}"));
-        let ranges = self
-            .ranges
-            .as_ref()
-            .and_then(|ranges| ranges.as_ref().err());
+        let ranges = self.ranges.iter().find_map(|ranges| ranges.as_ref().err());
         let ranges = ranges.map(|e| format!("Ranges, from scans taken standing: {e}"));
         odometry.into_iter().chain(ranges).collect()
     }

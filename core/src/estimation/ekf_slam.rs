@@ -264,7 +264,7 @@ impl EkfSlam {
         for landmark in 0..self.landmarks.len() {
             if let Some((candidate, considered)) = self.compare(landmark, seen) {
                 self.candidates.push(candidate);
-                self.report.consider(considered);
+                self.report.considered.push(considered);
             }
         }
         let (candidates, config) = (&self.candidates, &self.config.association);

@@ -1,5 +1,5 @@
-//! In: the state that odometry predicts, the points of each scan, and the walls of a prior map. Out:
-//! the state corrected by that map.
+//! In: the state that odometry predicts, the points of each scan, and the walls of a prior map.
+//! Out: the state corrected by that map.
 //!
 //! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states
 //!    like the pose ([`RobotState::predict`]; TDK 2016 eq. (3.1)-(3.4)).
@@ -32,6 +32,7 @@ const FLOOR: [f64; 2] = [0.01, 0.003];
 /// farther.
 const MOST_PIECES: f64 = 2e6;
 const FARTHEST: f64 = 800.0;
+
 /// Finds a robot in a prior map by whole scans.
 #[derive(Clone, Debug)]
 pub struct ScanLocaliser {
@@ -122,8 +123,8 @@ impl ScanLocaliser {
 
 /// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the
 /// points say is worth less than I: the heading errs by Q from the middle of the sweep to now. With
-/// I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse of I, the update is P' = (P⁻¹ + I')⁻¹
-/// and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
+/// I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse of I, the update is P' = (P⁻¹ +
+/// I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
 fn correct(
     state: &mut RobotState,
     predicted: &PoseEstimate,

@@ -46,10 +46,9 @@ pub struct ScanMatcher {
     pending: Option<Odometry>,
     submaps: Vec<Submap>,
     running: SurfelMap,
-    submap_from_robot: Pose2,
-    /// Covariance of the pose in the running submap since the last keyframe: of the last match, and
-    /// of odometry where that said nothing.
-    local_cov: Matrix3<f64>,
+    /// The pose in the running submap, with its covariance since the last keyframe: of the last
+    /// match, and of odometry where that said nothing.
+    local: PoseEstimate,
     /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
     recent: VecDeque<Recent>,
@@ -115,8 +114,7 @@ impl ScanMatcher {
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity())],
             running: SurfelMap::new(config.surfels),
-            submap_from_robot: Pose2::identity(),
-            local_cov: Matrix3::zeros(),
+            local: PoseEstimate::exact(Pose2::identity()),
             is_blind: false,
             recent: VecDeque::new(),
             keyframes: vec![],
@@ -144,14 +142,13 @@ impl ScanMatcher {
             .pending
             .take()
             .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = moved.after(&self.local_estimate());
+        let predicted = moved.after(&self.local);
         let registration = (!self.running.surfels().is_empty()).then(|| {
             let prior = self.prior(&predicted, &moved);
             *locate(&surfaces, &self.running, &prior, 0, &self.config.locate).registration()
         });
         let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
-        let local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
-        (self.submap_from_robot, self.local_cov) = (local.pose, local.cov);
+        self.local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
         self.is_blind = matched.is_none();
         if self.is_new_place(registration.map_or(1.0, |r| r.overlap)) {
             self.add_keyframe(points, sigmas, surfaces);
@@ -159,7 +156,7 @@ impl ScanMatcher {
         self.track.push(TrackPoint {
             stamp: points.stamp,
             submap: self.submaps.len() - 1,
-            submap_from_robot: self.submap_from_robot,
+            submap_from_robot: self.local.pose,
         });
         self.work_off(1);
     }
@@ -179,12 +176,12 @@ impl ScanMatcher {
     fn estimate_at_scan(&self) -> PoseEstimate {
         let map_from_submap = self.map_from_running();
         let turned = map_from_submap.rotation();
-        let local = turned * (self.local_cov + self.way_cov) * turned.transpose();
+        let local = turned * (self.local.cov + self.way_cov) * turned.transpose();
         // The submap's error turns what lies ahead of its origin.
-        let ahead = map_from_submap.rotate(self.submap_from_robot.position().coords);
+        let ahead = map_from_submap.rotate(self.local.pose.position().coords);
         let cov = carried(&self.submap_cov, ahead, local);
         PoseEstimate {
-            pose: map_from_submap * self.submap_from_robot,
+            pose: map_from_submap * self.local.pose,
             cov,
         }
     }
@@ -229,7 +226,7 @@ impl ScanMatcher {
             1.0
         };
         self.last_keyframe.is_none_or(|last| {
-            let moved = last.delta_to(&self.submap_from_robot);
+            let moved = last.delta_to(&self.local.pose);
             moved.position().coords.norm() > part * self.config.keyframe_distance
                 || moved.heading().abs() > part * self.config.keyframe_turn
         })
@@ -243,7 +240,7 @@ impl ScanMatcher {
         {
             self.begin_submap();
         }
-        let at = self.submap_from_robot;
+        let at = self.local.pose;
         self.running.insert(moved(&surfaces, at));
         self.recent.push_back(Recent {
             submap_from_robot: at,
@@ -260,7 +257,7 @@ impl ScanMatcher {
         // Carried on by odometry, the local covariance holds the whole way since the last match
         // already.
         if !self.is_blind {
-            self.way_cov += std::mem::take(&mut self.local_cov);
+            self.way_cov += std::mem::take(&mut self.local.cov);
         }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
@@ -268,7 +265,7 @@ impl ScanMatcher {
     }
 
     fn begin_submap(&mut self) {
-        let old_from_new = self.submap_from_robot;
+        let old_from_new = self.local.pose;
         let map_from_submap = self.map_from_running() * old_from_new;
         let new_from_old = old_from_new.inverse();
         let begun = SurfelMap::new(self.config.surfels);
@@ -285,11 +282,11 @@ impl ScanMatcher {
             submap.closed = closed;
         }
         if self.is_blind {
-            self.way_cov += std::mem::take(&mut self.local_cov);
+            self.way_cov += std::mem::take(&mut self.local.cov);
         }
         self.join_to_next(old, &old_from_new, map_from_submap);
         self.submaps.push(Submap::begun_at(map_from_submap));
-        self.submap_from_robot = Pose2::identity();
+        self.local.pose = Pose2::identity();
         if self.config.close_loops {
             self.plan_comparisons(old);
         }

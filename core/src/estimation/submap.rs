@@ -39,8 +39,8 @@ config! {
             shift: 0.3,
             turn: 0.06,
         },
-        /// How poses are searched for. Default [`SearchConfig::between_submaps`].
-        pub search: SearchConfig = SearchConfig::between_submaps(),
+        /// How poses are searched for. Default [`SearchConfig::BETWEEN_SUBMAPS`].
+        pub search: SearchConfig = SearchConfig::BETWEEN_SUBMAPS,
         /// Matched without a search, the relative pose is never believed better beforehand than
         /// this, m. Default 0.02.
         pub prior_sigma: f64 = 0.02,

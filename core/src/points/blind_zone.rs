@@ -24,25 +24,28 @@ use std::borrow::Cow;
 use nalgebra::{Point2, Vector2};
 
 use super::{Beam, Points};
+use crate::bounds::config;
 use crate::geom::{Pose2, Segment, sin_cos};
 use crate::robot::Scan;
 
-/// What is remembered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlindZoneConfig {
-    /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is
-    /// blind for, and what the robot drives in a scan. Larger: walls that were seen too near by an
-    /// error stay longer.
-    pub reach: f64,
-    /// A beam that ends this far behind a point says that it has gone, m. Default 0.05: five times
-    /// a lidar's noise.
-    pub behind: f64,
-    /// Beams in this direction of a point speak of it, as a part of the angle between two beams.
-    /// Default 1.5.
-    pub beams: f64,
-    /// What is nearer to the sensor than this may read far, m. Default 0: nothing does. Growing:
-    /// more readings are taken for folded ones.
-    pub blind: f64,
+config! {
+    /// What is remembered.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct BlindZoneConfig {
+        /// Hits nearer to the sensor than this are remembered, m. Default 0.3: more than a lidar is
+        /// blind for, and what the robot drives in a scan. Larger: walls that were seen too near by
+        /// an error stay longer.
+        pub reach: f64 = 0.3,
+        /// A beam that ends this far behind a point says that it has gone, m. Default 0.05: five
+        /// times a lidar's noise.
+        pub behind: f64 = 0.05,
+        /// Beams in this direction of a point speak of it, as a part of the angle between two
+        /// beams. Default 1.5.
+        pub beams: f64 = 1.5,
+        /// What is nearer to the sensor than this may read far, m. Default 0: nothing does.
+        /// Growing: more readings are taken for folded ones.
+        pub blind: f64 = 0.0,
+    }
 }
 
 impl BlindZoneConfig {
@@ -54,17 +57,6 @@ impl BlindZoneConfig {
             reach: 0.9,
             blind: 0.18,
             ..Self::default()
-        }
-    }
-}
-
-impl Default for BlindZoneConfig {
-    fn default() -> Self {
-        Self {
-            reach: 0.3,
-            behind: 0.05,
-            beams: 1.5,
-            blind: 0.0,
         }
     }
 }

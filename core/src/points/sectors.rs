@@ -17,6 +17,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::bounds::config;
 use crate::robot::Scan;
 
 /// Which range stands for a sector.
@@ -36,25 +37,17 @@ impl SectorRange {
     ];
 }
 
-/// How a scan is reduced to sectors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SectorConfig {
-    /// Width of a sector, rad; it is made a little less, so that a whole number goes round. Default
-    /// 10°, Celej's least. Larger: fewer, surer readings.
-    pub width: f64,
-    /// So many no-returns in a sector are errors; more say that nothing is there. Default 3.
-    pub no_returns: usize,
-    /// Which range stands for the sector. Default the least.
-    pub range: SectorRange,
-}
-
-impl Default for SectorConfig {
-    fn default() -> Self {
-        Self {
-            width: 10.0_f64.to_radians(),
-            no_returns: 3,
-            range: SectorRange::Least,
-        }
+config! {
+    /// How a scan is reduced to sectors.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SectorConfig {
+        /// Width of a sector, rad; it is made a little less, so that a whole number goes round.
+        /// Default 10°, Celej's least. Larger: fewer, surer readings.
+        pub width: f64 = 10.0_f64.to_radians(),
+        /// So many no-returns in a sector are errors; more say that nothing is there. Default 3.
+        pub no_returns: usize = 3,
+        /// Which range stands for the sector. Default the least.
+        pub range: SectorRange = SectorRange::Least,
     }
 }
 

@@ -18,23 +18,18 @@ use std::ops::Range;
 use super::{Beam, Points};
 use rules::{Joins, Ray};
 
-/// Where one surface may end and another begin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SegmentationConfig {
-    /// When two neighbours do not belong together. Default [`BreakRule::Adaptive`] with 10° and 3
-    /// σ.
-    pub rule: BreakRule,
-    /// Largest step in bearing within a run, rad. Default 0.12: three beams of 2° may be missing,
-    /// no more.
-    pub max_step: f64,
-}
+use crate::bounds::config;
 
-impl Default for SegmentationConfig {
-    fn default() -> Self {
-        Self {
-            rule: BreakRule::default(),
-            max_step: 0.12,
-        }
+config! {
+    /// Where one surface may end and another begin.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SegmentationConfig {
+        /// When two neighbours do not belong together. Default [`BreakRule::Adaptive`] with 10° and
+        /// 3 σ.
+        pub rule: BreakRule = BreakRule::default(),
+        /// Largest step in bearing within a run, rad. Default 0.12: three beams of 2° may be
+        /// missing, no more.
+        pub max_step: f64 = 0.12,
     }
 }
 

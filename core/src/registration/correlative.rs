@@ -140,9 +140,7 @@ fn branch(
             };
             continue;
         }
-        let Some((_, cells)) = rotated.get(square.turn) else {
-            continue;
-        };
+        let (_, cells) = &rotated[square.turn];
         let half = 1_i32 << (level - 1);
         let mut parts = Vec::with_capacity(4);
         for (col, row) in [(0, 0), (half, 0), (0, half), (half, half)] {

@@ -65,7 +65,7 @@ impl LocateConfig {
             window,
             widest: window,
             widest_after: 1,
-            search: SearchConfig::in_submap(),
+            search: SearchConfig::IN_SUBMAP,
             found_above: [0.0, 0.0],
             min_gain: 0.1,
         }
@@ -87,7 +87,7 @@ impl LocateConfig {
                 turn: 1.0,
             },
             widest_after: 20,
-            search: SearchConfig::in_prior_map(),
+            search: SearchConfig::IN_PRIOR_MAP,
             found_above: [0.5, 0.8],
             min_gain: 0.0,
         }
@@ -128,43 +128,34 @@ pub enum SearchedPrior {
 
 impl SearchConfig {
     /// In the running submap: all points, fine cells.
-    #[must_use]
-    pub fn in_submap() -> Self {
-        Self {
-            cell: 0.05,
-            coarser: 0,
-            levels: 5,
-            most_points: usize::MAX,
-            min_score: 0.2,
-            prior: SearchedPrior::PartOfBefore(0.01),
-        }
-    }
+    pub const IN_SUBMAP: Self = Self {
+        cell: 0.05,
+        coarser: 0,
+        levels: 5,
+        most_points: usize::MAX,
+        min_score: 0.2,
+        prior: SearchedPrior::PartOfBefore(0.01),
+    };
 
     /// In a prior map, which may be that of a whole building.
-    #[must_use]
-    pub fn in_prior_map() -> Self {
-        Self {
-            cell: 0.1,
-            coarser: 5,
-            levels: 6,
-            most_points: 200,
-            min_score: 0.3,
-            prior: SearchedPrior::Flat(10.0),
-        }
-    }
+    pub const IN_PRIOR_MAP: Self = Self {
+        cell: 0.1,
+        coarser: 5,
+        levels: 6,
+        most_points: 200,
+        min_score: 0.3,
+        prior: SearchedPrior::Flat(10.0),
+    };
 
     /// A submap in an earlier one: the widest windows.
-    #[must_use]
-    pub fn between_submaps() -> Self {
-        Self {
-            cell: 0.1,
-            coarser: 0,
-            levels: 7,
-            most_points: 300,
-            min_score: 0.45,
-            prior: SearchedPrior::Flat(10.0),
-        }
-    }
+    pub const BETWEEN_SUBMAPS: Self = Self {
+        cell: 0.1,
+        coarser: 0,
+        levels: 7,
+        most_points: 300,
+        min_score: 0.45,
+        prior: SearchedPrior::Flat(10.0),
+    };
 
     /// The likelihood of surfaces at these places; `None` where there are none, or they span more
     /// than can be held.

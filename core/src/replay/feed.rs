@@ -32,7 +32,8 @@ pub(super) struct Feed {
     timeline: Timeline,
     readings: VecDeque<Reading>,
     odom_from_robot: Pose2,
-    notes: Vec<String>,
+    /// What a person should read; the caller empties it.
+    pub(super) notes: Vec<String>,
     unreadable: usize,
 }
 
@@ -70,11 +71,6 @@ impl Feed {
             Log::Recording(recording) => recording.len(),
         };
         self.next as f64 / all.max(1) as f64
-    }
-
-    /// What a person should read; the caller empties it.
-    pub(super) fn notes(&mut self) -> &mut Vec<String> {
-        &mut self.notes
     }
 }
 

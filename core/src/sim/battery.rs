@@ -15,35 +15,26 @@
 //! curve rounded from cell data sheets (Panasonic HHR): quick from 1.40 V, flat near 1.24 V, and a
 //! cliff below a tenth of the charge.
 
+use crate::bounds::config;
 use crate::robot::Adc;
 
-/// Figures of a battery and of what it feeds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BatteryModel {
-    /// Cells in series. Default 6.
-    pub cells: f64,
-    /// Charge of a full battery, A s. Default 9000: 2.5 Ah.
-    pub capacity: f64,
-    /// Inner resistance of all cells and leads, Ω. Default 0.25.
-    pub resistance: f64,
-    /// What the electronics draw, A. Default 0.25.
-    pub idle: f64,
-    /// What the volts are counted by. Default: 10 bits over 15 V, behind the robot's divider.
-    pub adc: Adc,
-}
-
-impl Default for BatteryModel {
-    fn default() -> Self {
-        Self {
-            cells: 6.0,
-            capacity: 9000.0,
-            resistance: 0.25,
-            idle: 0.25,
-            adc: Adc {
-                bits: 10,
-                reference: 15.0,
-            },
-        }
+config! {
+    /// Figures of a battery and of what it feeds.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct BatteryModel {
+        /// Cells in series. Default 6.
+        pub cells: f64 = 6.0,
+        /// Charge of a full battery, A s. Default 9000: 2.5 Ah.
+        pub capacity: f64 = 9000.0,
+        /// Inner resistance of all cells and leads, Ω. Default 0.25.
+        pub resistance: f64 = 0.25,
+        /// What the electronics draw, A. Default 0.25.
+        pub idle: f64 = 0.25,
+        /// What the volts are counted by. Default: 10 bits over 15 V, behind the robot's divider.
+        pub adc: Adc = Adc {
+            bits: 10,
+            reference: 15.0,
+        },
     }
 }
 

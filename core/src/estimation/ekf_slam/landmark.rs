@@ -90,17 +90,16 @@ impl EkfSlam {
     /// Counts a sighting and widens the known part of the wall.
     pub(super) fn extend(&mut self, landmark: usize, seen: &LineFeature) {
         let (pose, scans) = (self.pose, self.scans);
-        if let Some(entry) = self.landmarks.get_mut(landmark) {
-            let seen = entry.extent_of(seen, &pose);
-            entry.extent = hull(entry.extent, seen);
-            if entry.last_seen == scans {
-                // Another part of the wall, behind something that stands before it.
-                entry.seen_now = hull(entry.seen_now, seen);
-            } else {
-                entry.seen_now = seen;
-                entry.sightings += 1;
-                entry.last_seen = scans;
-            }
+        let entry = &mut self.landmarks[landmark];
+        let seen = entry.extent_of(seen, &pose);
+        entry.extent = hull(entry.extent, seen);
+        if entry.last_seen == scans {
+            // Another part of the wall, behind something that stands before it.
+            entry.seen_now = hull(entry.seen_now, seen);
+        } else {
+            entry.seen_now = seen;
+            entry.sightings += 1;
+            entry.last_seen = scans;
         }
     }
 

@@ -49,9 +49,7 @@ struct Difference {
 impl EkfSlam {
     /// Whether this scan has shown this part of a landmark already.
     pub(super) fn is_taken(&self, landmark: usize, seen: &LineFeature) -> bool {
-        let Some(entry) = self.landmarks.get(landmark) else {
-            return false;
-        };
+        let entry = &self.landmarks[landmark];
         if entry.last_seen != self.scans {
             return false;
         }
@@ -62,10 +60,8 @@ impl EkfSlam {
 
     /// Step 5, for each landmark that this scan saw.
     pub(super) fn merge_all(&mut self) {
-        let mut seen = self.landmarks.len();
         // From the youngest on, so that those still to come keep their places.
-        while let Some(landmark) = seen.checked_sub(1) {
-            seen = landmark;
+        for landmark in (0..self.landmarks.len()).rev() {
             let was_seen = |entry: &Entry| entry.last_seen == self.scans;
             if self.landmarks.get(landmark).is_some_and(was_seen)
                 && let Some((other, difference)) = self.twin(landmark)

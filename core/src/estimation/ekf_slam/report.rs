@@ -19,7 +19,9 @@ pub struct UpdateReport {
     pub nis: f64,
     /// What the recognised lines said of the pose, in order of time.
     pub fixes: Vec<Fix>,
-    considered: Vec<Considered>,
+    /// Candidates of all lines; those of the line that [`Self::conclude`] will be called for next
+    /// stand last.
+    pub(super) considered: Vec<Considered>,
     explained: Vec<Explained>,
 }
 
@@ -181,11 +183,6 @@ impl UpdateReport {
         self.nis = 0.0;
     }
 
-    /// Notes a candidate of the line that [`Self::conclude`] will be called for next.
-    pub(super) fn consider(&mut self, candidate: Considered) {
-        self.considered.push(candidate);
-    }
-
     /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d²
     /// up to `far`, and the nearest.
     pub(super) fn conclude(&mut self, feature: usize, verdict: Verdict, most: usize, far: f64) {
@@ -223,10 +220,10 @@ mod tests {
     fn each_line_keeps_its_own_candidates_likeliest_first() {
         let mut report = UpdateReport::default();
         for c in [considered(0, 7.0), considered(1, 2.0), considered(2, 400.0)] {
-            report.consider(c);
+            report.considered.push(c);
         }
         report.conclude(4, Verdict::Matched(LandmarkId(1)), 8, 100.0);
-        report.consider(considered(3, 500.0));
+        report.considered.push(considered(3, 500.0));
         report.conclude(1, Verdict::Added(LandmarkId(5)), 8, 100.0);
         report.conclude(0, Verdict::Rejected(Rejection::Seam), 8, 100.0);
         let of = |feature| {

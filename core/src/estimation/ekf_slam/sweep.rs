@@ -69,11 +69,7 @@ impl SweepTiming {
 /// Indices of the lines in the order in which they were seen; those seen at once, the longest
 /// first.
 pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut Vec<usize>) {
-    let key = |&index: &usize| {
-        features
-            .get(index)
-            .map_or((0.0, 0), |f| (sweep.age_of(f), f.n_points))
-    };
+    let key = |&index: &usize| (sweep.age_of(&features[index]), features[index].n_points);
     order.clear();
     order.extend(0..features.len());
     // Of equal ones the first: an unstable sort needs no memory.

@@ -72,9 +72,13 @@ impl OdometryFit {
         let (effective, width_sigma) = (wear.width(model.track_width), width * model.track_width);
         let (ruled, shown) = (model.ruled_width, |sigma| self.of_part(sigma, PRIOR));
         let slip = [effective, width_sigma, model.track_width].map(|width| width / ruled);
-        let (noise, by_model) = (&self.noise, &model.odometry_noise);
         let [of_track, sideways, of_turns] = self.noise_log_sigmas;
-        let chance = |value, log_sigma, model| [value, value * log_sigma, model];
+        let [of_drive, of_model] = [&self.noise, &model.odometry_noise]
+            .map(|n| [n.per_metre, n.lateral_per_metre, n.heading_per_radian]);
+        let chance = |i: usize| {
+            let sigma = of_drive[i] * self.noise_log_sigmas[i];
+            [of_drive[i], sigma, of_model[i]]
+        };
         let [position, heading] = self.pose_sigmas;
         vec![
             row(
@@ -116,27 +120,19 @@ impl OdometryFit {
             row(
                 &["odometry.per_metre"],
                 ["Chance of a track's way", "m²/m"],
-                chance(noise.per_metre, of_track, by_model.per_metre),
+                chance(0),
                 of_chance(of_track, false),
             ),
             row(
                 &["odometry.lateral"],
                 ["Chance of sideways slip", "m²/m"],
-                chance(
-                    noise.lateral_per_metre,
-                    sideways,
-                    by_model.lateral_per_metre,
-                ),
+                chance(1),
                 of_chance(sideways, false),
             ),
             row(
                 &["odometry.turn"],
                 ["Chance of turns", "rad²/rad"],
-                chance(
-                    noise.heading_per_radian,
-                    of_turns,
-                    by_model.heading_per_radian,
-                ),
+                chance(2),
                 of_chance(of_turns, !self.extent.has_turned()),
             ),
             row(

@@ -54,12 +54,8 @@ impl ScanMatcher {
             return;
         };
         for keyframe in self.keyframes.iter().skip(redraw.next).take(budget) {
-            if let Some(submap) = self.submaps.get(keyframe.submap) {
-                keyframe.draw(
-                    &mut redraw.grid,
-                    &(submap.drawn_at * keyframe.submap_from_robot),
-                );
-            }
+            let drawn_at = self.submaps[keyframe.submap].drawn_at;
+            keyframe.draw(&mut redraw.grid, &(drawn_at * keyframe.submap_from_robot));
             redraw.next += 1;
         }
         if redraw.next >= self.keyframes.len()
@@ -72,7 +68,7 @@ impl ScanMatcher {
 
     /// What is drawn of a scan taken here; `sigmas` as in [`ScanMatcher::update`].
     pub(super) fn keyframe_of(&self, points: &Points, sigmas: &[f64]) -> Keyframe {
-        let heading = self.local_cov[(2, 2)].max(0.0);
+        let heading = self.local.cov[(2, 2)].max(0.0);
         let sigmas: Vec<f64> = sigmas.iter().map(|s| (s * s + heading).sqrt()).collect();
         let shortened = Points {
             beams: points
@@ -87,7 +83,7 @@ impl ScanMatcher {
         let single = |p: &Point2<f64>| [p.x as f32, p.y as f32];
         Keyframe {
             submap: self.submaps.len() - 1,
-            submap_from_robot: self.submap_from_robot,
+            submap_from_robot: self.local.pose,
             free: (evidence.free.iter())
                 .map(|way| way.each_ref().map(single))
                 .collect(),

@@ -9,18 +9,10 @@ use crate::registration::{Prior, Registration, Verdict};
 use crate::robot::Odometry;
 
 impl ScanMatcher {
-    /// The pose in the running submap at the last scan.
-    pub(super) fn local_estimate(&self) -> PoseEstimate {
-        PoseEstimate {
-            pose: self.submap_from_robot,
-            cov: self.local_cov,
-        }
-    }
-
     /// What odometry says since the last match; the pose at that match is the map's, and not
     /// doubted here.
     pub(super) fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
-        let turned = self.submap_from_robot.rotation();
+        let turned = self.local.pose.rotation();
         let since_match = if self.is_blind {
             predicted.cov
         } else {

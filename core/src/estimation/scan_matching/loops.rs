@@ -38,9 +38,7 @@ impl ScanMatcher {
     /// Lists the earlier submaps that may show the same place as submap `new`, nearest first.
     pub(super) fn plan_comparisons(&mut self, new: usize) {
         let doubts = self.doubts(new);
-        let Some(this) = self.submaps.get(new) else {
-            return;
-        };
+        let this = &self.submaps[new];
         let centre = this.map_from_submap * this.closed.centre;
         let mut near: Vec<(f64, usize)> = self
             .submaps
@@ -62,18 +60,12 @@ impl ScanMatcher {
 
     pub(super) fn compare(&mut self, old: usize, new: usize) {
         let doubts = self.doubts(new);
-        let (Some(a), Some(b), Some(doubt)) = (
-            self.submaps.get(old),
-            self.submaps.get(new),
-            doubts.get(old),
-        ) else {
-            return;
-        };
+        let (a, b) = (&self.submaps[old], &self.submaps[new]);
         let guess = a.map_from_submap.delta_to(&b.map_from_submap);
         let found = a.closed.find(
             &b.closed,
             &guess,
-            doubt,
+            &doubts[old],
             &self.config.surfels,
             &self.config.locate.matching,
             &self.config.closure,
@@ -125,9 +117,7 @@ impl ScanMatcher {
         }
         let mut known = vec![(f64::INFINITY, f64::INFINITY); poses.len()];
         let mut done = vec![false; poses.len()];
-        let Some(here) = poses.get(from).map(Pose2::position) else {
-            return vec![];
-        };
+        let here = poses[from].position();
         known[from] = (0.0, 0.0);
         // Dijkstra without a heap: a few hundred submaps.
         while let Some(at) = (0..poses.len())
