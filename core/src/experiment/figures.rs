@@ -97,7 +97,6 @@ impl Experiment {
             let poses = self.record.samples.iter().map(of);
             poses.map(|pose| pose.position()).collect()
         };
-        let landmarks = self.session.slam().view().landmarks;
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
