@@ -52,8 +52,8 @@ uint8_t report_hello(uint8_t nonce, uint8_t cause) {
   return frame_send(HELLO, p.bytes, p.length);
 }
 
-uint8_t report_ack(uint8_t of, uint8_t verdict) {
-  uint8_t bytes[2] = {of, verdict};
+uint8_t report_ack(uint8_t of, uint8_t result) {
+  uint8_t bytes[2] = {of, result};
   return frame_send(ACK, bytes, 2);
 }
 

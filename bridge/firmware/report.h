@@ -47,7 +47,7 @@ typedef struct {
 
 /* Each returns whether there was room on the line. */
 uint8_t report_hello(uint8_t nonce, uint8_t cause);
-uint8_t report_ack(uint8_t of, uint8_t verdict);
+uint8_t report_ack(uint8_t of, uint8_t result);
 uint8_t report_telemetry(const telemetry_t *telemetry);
 uint8_t report_ranger(const reading_t *reading);
 

@@ -2,13 +2,13 @@
 //! matched.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{Considered, Correlations, Explanation, Verdict as CoreVerdict};
+use slamlab_core::estimation::{Considered, Correlations, Decision as CoreDecision, Explanation};
 use slamlab_core::pilot::Stage;
 use slamlab_core::session::Session;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{Float32Array, Gate, Uint32Array, Verdict, WebError, typed};
+use crate::border::{Decision, Float32Array, Gate, Uint32Array, WebError, typed};
 use crate::run::WebRun;
 use crate::view::map_from_robot_at_scan;
 
@@ -40,7 +40,7 @@ pub struct Sighting {
     /// x1 y1 x2 y2, map frame, m.
     pub ends: [f64; 4],
     /// What became of it.
-    pub verdict: Verdict,
+    pub decision: Decision,
     /// The landmark that it was recognised as, or became; null where it was not used.
     pub wall: Option<u32>,
     /// What it was compared with, the likeliest first.
@@ -110,10 +110,10 @@ impl Inspection {
             let [a, b] = feature.ends.map(|end| map_from_robot * end);
             Some(Sighting {
                 ends: [a.x, a.y, b.x, b.y],
-                verdict: (&explanation.verdict).into(),
-                wall: match explanation.verdict {
-                    CoreVerdict::Matched(id) | CoreVerdict::Added(id) => Some(id.0),
-                    CoreVerdict::Rejected(_) => None,
+                decision: (&explanation.decision).into(),
+                wall: match explanation.decision {
+                    CoreDecision::Matched(id) | CoreDecision::Added(id) => Some(id.0),
+                    CoreDecision::Rejected(_) => None,
                 },
                 candidates: explanation.candidates.iter().map(Into::into).collect(),
             })

@@ -8,9 +8,9 @@ use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 use slamlab_core::slam::Method;
 use slamlab_web::{
-    BenchResponse, BenchTrial, ErrorKind, FieldChange, FieldName as Field, Gate, Inspection,
-    MethodName, Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind, SettingInfo,
-    SettingValues, Setup, SlamView, Verdict, WebError, WebLogReader, WebRun,
+    BenchResponse, BenchTrial, Decision, ErrorKind, FieldChange, FieldName as Field, Gate,
+    Inspection, MethodName, Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind,
+    SettingInfo, SettingValues, Setup, SlamView, WebError, WebLogReader, WebRun,
 };
 use tsify::{Ts, Tsify};
 use wasm_bindgen::JsValue;
@@ -196,7 +196,9 @@ fn the_filter_can_be_looked_into() {
         }
     }
     let matched = inside.sightings.iter();
-    let matched: Vec<_> = matched.filter(|s| s.verdict == Verdict::Matched).collect();
+    let matched: Vec<_> = matched
+        .filter(|s| s.decision == Decision::Matched)
+        .collect();
     assert!(!matched.is_empty(), "walls are recognised");
     for sighting in matched {
         let mut candidates = sighting.candidates.iter();

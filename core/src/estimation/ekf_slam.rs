@@ -68,7 +68,7 @@ pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
 pub use self::report::{
-    Considered, Explanation, Fix, Gate, Match, Merged, Rejection, UpdateReport, Verdict,
+    Considered, Decision, Explanation, Fix, Gate, Match, Merged, Rejection, UpdateReport,
 };
 pub use self::robot_state::{OdometryErrors, RobotState};
 pub use self::sweep::SweepTiming;
@@ -225,7 +225,7 @@ impl EkfSlam {
             let index = self.order[at];
             let feature = &features[index];
             if moved && sweep.seconds > 0.0 && feature.first_beam > feature.last_beam {
-                self.conclude(index, Verdict::Rejected(Rejection::Seam));
+                self.conclude(index, Decision::Rejected(Rejection::Seam));
                 continue;
             }
             let seconds = end - sweep.age_of(feature);
@@ -233,7 +233,7 @@ impl EkfSlam {
             let rest = self.motion_until(end);
             let feature = as_seen(feature, &rest, sweep);
             let before = self.pose;
-            if let Verdict::Matched(_) = self.take_in(index, &feature) {
+            if let Decision::Matched(_) = self.take_in(index, &feature) {
                 self.report.fixes.push(Fix {
                     seconds,
                     before,
@@ -259,7 +259,7 @@ impl EkfSlam {
     }
 
     /// Steps 3 and 4 for line number `index`, in the robot frame of the state.
-    fn take_in(&mut self, index: usize, seen: &LineFeature) -> Verdict {
+    fn take_in(&mut self, index: usize, seen: &LineFeature) -> Decision {
         self.candidates.clear();
         for landmark in 0..self.landmarks.len() {
             if let Some((candidate, considered)) = self.compare(landmark, seen) {
@@ -272,27 +272,27 @@ impl EkfSlam {
             Some(paired) => choose_paired(candidates, *paired, config),
             None => choose(candidates, config),
         };
-        let verdict = match choice {
+        let decision = match choice {
             Choice::Match(found) => self.recognise(index, &found, seen),
-            Choice::Ambiguous => Verdict::Rejected(Rejection::Ambiguous),
-            Choice::NearMiss => Verdict::Rejected(Rejection::OutsideGate),
+            Choice::Ambiguous => Decision::Rejected(Rejection::Ambiguous),
+            Choice::NearMiss => Decision::Rejected(Rejection::OutsideGate),
             Choice::New => {
                 let id = self.augment(seen);
                 self.report.added.push((index, id));
-                Verdict::Added(id)
+                Decision::Added(id)
             }
         };
-        self.conclude(index, verdict);
-        verdict
+        self.conclude(index, decision);
+        decision
     }
 
     /// Step 3 for a line whose landmark is found.
-    fn recognise(&mut self, feature: usize, found: &Candidate, seen: &LineFeature) -> Verdict {
+    fn recognise(&mut self, feature: usize, found: &Candidate, seen: &LineFeature) -> Decision {
         if self.is_taken(found.index, seen) {
-            return Verdict::Rejected(Rejection::Taken);
+            return Decision::Rejected(Rejection::Taken);
         }
         if !self.correct(found.index, seen) {
-            return Verdict::Rejected(Rejection::Singular);
+            return Decision::Rejected(Rejection::Singular);
         }
         let landmark = self.landmarks[found.index].id;
         self.report.nis += found.d2;
@@ -301,12 +301,12 @@ impl EkfSlam {
             landmark,
             d2: found.d2,
         });
-        Verdict::Matched(landmark)
+        Decision::Matched(landmark)
     }
 
-    fn conclude(&mut self, feature: usize, verdict: Verdict) {
+    fn conclude(&mut self, feature: usize, decision: Decision) {
         let far = REPORTED_GATES * self.config.association.new_gate;
-        self.report.conclude(feature, verdict, REPORTED, far);
+        self.report.conclude(feature, decision, REPORTED, far);
     }
 
     /// Where Jacobians take the robot to be.

@@ -22,9 +22,9 @@ pub use consistency::{ConsistencyWindow, Diagnosis, Figure};
 pub use covariance::{Column, Covariance};
 pub use drive_fit::DriveFit;
 pub use ekf_slam::{
-    Considered, Consistency, Correlations, EkfConfig, EkfError, EkfSlam, Explanation, Fix, Gate,
-    Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection, RobotState,
-    SweepTiming, UpdateReport, Verdict,
+    Considered, Consistency, Correlations, Decision, EkfConfig, EkfError, EkfSlam, Explanation,
+    Fix, Gate, Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection,
+    RobotState, SweepTiming, UpdateReport,
 };
 pub use line_localisation::LineLocaliser;
 pub use measures::{align, ate_rmse};

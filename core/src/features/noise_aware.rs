@@ -63,8 +63,8 @@ impl NoiseAware {
         let mut leave_out = piece.n_points() / 10 + 1;
         loop {
             match self.examine(columns, piece) {
-                Verdict::Line => return true,
-                Verdict::Wild(worst) if leave_out > 0 => {
+                SplitTest::Line => return true,
+                SplitTest::Wild(worst) if leave_out > 0 => {
                     leave_out -= 1;
                     piece.drop_point(columns, worst);
                 }
@@ -76,7 +76,7 @@ impl NoiseAware {
     /// Whether two pieces with a gap between them are one line.
     pub(super) fn allows(&self, columns: &Columns, union: &Piece, gap: Range<usize>) -> bool {
         let line = union.moments.line();
-        let is_line = |range| matches!(self.test(columns, range, line), Verdict::Line);
+        let is_line = |range| matches!(self.test(columns, range, line), SplitTest::Line);
         if gap.is_empty() {
             return is_line(union.range());
         }
@@ -84,12 +84,12 @@ impl NoiseAware {
     }
 
     /// The test of step 1 and 3 by the piece's own line.
-    pub(super) fn examine(&self, columns: &Columns, piece: &Piece) -> Verdict {
+    pub(super) fn examine(&self, columns: &Columns, piece: &Piece) -> SplitTest {
         // Σ|d| is not less than √Σd², and Σd² not less than σ² Σwd² with the smallest σ: around a
         // corner the line itself is not needed.
         let most = self.most(columns, piece.n_points()) / columns.smallest_sigma();
         if piece.moments.is_wider_than(most * most) {
-            return Verdict::Bent;
+            return SplitTest::Bent;
         }
         self.test(columns, piece.range(), piece.moments.line())
     }
@@ -99,7 +99,7 @@ impl NoiseAware {
         columns: &Columns,
         range: Range<usize>,
         (normal, r): (Vector2<f64>, f64),
-    ) -> Verdict {
+    ) -> SplitTest {
         let most = self.most(columns, range.len());
         let sums = run(Residuals {
             columns,
@@ -109,13 +109,13 @@ impl NoiseAware {
             most,
         });
         if sums.distances > most || sums.distances >= self.bound(sums.sigmas, sums.variances) {
-            return Verdict::Bent;
+            return SplitTest::Bent;
         }
         if !sums.has_wild {
-            return Verdict::Line;
+            return SplitTest::Line;
         }
         self.worst(columns, range, (normal, r))
-            .map_or(Verdict::Line, Verdict::Wild)
+            .map_or(SplitTest::Line, SplitTest::Wild)
     }
 
     /// No line through so many points has more room than if all were as uncertain as the worst, m.
@@ -150,7 +150,7 @@ impl NoiseAware {
 
 /// What the split test says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(super) enum SplitTest {
     /// One line.
     Line,
     /// One line but for single points, of which this is the farthest out.

@@ -115,7 +115,7 @@ impl Bridge {
                 }
                 ToBridge::Drive(body) if self.armed => {
                     self.driven = self.robot.stamp().seconds();
-                    self.robot.command(body.motion.into());
+                    self.robot.command(body.motion);
                     self.errand = body.motion.is_manoeuvre().then_some(header.sequence);
                 }
                 ToBridge::Hold { .. } => self.driven = self.robot.stamp().seconds(),

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use anyhow::{Context, Result, ensure};
 use slamlab_core::robot::Stamp;
 use slamlab_core::wire::rp6::{
-    Command, Hello, Link, LinkEvent, Phase, Ranger, Telemetry, Verdict,
+    Command, CommandResult, Hello, Link, LinkEvent, Phase, Ranger, Telemetry,
 };
 use slamlab_tests::devices::{Faults, Line};
 
@@ -145,9 +145,9 @@ impl Host {
     }
 
     /// What the robot answered to the last commands, oldest first; forgets it.
-    pub fn verdicts(&mut self) -> Vec<(Command, Verdict)> {
+    pub fn results(&mut self) -> Vec<(Command, CommandResult)> {
         let acknowledged = |event| match event {
-            LinkEvent::Acknowledged { command, verdict } => Some((command, verdict)),
+            LinkEvent::Acknowledged { command, result } => Some((command, result)),
             _ => None,
         };
         self.events.drain(..).filter_map(acknowledged).collect()

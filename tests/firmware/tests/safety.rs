@@ -1,7 +1,7 @@
 //! What stops the motors, measured at the registers of the motors.
 
 use anyhow::{Context, Result};
-use slamlab_core::wire::rp6::{Command, Down, LinkEvent, Phase, ResetCause, Verdict};
+use slamlab_core::wire::rp6::{Command, CommandResult, Down, LinkEvent, Phase, ResetCause};
 use slamlab_firmware_tests::{Host, Rig};
 
 const AHEAD: Command = Command::Velocity {
@@ -163,13 +163,13 @@ fn an_emergency_stop_is_at_once_and_latched_and_its_reset_moves_nothing() -> Res
         assert!(is_off(&host), "{command:?}");
     }
     assert!(host.telemetry.context("no telemetry")?.state.latched());
-    let verdicts = host.verdicts();
-    assert_eq!(verdicts[0], (Command::EStop, Verdict::Done));
+    let results = host.results();
+    assert_eq!(results[0], (Command::EStop, CommandResult::Done));
     assert!(
-        verdicts[1..]
+        results[1..]
             .iter()
-            .all(|(_, verdict)| *verdict == Verdict::Latched),
-        "{verdicts:?}"
+            .all(|(_, result)| *result == CommandResult::Latched),
+        "{results:?}"
     );
     // The robot stands by now; the reset leaves it standing.
     let stood = host.rig.ways();

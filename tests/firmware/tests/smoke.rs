@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use slamlab_core::robot::Adc;
-use slamlab_core::wire::rp6::{Command, Fault, PROTOCOL, ResetCause, Verdict};
+use slamlab_core::wire::rp6::{Command, CommandResult, Fault, PROTOCOL, ResetCause};
 use slamlab_firmware_tests::{Host, Rig};
 
 #[test]
@@ -32,7 +32,9 @@ fn telemetry_tells_time_voltages_and_bumpers() -> Result<()> {
         (telemetry.battery_volts() - 7.2).abs() < 0.02,
         "{telemetry:?}"
     );
-    let [left, right] = telemetry.currents_adc.map(|adc| Adc::rp6().volts(adc.into()));
+    let [left, right] = telemetry
+        .currents_adc
+        .map(|adc| Adc::rp6().volts(adc.into()));
     assert!((left - 0.100).abs() < 0.01 && (right - 0.120).abs() < 0.01);
     assert!(telemetry.state.bumper_left() && !telemetry.state.bumper_right());
     assert!(!telemetry.state.moving() && telemetry.fault == Fault::None);
@@ -64,9 +66,9 @@ fn the_rate_is_as_set_and_what_it_cannot_do_is_refused() -> Result<()> {
         host.command(command)?;
     }
     host.run(0.5)?;
-    let mut expected = vec![(fast, Verdict::Done)];
-    expected.extend(wrong.map(|command| (command, Verdict::BadValue)));
-    assert_eq!(host.verdicts(), expected);
+    let mut expected = vec![(fast, CommandResult::Done)];
+    expected.extend(wrong.map(|command| (command, CommandResult::BadValue)));
+    assert_eq!(host.results(), expected);
     let before = host.link.tally();
     host.run(1.0)?;
     let frames = host.link.tally().frames - before.frames;

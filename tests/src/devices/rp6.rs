@@ -9,8 +9,8 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{Command as Order, RobotModel};
 use slamlab_core::sim::{SensorModel, SimError, Simulation, World};
 use slamlab_core::wire::rp6::{
-    BATTERY_ADC, Command, Decoder, Fault, Hello, PROTOCOL, Report, ResetCause, State, Telemetry,
-    Verdict, encode,
+    BATTERY_ADC, Command, CommandResult, Decoder, Fault, Hello, PROTOCOL, Report, ResetCause,
+    State, Telemetry, encode,
 };
 
 use super::{Carrier, Device};
@@ -136,24 +136,26 @@ impl Rp6 {
             self.hello(nonce);
             return;
         }
-        let verdict = self.judge(sequence, command);
-        if verdict == Verdict::Done {
+        let result = self.judge(sequence, command);
+        if result == CommandResult::Done {
             self.done.push((self.seconds, command));
         }
         self.say(&Report::Ack {
             of: sequence,
-            verdict,
+            result,
         });
     }
 
-    fn judge(&mut self, sequence: u8, command: Command) -> Verdict {
+    fn judge(&mut self, sequence: u8, command: Command) -> CommandResult {
         match self.last_sequence {
-            Some(last) if sequence == last => return Verdict::Repeated,
-            Some(last) if sequence.wrapping_sub(last).cast_signed() < 0 => return Verdict::Stale,
+            Some(last) if sequence == last => return CommandResult::Repeated,
+            Some(last) if sequence.wrapping_sub(last).cast_signed() < 0 => {
+                return CommandResult::Stale;
+            }
             _ => self.last_sequence = Some(sequence),
         }
         if self.is_latched && command.moves() {
-            return Verdict::Latched;
+            return CommandResult::Latched;
         }
         self.since_command = 0.0;
         self.is_silenced = false;
@@ -178,12 +180,12 @@ impl Rp6 {
             }
             Command::SetRate { period_ms } => {
                 self.period = 1e-3 * f64::from(period_ms.clamp(10, 500));
-                return Verdict::Done;
+                return CommandResult::Done;
             }
-            _ => return Verdict::Done,
+            _ => return CommandResult::Done,
         };
         self.simulation.command(order);
-        Verdict::Done
+        CommandResult::Done
     }
 
     fn telemetry(&mut self) {

@@ -83,7 +83,7 @@ names! {
         HiddenDrift = "hidden-drift", NoisySightings = "noisy-sightings", Cautious = "cautious",
     }
     /// What became of a line of the scan.
-    Verdict {
+    Decision {
         Matched = "matched", Added = "added", Ambiguous = "ambiguous", OutsideGate = "outside-gate", Taken = "taken",
         Seam = "seam", Singular = "singular",
     }
@@ -107,10 +107,10 @@ names! {
     }
 }
 
-impl From<&slamlab_core::estimation::Verdict> for Verdict {
-    fn from(verdict: &slamlab_core::estimation::Verdict) -> Self {
-        use slamlab_core::estimation::Verdict as Core;
-        match verdict {
+impl From<&slamlab_core::estimation::Decision> for Decision {
+    fn from(decision: &slamlab_core::estimation::Decision) -> Self {
+        use slamlab_core::estimation::Decision as Core;
+        match decision {
             Core::Matched(_) => Self::Matched,
             Core::Added(_) => Self::Added,
             Core::Rejected(reason) => match reason {

@@ -2,11 +2,11 @@
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
-import type { Candidate, Gate, Inspection, Sighting, Verdict } from "../protocol/module.js";
+import type { Candidate, Gate, Inspection, Sighting, Decision } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 
-const VERDICT_WORDS: Readonly<Record<Verdict, string>> = {
+const DECISION_WORDS: Readonly<Record<Decision, string>> = {
   matched: "recognised",
   added: "a new wall",
   ambiguous: "dropped: two walls explain it nearly as well",
@@ -64,14 +64,14 @@ export class SlamMatches extends SlamElement {
   }
 
   #all(sightings: readonly Sighting[]): TemplateResult {
-    const count = (verdict: Verdict): number => sightings.filter((s) => s.verdict === verdict).length;
+    const count = (decision: Decision): number => sightings.filter((s) => s.decision === decision).length;
     const dropped = sightings.length - count("matched") - count("added");
     return html`<p data-testid="matches">The last scan shows ${sightings.length} lines: ${count("matched")} recognised, ${count("added")} new, ${dropped} not used. Choose one here, or click a wall on the map.</p>
       <ul>${sightings.map((s) => {
         const wall = s.wall ?? s.candidates[0]?.wall ?? null;
         return html`<li><button ?disabled=${wall === null} @click=${() => this.store.point({ pinned: wall })}
           @pointerenter=${() => this.store.point({ hovered: wall === null ? [] : [wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
-          <i class="dot ${s.verdict}"></i><span>${s.wall === null ? "" : html`wall <b>${s.wall}</b> `}${VERDICT_WORDS[s.verdict]}${s.verdict === "matched" ? html` <span class="muted num">d² ${fixed(distanceOf(s), 1)}</span>` : ""}</span></button></li>`;
+          <i class="dot ${s.decision}"></i><span>${s.wall === null ? "" : html`wall <b>${s.wall}</b> `}${DECISION_WORDS[s.decision]}${s.decision === "matched" ? html` <span class="muted num">d² ${fixed(distanceOf(s), 1)}</span>` : ""}</span></button></li>`;
       })}</ul>`;
   }
 
@@ -80,7 +80,7 @@ export class SlamMatches extends SlamElement {
       return html`<div class="card" data-testid="match"><b>Wall ${wall}</b> is not in the last scan, nor near any line of it.</div>`;
     }
     return html`${sightings.map((s) => html`<div class="card" data-testid="match">
-      <b>${s.wall === null ? "A line of the last scan" : `Wall ${s.wall}`}</b>: ${VERDICT_WORDS[s.verdict]}.
+      <b>${s.wall === null ? "A line of the last scan" : `Wall ${s.wall}`}</b>: ${DECISION_WORDS[s.decision]}.
       ${s.candidates.length === 0 ? html`<p>No known wall has its direction.</p>` : html`${this.#ruler(s, inspection)}${this.#table(s)}`}
     </div>`)}`;
   }
@@ -110,7 +110,7 @@ export class SlamMatches extends SlamElement {
 }
 
 function isWinner(s: Sighting, c: Candidate): boolean {
-  return s.verdict === "matched" && s.wall === c.wall;
+  return s.decision === "matched" && s.wall === c.wall;
 }
 
 function distanceOf(s: Sighting): number {

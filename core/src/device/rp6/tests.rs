@@ -3,7 +3,7 @@
 use crate::robot::Adc;
 use crate::robot::Sharp;
 use crate::wire::rp6::fixture::hello;
-use crate::wire::rp6::{Decoder, Report as Said, State, Verdict, encode};
+use crate::wire::rp6::{CommandResult, Decoder, Report as Said, State, encode};
 
 use super::*;
 
@@ -65,7 +65,7 @@ impl Pair {
             rp6::Command::Greet { nonce } => Said::Hello(hello(nonce)),
             _ => Said::Ack {
                 of,
-                verdict: Verdict::Done,
+                result: CommandResult::Done,
             },
         });
     }

@@ -89,7 +89,7 @@ pub struct Explanation<'a> {
     /// the nearest.
     pub candidates: &'a [Considered],
     /// What became of it.
-    pub verdict: Verdict,
+    pub decision: Decision,
 }
 
 /// A landmark that a line was compared with.
@@ -126,7 +126,7 @@ pub enum Gate {
 
 /// What became of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Decision {
     /// Recognised as this wall.
     Matched(LandmarkId),
     /// The first sighting of this wall.
@@ -141,7 +141,7 @@ struct Explained {
     feature: usize,
     first: usize,
     end: usize,
-    verdict: Verdict,
+    decision: Decision,
 }
 
 impl UpdateReport {
@@ -154,14 +154,14 @@ impl UpdateReport {
                 .considered
                 .get(explained.first..explained.end)
                 .unwrap_or_default(),
-            verdict: explained.verdict,
+            decision: explained.decision,
         })
     }
 
     /// Number of lines that were not used.
     #[must_use]
     pub fn rejected(&self) -> usize {
-        let is_rejected = |e: &&Explained| matches!(e.verdict, Verdict::Rejected(_));
+        let is_rejected = |e: &&Explained| matches!(e.decision, Decision::Rejected(_));
         self.explained.iter().filter(is_rejected).count()
     }
 
@@ -185,7 +185,7 @@ impl UpdateReport {
 
     /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d²
     /// up to `far`, and the nearest.
-    pub(super) fn conclude(&mut self, feature: usize, verdict: Verdict, most: usize, far: f64) {
+    pub(super) fn conclude(&mut self, feature: usize, decision: Decision, most: usize, far: f64) {
         let first = self.explained.last().map_or(0, |e| e.end);
         let own = self.considered.get_mut(first..).unwrap_or_default();
         own.sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.landmark.cmp(&b.landmark)));
@@ -196,7 +196,7 @@ impl UpdateReport {
             feature,
             first,
             end,
-            verdict,
+            decision,
         });
     }
 }
@@ -222,10 +222,10 @@ mod tests {
         for c in [considered(0, 7.0), considered(1, 2.0), considered(2, 400.0)] {
             report.considered.push(c);
         }
-        report.conclude(4, Verdict::Matched(LandmarkId(1)), 8, 100.0);
+        report.conclude(4, Decision::Matched(LandmarkId(1)), 8, 100.0);
         report.considered.push(considered(3, 500.0));
-        report.conclude(1, Verdict::Added(LandmarkId(5)), 8, 100.0);
-        report.conclude(0, Verdict::Rejected(Rejection::Seam), 8, 100.0);
+        report.conclude(1, Decision::Added(LandmarkId(5)), 8, 100.0);
+        report.conclude(0, Decision::Rejected(Rejection::Seam), 8, 100.0);
         let of = |feature| {
             let explanation = report
                 .explanations()
@@ -236,12 +236,12 @@ mod tests {
                 .iter()
                 .map(|c| c.landmark.0)
                 .collect();
-            (ids, explanation.verdict)
+            (ids, explanation.decision)
         };
-        assert_eq!(of(4), (vec![1, 0], Verdict::Matched(LandmarkId(1))));
+        assert_eq!(of(4), (vec![1, 0], Decision::Matched(LandmarkId(1))));
         // The nearest one is reported however far it is: it says why the line is new.
-        assert_eq!(of(1), (vec![3], Verdict::Added(LandmarkId(5))));
-        assert_eq!(of(0), (vec![], Verdict::Rejected(Rejection::Seam)));
+        assert_eq!(of(1), (vec![3], Decision::Added(LandmarkId(5))));
+        assert_eq!(of(0), (vec![], Decision::Rejected(Rejection::Seam)));
         assert_eq!(report.rejected(), 1);
         assert_eq!(report.explanations().count(), 3);
         report.clear();

@@ -34,7 +34,7 @@ fn split_rate(split_k: f64) -> f64 {
         let n = rng.random_range(10..100);
         let columns = wall(n, &mut rng);
         let whole = Piece::whole(&columns, 0..columns.len());
-        splits += u32::from(rule.examine(&columns, &whole) != Verdict::Line);
+        splits += u32::from(rule.examine(&columns, &whole) != SplitTest::Line);
     }
     f64::from(splits) / f64::from(trials)
 }
@@ -73,8 +73,8 @@ fn short_cut_of_the_test_changes_no_verdict() {
         }
         let fits = sum < expected + 3.0 * variance.sqrt();
         let verdict = rule.test(&columns, whole.range(), (normal, r));
-        assert_eq!(verdict == Verdict::Bent, !fits, "seed {seed}");
-        assert_eq!(verdict == Verdict::Line, fits && !is_wild, "seed {seed}");
+        assert_eq!(verdict == SplitTest::Bent, !fits, "seed {seed}");
+        assert_eq!(verdict == SplitTest::Line, fits && !is_wild, "seed {seed}");
         verdicts[usize::from(fits)] += 1;
     }
     assert!(verdicts.iter().all(|&n| n > 50), "{verdicts:?}");

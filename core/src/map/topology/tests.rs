@@ -182,7 +182,7 @@ proptest! {
         }).collect();
         let rect = rect(-7, 3, width as i32 - 7, height as i32 + 3);
         check_partition(&Topology::of_cells(rect, CELL, &states, &TopologyConfig::default()), &states);
-        let small = TopologyConfig { least_area: 0.05, island: 0.06, narrowest_door: 0.05, ..TopologyConfig::default() };
+        let small = TopologyConfig { least_area: 0.05, island: 0.06, narrowest_door: 0.05 };
         check_partition(&Topology::of_cells(rect, CELL, &states, &small), &states);
     }
 }

@@ -129,7 +129,7 @@ impl SensorModel {
 #[derive(Clone, Debug)]
 pub(super) enum Sensor {
     Lidar(Lidar),
-    Rangers(Rangers),
+    Rangers(Box<Rangers>),
     Sonar(Sonar),
 }
 
@@ -139,7 +139,7 @@ impl Sensor {
         model.validate()?;
         Ok(match model {
             SensorModel::Lidar(model) => Self::Lidar(Lidar::new(model)),
-            SensorModel::Rangers(model) => Self::Rangers(Rangers::new(model)?),
+            SensorModel::Rangers(model) => Self::Rangers(Box::new(Rangers::new(model)?)),
             SensorModel::Sonar(model) => Self::Sonar(Sonar::new(model)),
         })
     }

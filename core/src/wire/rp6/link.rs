@@ -38,7 +38,7 @@ use std::collections::VecDeque;
 pub use self::types::{Down, LinkError, LinkEvent, Phase};
 
 use self::text::{Heard, TextWatch};
-use super::{Command, Decoder, Frame, Hello, Report, Verdict, encode};
+use super::{Command, CommandResult, Decoder, Frame, Hello, Report, encode};
 use crate::robot::Stamp;
 use crate::wire::Tally;
 
@@ -259,7 +259,7 @@ impl Link {
             Report::Hello(hello) => self.take_hello(hello, now),
             // Of an earlier life of the robot or of the link, until it has greeted back.
             _ if self.phase != Phase::Running => (),
-            Report::Ack { of, verdict } => self.take_ack(of, verdict, now),
+            Report::Ack { of, result } => self.take_ack(of, result, now),
             Report::Telemetry(telemetry) => self.events.push_back(LinkEvent::Telemetry(telemetry)),
             Report::Ranger(ranger) => self.events.push_back(LinkEvent::Ranger(ranger)),
         }
@@ -290,14 +290,14 @@ impl Link {
         }
     }
 
-    fn take_ack(&mut self, of: u8, verdict: Verdict, now: Stamp) {
+    fn take_ack(&mut self, of: u8, result: CommandResult, now: Stamp) {
         let Some(done) = self.outstanding.filter(|o| o.sequence == of) else {
             return; // Of a speed, or of a command that was overtaken.
         };
         self.outstanding = None;
         self.events.push_back(LinkEvent::Acknowledged {
             command: done.command,
-            verdict,
+            result,
         });
         self.send_next(now);
     }

@@ -34,7 +34,7 @@
 //! | from the robot | kind | payload |
 //! |---|---|---|
 //! | [`Report::Hello`] | 81 | protocol u8, firmware major u8, minor u8, nonce u8, reset cause u8, capabilities u8, length mm u16, width mm u16, track width mm u16, way of a count nm u32, highest speed mm/s u16, rangers n u8, n x mounting angle mrad i16 |
-//! | [`Report::Ack`] | 82 | of sequence u8, verdict u8 (0 done, 1 repeated, 2 stale, 3 bad value, 4 latched, 5 unknown kind) |
+//! | [`Report::Ack`] | 82 | of sequence u8, result u8 (0 done, 1 repeated, 2 stale, 3 bad value, 4 latched, 5 unknown kind) |
 //! | [`Report::Telemetry`] | 83 | time ms u32, counts left and right i32, speeds counts/s i16, i16, currents ADC u16, u16, battery ADC u16, state u8, fault u8 |
 //! | [`Report::Ranger`] | 84 | time ms u32, servo angle mrad i16, index u8, ADC u16, sweep u8 |
 //!
@@ -68,4 +68,6 @@ pub use frame::{Decoder, Frame, LONGEST_TO_ROBOT, encode};
 pub use link::{Down, Link, LinkError, LinkEvent, Phase};
 pub use message::{Command, Message};
 pub use ranger_scan::RangerScans;
-pub use report::{Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry, Verdict};
+pub use report::{
+    CommandResult, Fault, Hello, PROTOCOL, Ranger, Report, ResetCause, State, Telemetry,
+};

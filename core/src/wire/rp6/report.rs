@@ -22,7 +22,7 @@ pub enum Report {
         /// Sequence of the command.
         of: u8,
         /// What became of it.
-        verdict: Verdict,
+        result: CommandResult,
     },
     /// How it is.
     Telemetry(Telemetry),
@@ -33,7 +33,7 @@ pub enum Report {
 codes! {
     /// What became of a command.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub enum Verdict {
+    pub enum CommandResult {
         /// Taken.
         Done = 0,
         /// Had been taken already; not done again.
@@ -199,7 +199,7 @@ impl State {
 messages! {
     Report, at most 64;
     0x81 Hello(hello)
-    0x82 Ack { of, verdict }
+    0x82 Ack { of, result }
     0x83 Telemetry(telemetry)
     0x84 Ranger(ranger)
 }

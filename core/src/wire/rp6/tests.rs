@@ -101,7 +101,7 @@ fn bytes_of_reports_are_these() {
     );
     let ack = Report::Ack {
         of: 7,
-        verdict: Verdict::Latched,
+        result: CommandResult::Latched,
     };
     check(1, ack, "00 07 82 01 07 04 c9 46 00");
     check(

@@ -93,19 +93,19 @@ fn each_line_says_why_it_was_taken_for_what() {
             .candidates
             .iter()
             .find(|c| c.landmark == ids[landmark]);
-        (explanation.verdict, *candidate.unwrap())
+        (explanation.decision, *candidate.unwrap())
     };
-    let (verdict, candidate) = of(0, 0);
+    let (decision, candidate) = of(0, 0);
     assert_eq!(
-        (verdict, candidate.gate),
-        (Verdict::Matched(ids[0]), Gate::Match)
+        (decision, candidate.gate),
+        (Decision::Matched(ids[0]), Gate::Match)
     );
     assert!(candidate.d2 < 1e-9 && candidate.gap < 0.0);
-    let (verdict, candidate) = of(1, 1);
-    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Far);
+    let (decision, candidate) = of(1, 1);
+    assert!(matches!(decision, Decision::Added(_)) && candidate.gate == Gate::Far);
     assert!((candidate.innovation[1] - 1.0).abs() < 0.1);
-    let (verdict, candidate) = of(2, 2);
-    assert!(matches!(verdict, Verdict::Added(_)) && candidate.gate == Gate::Beyond);
+    let (decision, candidate) = of(2, 2);
+    assert!(matches!(decision, Decision::Added(_)) && candidate.gate == Gate::Beyond);
     assert!(candidate.d2 < 9.0 && candidate.gap > 0.5);
     assert_eq!((report.matches.len(), report.nis_degrees()), (1, 2));
     assert!((report.nis - report.matches[0].d2).abs() < 1e-12);

@@ -72,8 +72,8 @@ impl Bench {
     }
 
     fn ack(&mut self, of: u8) {
-        let verdict = Verdict::Done;
-        self.say(&Report::Ack { of, verdict });
+        let result = CommandResult::Done;
+        self.say(&Report::Ack { of, result });
     }
 
     fn events(&mut self) -> Vec<LinkEvent> {
@@ -211,7 +211,7 @@ fn a_command_is_sent_again_with_its_own_number_until_it_is_acknowledged() {
     bench.ack(sent[0].sequence);
     let expected = LinkEvent::Acknowledged {
         command: FORWARD,
-        verdict: Verdict::Done,
+        result: CommandResult::Done,
     };
     assert_eq!(bench.events(), [expected]);
     assert_eq!(bench.pass(0.5), []);

@@ -1,6 +1,6 @@
 //! What the owner of a link sees and hears.
 
-use super::super::{Command, Hello, Ranger, Telemetry, Verdict};
+use super::super::{Command, CommandResult, Hello, Ranger, Telemetry};
 
 /// Where the link stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub enum LinkEvent {
         /// The command.
         command: Command,
         /// What became of it.
-        verdict: Verdict,
+        result: CommandResult,
     },
     /// A command was given up: a stop overtook it, or the link went down.
     Dropped(Command),

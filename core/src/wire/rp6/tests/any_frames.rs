@@ -81,7 +81,7 @@ fn report() -> impl Strategy<Value = Report> {
         });
     let ack = any::<u8>().prop_map(|of| Report::Ack {
         of,
-        verdict: Verdict::Stale,
+        result: CommandResult::Stale,
     });
     prop_oneof![telemetry, hello, ranger, ack]
 }
