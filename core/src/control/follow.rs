@@ -15,6 +15,7 @@ use nalgebra::Point2;
 
 use super::curve::CurveFollower;
 use super::safe::Speeds;
+use crate::bounds::config;
 use crate::geom::{Pose2, Segment, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
@@ -30,25 +31,17 @@ const TURN_GAIN: f64 = 2.5;
 /// Corners that turn less than this are taken without a stop, rad.
 const SOFT_CORNER: f64 = 0.35;
 
-/// How a path is followed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FollowConfig {
-    /// Part of the robot's highest speeds that is used. Default 1.
-    pub pace: f64,
-    /// A leg ends this near to its end, m. Default 0.02.
-    pub tolerance: f64,
-    /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and
-    /// swings sooner.
-    pub look_ahead: f64,
-}
-
-impl Default for FollowConfig {
-    fn default() -> Self {
-        Self {
-            pace: 1.0,
-            tolerance: 0.02,
-            look_ahead: 0.25,
-        }
+config! {
+    /// How a path is followed.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct FollowConfig {
+        /// Part of the robot's highest speeds that is used. Default 1.
+        pub pace: f64 = 1.0,
+        /// A leg ends this near to its end, m. Default 0.02.
+        pub tolerance: f64 = 0.02,
+        /// How far ahead on the leg to aim, m. Default 0.25; shorter returns to the line sooner and
+        /// swings sooner.
+        pub look_ahead: f64 = 0.25,
     }
 }
 

@@ -24,6 +24,7 @@
 
 use super::ease::ease_off;
 use super::strip::Strip;
+use crate::bounds::config;
 use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::RobotModel;
@@ -31,36 +32,26 @@ use crate::robot::RobotModel;
 /// Part of the robot's acceleration that braking counts on.
 pub(super) const BRAKING: f64 = 0.7;
 
-/// How cautious safe mode is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SafeConfig {
-    /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what planned
-    /// paths keep.
-    pub gap: f64,
-    /// Time from what is seen to an effect, s. Default 0.3: a tick, a revolution of a lidar, and
-    /// the motors. What stands still asks for half of that, since odometry moves its points along;
-    /// a person who comes nearer meanwhile for all of it.
-    pub reaction: f64,
-    /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0.
-    /// Larger slows the robot before what it would only just pass: where that will be is not known
-    /// to the centimetre.
-    pub spread: f64,
-    /// Oldest scan that is still trusted, s. Default 0.5.
-    pub stale_after: f64,
-    /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s.
-    /// Default 0: who follows a path would be pushed off it.
-    pub ease: f64,
-}
-
-impl Default for SafeConfig {
-    fn default() -> Self {
-        Self {
-            gap: 0.018,
-            reaction: 0.3,
-            spread: 0.0,
-            stale_after: 0.5,
-            ease: 0.0,
-        }
+config! {
+    /// How cautious safe mode is.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SafeConfig {
+        /// Distance kept between the robot's disc and obstacles, m. Default 0.018: below what
+        /// planned paths keep.
+        pub gap: f64 = 0.018,
+        /// Time from what is seen to an effect, s. Default 0.3: a tick, a revolution of a lidar,
+        /// and the motors. What stands still asks for half of that, since odometry moves its points
+        /// along; a person who comes nearer meanwhile for all of it.
+        pub reaction: f64 = 0.3,
+        /// How much wider than the disc the swept strip becomes, for each metre ahead. Default 0.
+        /// Larger slows the robot before what it would only just pass: where that will be is not
+        /// known to the centimetre.
+        pub spread: f64 = 0.0,
+        /// Oldest scan that is still trusted, s. Default 0.5.
+        pub stale_after: f64 = 0.5,
+        /// How fast a robot that turns on the spot is eased off what it has come too near to, m/s.
+        /// Default 0: who follows a path would be pushed off it.
+        pub ease: f64 = 0.0,
     }
 }
 

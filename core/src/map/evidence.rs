@@ -27,33 +27,26 @@ mod tests;
 
 use nalgebra::{Point2, Vector2};
 
+use crate::bounds::config;
 use crate::points::{Beam, Points};
 
 /// How many cells a surface may be off, at [`EvidenceConfig::sigmas`] standard deviations.
 const BLUR_CELLS: f64 = 1.0;
 
-/// How sure a scan has to be of what it draws.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EvidenceConfig {
-    /// How many standard deviations of its direction a beam is wide, to either side. Default 2;
-    /// growing: cleaner walls, less known from afar.
-    pub sigmas: f64,
-    /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a wall
-    /// that it does not cross.
-    pub margin_cells: f64,
-    /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than 0:
-    /// nothing stands nearer in all of a cone than its reading, and the figures above do not
-    /// matter.
-    pub cone: f64,
-}
-
-impl Default for EvidenceConfig {
-    fn default() -> Self {
-        Self {
-            sigmas: 2.0,
-            margin_cells: 1.0,
-            cone: 0.0,
-        }
+config! {
+    /// How sure a scan has to be of what it draws.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct EvidenceConfig {
+        /// How many standard deviations of its direction a beam is wide, to either side. Default 2;
+        /// growing: cleaner walls, less known from afar.
+        pub sigmas: f64 = 2.0,
+        /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a
+        /// wall that it does not cross.
+        pub margin_cells: f64 = 1.0,
+        /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than
+        /// 0: nothing stands nearer in all of a cone than its reading, and the figures above do not
+        /// matter.
+        pub cone: f64 = 0.0,
     }
 }
 

@@ -17,31 +17,24 @@
 
 use nalgebra::{Point2, Vector2};
 
+use crate::bounds::config;
 use crate::points::OrientedPoint;
 
 /// Sightings after which a surfel moves no slower.
 const MAX_WEIGHT: f64 = 30.0;
 
-/// How surfels are kept.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfelConfig {
-    /// Side of a cell, m. Default 0.05.
-    pub cell: f64,
-    /// How far a surfel can be found, m. Default 0.35; larger forgives worse starts and costs
-    /// memory and time.
-    pub reach: f64,
-    /// Half of the side of the square that the map covers, m. Default 64; points beyond are
-    /// dropped.
-    pub half_side: f64,
-}
-
-impl Default for SurfelConfig {
-    fn default() -> Self {
-        Self {
-            cell: 0.05,
-            reach: 0.35,
-            half_side: 64.0,
-        }
+config! {
+    /// How surfels are kept.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SurfelConfig {
+        /// Side of a cell, m. Default 0.05.
+        pub cell: f64 = 0.05,
+        /// How far a surfel can be found, m. Default 0.35; larger forgives worse starts and costs
+        /// memory and time.
+        pub reach: f64 = 0.35,
+        /// Half of the side of the square that the map covers, m. Default 64; points beyond are
+        /// dropped.
+        pub half_side: f64 = 64.0,
     }
 }
 

@@ -41,27 +41,20 @@ use nalgebra::Point2;
 
 use self::floor::Floor;
 use super::{CellIndex, CellRect, CellState, Grid};
+use crate::bounds::config;
 use crate::geom::Segment;
 
-/// What counts as a door, and as a room.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TopologyConfig {
-    /// Narrower gaps join nothing, m. Default 0.3: holes that noise makes in walls.
-    pub narrowest_door: f64,
-    /// Smaller regions are part of a neighbour, m². Default 2.
-    pub least_area: f64,
-    /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9;
-    /// larger: pieces of wall between two doors count as furniture.
-    pub island: f64,
-}
-
-impl Default for TopologyConfig {
-    fn default() -> Self {
-        Self {
-            narrowest_door: 0.3,
-            least_area: 2.0,
-            island: 0.9,
-        }
+config! {
+    /// What counts as a door, and as a room.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct TopologyConfig {
+        /// Narrower gaps join nothing, m. Default 0.3: holes that noise makes in walls.
+        pub narrowest_door: f64 = 0.3,
+        /// Smaller regions are part of a neighbour, m². Default 2.
+        pub least_area: f64 = 2.0,
+        /// What stands free and reaches no farther from its middle is furniture, m. Default 0.9;
+        /// larger: pieces of wall between two doors count as furniture.
+        pub island: f64 = 0.9,
     }
 }
 

@@ -27,6 +27,7 @@ use super::query::Query;
 use super::rrt::RrtConfig;
 use super::sampler::Sampler;
 use super::search::Search;
+use crate::bounds::config;
 use crate::geom::{Footprint, Segment};
 use crate::map::Grid;
 pub use standing::{Shortest, Standing};
@@ -46,27 +47,18 @@ pub const CONTESTANTS: [Planner; 8] = [
 /// Most iterations of one turn.
 const MOST_ITERATIONS: usize = 1 << 16;
 
-/// How a contest is held.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContestConfig {
-    /// Time of each planner, s. Default 1. Those that improve their path use all of it.
-    pub seconds: f64,
-    /// Time of one turn, s. Default 0.004; shorter: the caller is asked more often.
-    pub slice: f64,
-    /// How trees grow; iterations are not limited.
-    pub rrt: RrtConfig,
-    /// Of the points that trees draw.
-    pub seed: u64,
-}
-
-impl Default for ContestConfig {
-    fn default() -> Self {
-        Self {
-            seconds: 1.0,
-            slice: 0.004,
-            rrt: RrtConfig::default(),
-            seed: 1,
-        }
+config! {
+    /// How a contest is held.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ContestConfig {
+        /// Time of each planner, s. Default 1. Those that improve their path use all of it.
+        pub seconds: f64 = 1.0,
+        /// Time of one turn, s. Default 0.004; shorter: the caller is asked more often.
+        pub slice: f64 = 0.004,
+        /// How trees grow; iterations are not limited.
+        pub rrt: RrtConfig = RrtConfig::default(),
+        /// Of the points that trees draw.
+        pub seed: u64 = 1,
     }
 }
 

@@ -31,6 +31,7 @@ use nalgebra::Point2;
 use super::cspace::GridSpace;
 use super::view::view_gain;
 use super::wavefront::Wavefront;
+use crate::bounds::config;
 use crate::map::{
     CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, cells_around, spread,
 };
@@ -73,40 +74,28 @@ impl FrontierChoice {
     ];
 }
 
-/// Which frontiers count, and which counts most.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrontierConfig {
-    /// Which is the best. Default [`FrontierChoice::ShortestTour`].
-    pub choice: FrontierChoice,
-    /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a
-    /// view is worth a way.
-    pub sight: f64,
-    /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
-    pub min_width: f64,
-    /// Clusters longer than this are cut, m along the cluster. Default 3: of 2, 3, 4, 6 m and no
-    /// cut, with the lidar the shortest way in `doors` and `office`.
-    pub longest: f64,
-    /// Clusters that would tell less than this are dropped, m². Default 0.06.
-    pub min_gain: f64,
-    /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round the
-    /// corner.
-    pub most_gain: f64,
-    /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps
-    /// nearer first.
-    pub cost_decay: f64,
-}
-
-impl Default for FrontierConfig {
-    fn default() -> Self {
-        Self {
-            choice: FrontierChoice::default(),
-            sight: 4.0,
-            min_width: 0.2,
-            longest: 3.0,
-            min_gain: 0.06,
-            most_gain: 1.5,
-            cost_decay: 0.25,
-        }
+config! {
+    /// Which frontiers count, and which counts most.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct FrontierConfig {
+        /// Which is the best. Default [`FrontierChoice::ShortestTour`].
+        pub choice: FrontierChoice = FrontierChoice::default(),
+        /// How far the sensor sees, for [`FrontierChoice::NextBestView`], m. Default 4: as far as a
+        /// view is worth a way.
+        pub sight: f64 = 4.0,
+        /// Clusters shorter than this are dropped, m. Default 0.2: about the robot's width.
+        pub min_width: f64 = 0.2,
+        /// Clusters longer than this are cut, m along the cluster. Default 3: of 2, 3, 4, 6 m and
+        /// no cut, with the lidar the shortest way in `doors` and `office`.
+        pub longest: f64 = 3.0,
+        /// Clusters that would tell less than this are dropped, m². Default 0.06.
+        pub min_gain: f64 = 0.06,
+        /// Gains beyond this count no more, m². Default 1.5: a hall is no better than a room round
+        /// the corner.
+        pub most_gain: f64 = 1.5,
+        /// How fast a gain loses worth with the cost of the way, 1/m. Default 0.25; larger sweeps
+        /// nearer first.
+        pub cost_decay: f64 = 0.25,
     }
 }
 

@@ -29,45 +29,35 @@ use super::search::Search;
 use super::shorten::{densify, shorten};
 use super::smooth::{Piece, smooth};
 use super::wavefront::Wavefront;
+use crate::bounds::config;
 use crate::geom::Segment;
 use crate::map::Grid;
 
 /// How far a robot too near to a wall looks for a free place, m, beyond the distance it keeps.
 pub(crate) const ESCAPE_REACH: f64 = 0.3;
 
-/// How routes are planned.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RouteConfig {
-    /// Distances to keep between the robot's disc and walls, m, tried in order. Default 0.12, 0.06,
-    /// 0.02.
-    pub margins: Vec<f64>,
-    /// What to make of the unknown. Default free.
-    pub unknown: Unknown,
-    /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the source's.
-    /// Where the planner finds none within its iterations the wavefront's own path is taken.
-    pub planner: Planner,
-    /// What is done to make its path shorter. Default [`Shortening::Chords`].
-    pub shortening: Shortening,
-    /// How trees grow, and for how many iterations.
-    pub rrt: RrtConfig,
-    /// Whether corners are rounded for continuous driving. Default false: the robot turns on the
-    /// spot.
-    pub is_rounded: bool,
-    /// How far the goal may be moved off a wall, m. Default 0.3.
-    pub goal_reach: f64,
-}
-
-impl Default for RouteConfig {
-    fn default() -> Self {
-        Self {
-            margins: vec![0.12, 0.06, 0.02],
-            unknown: Unknown::Free,
-            planner: Planner::RrtConnect,
-            shortening: Shortening::Chords,
-            rrt: RrtConfig::default(),
-            is_rounded: false,
-            goal_reach: 0.3,
-        }
+config! {
+    /// How routes are planned.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct RouteConfig {
+        /// Distances to keep between the robot's disc and walls, m, tried in order. Default 0.12,
+        /// 0.06, 0.02.
+        pub margins: Vec<f64> = vec![0.12, 0.06, 0.02],
+        /// What to make of the unknown. Default free.
+        pub unknown: Unknown = Unknown::Free,
+        /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the
+        /// source's. Where the planner finds none within its iterations the wavefront's own path is
+        /// taken.
+        pub planner: Planner = Planner::RrtConnect,
+        /// What is done to make its path shorter. Default [`Shortening::Chords`].
+        pub shortening: Shortening = Shortening::Chords,
+        /// How trees grow, and for how many iterations.
+        pub rrt: RrtConfig = RrtConfig::default(),
+        /// Whether corners are rounded for continuous driving. Default false: the robot turns on
+        /// the spot.
+        pub is_rounded: bool = false,
+        /// How far the goal may be moved off a wall, m. Default 0.3.
+        pub goal_reach: f64 = 0.3,
     }
 }
 

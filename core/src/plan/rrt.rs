@@ -20,36 +20,28 @@ use super::query::Query;
 use super::sampler::{Draws, Sampler};
 use super::search::Planning;
 use super::tree::Tree;
+use crate::bounds::config;
 use crate::geom::Segment;
 
-/// How trees grow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RrtConfig {
-    /// Probability that the goal is drawn. Default 0.1, the source's 10 %; larger is straighter in
-    /// the open and sticks at walls. Used by the single tree.
-    pub goal_bias: f64,
-    /// Most points to draw. Default 3000.
-    pub max_iterations: usize,
-    /// Longest leg of all trees but the source's, which goes on to the last collision-free point,
-    /// m. Default 5. Shorter: more vertices, shorter and slower first paths.
-    pub range: f64,
-    /// Radius in which RRT* looks for better parents, in units of the least that converges (Karaman
-    /// & Frazzoli 2011, theorem 38). Default 1; larger is shorter in fewer, slower iterations.
-    pub rewire_factor: f64,
-    /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times
-    /// sooner. Default true; false is RRT* as published.
-    pub is_seeded: bool,
-}
-
-impl Default for RrtConfig {
-    fn default() -> Self {
-        Self {
-            goal_bias: 0.1,
-            max_iterations: 3000,
-            range: 5.0,
-            rewire_factor: 1.0,
-            is_seeded: true,
-        }
+config! {
+    /// How trees grow.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct RrtConfig {
+        /// Probability that the goal is drawn. Default 0.1, the source's 10 %; larger is straighter
+        /// in the open and sticks at walls. Used by the single tree.
+        pub goal_bias: f64 = 0.1,
+        /// Most points to draw. Default 3000.
+        pub max_iterations: usize = 3000,
+        /// Longest leg of all trees but the source's, which goes on to the last collision-free
+        /// point, m. Default 5. Shorter: more vertices, shorter and slower first paths.
+        pub range: f64 = 5.0,
+        /// Radius in which RRT* looks for better parents, in units of the least that converges
+        /// (Karaman & Frazzoli 2011, theorem 38). Default 1; larger is shorter in fewer, slower
+        /// iterations.
+        pub rewire_factor: f64 = 1.0,
+        /// Whether RRT* gets its first path from RRT-Connect, shortened, which finds one many times
+        /// sooner. Default true; false is RRT* as published.
+        pub is_seeded: bool = true,
     }
 }
 

@@ -10,27 +10,21 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{MotionHistory, MovedSince, RangeSigma};
+use crate::bounds::config;
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
-/// What is kept of a scan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointConfig {
-    /// Readings nearer than this are dropped, m. Default 0.05: the robot's own body.
-    pub min_range: f64,
-    /// Readings farther than this count as no return, m. Default infinite: the sensor's own limit.
-    pub max_range: f64,
-    /// σ(ρ) of this sensor, as estimated. Default none: what the scan says of itself.
-    pub sigma: Option<RangeSigma>,
-}
-
-impl Default for PointConfig {
-    fn default() -> Self {
-        Self {
-            min_range: 0.05,
-            max_range: f64::INFINITY,
-            sigma: None,
-        }
+config! {
+    /// What is kept of a scan.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct PointConfig {
+        /// Readings nearer than this are dropped, m. Default 0.05: the robot's own body.
+        pub min_range: f64 = 0.05,
+        /// Readings farther than this count as no return, m. Default infinite: the sensor's own
+        /// limit.
+        pub max_range: f64 = f64::INFINITY,
+        /// σ(ρ) of this sensor, as estimated. Default none: what the scan says of itself.
+        pub sigma: Option<RangeSigma> = None,
     }
 }
 

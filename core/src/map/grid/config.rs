@@ -1,41 +1,30 @@
 //! Settings of the grid, and why some cannot be used.
 
 use super::FreeCells;
-use crate::bounds::{Bounds, OutOfBounds, check};
+use crate::bounds::{Bounds, OutOfBounds, check, config};
 
-/// How sightings change the grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridConfig {
-    /// Side of a cell, m. Default 0.05; smaller is sharper and slower.
-    pub resolution: f64,
-    /// Probability that a cell is occupied given that a beam ended in it. Default 0.7 (lidar);
-    /// Celej's preset is 0.8.
-    pub hit: f64,
-    /// Probability that a cell is occupied given that a beam crossed it. Default 0.4 (lidar);
-    /// Celej's preset is 0.2.
-    pub miss: f64,
-    /// Probabilities are kept in [`clamp`, 1 - `clamp`]. Default 0.02; larger changes its mind
-    /// sooner.
-    pub clamp: f64,
-    /// How the cells that a scan leaves free are found. Default [`FreeCells::Crossed`].
-    pub free_cells: FreeCells,
-    /// Most blocks the grid may hold; beams beyond are dropped; [`super::Grid::is_whole`] says so.
-    /// Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm. Streets, halls and rooms that
-    /// were seen for a while take a third of a gigabyte; 1.1 GB if there is something in every
-    /// block.
-    pub max_blocks: usize,
-}
-
-impl Default for GridConfig {
-    fn default() -> Self {
-        Self {
-            resolution: 0.05,
-            hit: 0.7,
-            miss: 0.4,
-            clamp: 0.02,
-            free_cells: FreeCells::default(),
-            max_blocks: 65_536,
-        }
+config! {
+    /// How sightings change the grid.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct GridConfig {
+        /// Side of a cell, m. Default 0.05; smaller is sharper and slower.
+        pub resolution: f64 = 0.05,
+        /// Probability that a cell is occupied given that a beam ended in it. Default 0.7 (lidar);
+        /// Celej's preset is 0.8.
+        pub hit: f64 = 0.7,
+        /// Probability that a cell is occupied given that a beam crossed it. Default 0.4 (lidar);
+        /// Celej's preset is 0.2.
+        pub miss: f64 = 0.4,
+        /// Probabilities are kept in [`clamp`, 1 - `clamp`]. Default 0.02; larger changes its mind
+        /// sooner.
+        pub clamp: f64 = 0.02,
+        /// How the cells that a scan leaves free are found. Default [`FreeCells::Crossed`].
+        pub free_cells: FreeCells = FreeCells::default(),
+        /// Most blocks the grid may hold; beams beyond are dropped; [`super::Grid::is_whole`] says
+        /// so. Default 65 536 blocks, 268 million cells, 0.67 km² at 5 cm. Streets, halls and rooms
+        /// that were seen for a while take a third of a gigabyte; 1.1 GB if there is something in
+        /// every block.
+        pub max_blocks: usize = 65_536,
     }
 }
 

@@ -24,56 +24,39 @@ use rand::{Rng, RngExt};
 
 use super::check::check_sensor;
 use super::{SensorError, Span, View};
-use crate::bounds::{Bounds, PART};
+use crate::bounds::{Bounds, PART, config};
 use crate::geom::{Pose2, unit_vector, wrap};
 use crate::robot::{Scan, Stamp};
 use crate::sim::noise::gaussian_pair;
 
-/// Figures of a ring of sonars.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SonarModel {
-    /// Number of sonars. Default 16.
-    pub cones: usize,
-    /// Half the opening of a cone, rad. Default 0.262: 15°.
-    pub half_angle: f64,
-    /// Rays that sample a cone. Default 13: every 2.5°.
-    pub rays: usize,
-    /// Greatest angle from a wall's normal at which it answers, rad. Default 0.44: 25°.
-    pub specular_angle: f64,
-    /// Seconds from one ping to the next. Default 0.025: the echo of 4 m is back by then.
-    pub period: f64,
-    /// Nearest range, m. Default 0.03; nearer the membrane still rings.
-    pub min_range: f64,
-    /// Farthest range, m. Default 4.
-    pub max_range: f64,
-    /// σ of the range at no distance, m. Default 0.01.
-    pub sigma: f64,
-    /// Growth of that σ with the distance, m/m. Default 0.01.
-    pub sigma_per_metre: f64,
-    /// Part of the pings that are lost. Default 0.01.
-    pub dropouts: f64,
-    /// Part of the pings that another's echo answers. Default 0.005.
-    pub outliers: f64,
-    /// Where its middle sits on the robot. Default: the robot's.
-    pub robot_from_sensor: Pose2,
-}
-
-impl Default for SonarModel {
-    fn default() -> Self {
-        Self {
-            cones: 16,
-            half_angle: 0.262,
-            rays: 13,
-            specular_angle: 0.44,
-            period: 0.025,
-            min_range: 0.03,
-            max_range: 4.0,
-            sigma: 0.01,
-            sigma_per_metre: 0.01,
-            dropouts: 0.01,
-            outliers: 0.005,
-            robot_from_sensor: Pose2::identity(),
-        }
+config! {
+    /// Figures of a ring of sonars.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct SonarModel {
+        /// Number of sonars. Default 16.
+        pub cones: usize = 16,
+        /// Half the opening of a cone, rad. Default 0.262: 15°.
+        pub half_angle: f64 = 0.262,
+        /// Rays that sample a cone. Default 13: every 2.5°.
+        pub rays: usize = 13,
+        /// Greatest angle from a wall's normal at which it answers, rad. Default 0.44: 25°.
+        pub specular_angle: f64 = 0.44,
+        /// Seconds from one ping to the next. Default 0.025: the echo of 4 m is back by then.
+        pub period: f64 = 0.025,
+        /// Nearest range, m. Default 0.03; nearer the membrane still rings.
+        pub min_range: f64 = 0.03,
+        /// Farthest range, m. Default 4.
+        pub max_range: f64 = 4.0,
+        /// σ of the range at no distance, m. Default 0.01.
+        pub sigma: f64 = 0.01,
+        /// Growth of that σ with the distance, m/m. Default 0.01.
+        pub sigma_per_metre: f64 = 0.01,
+        /// Part of the pings that are lost. Default 0.01.
+        pub dropouts: f64 = 0.01,
+        /// Part of the pings that another's echo answers. Default 0.005.
+        pub outliers: f64 = 0.005,
+        /// Where its middle sits on the robot. Default: the robot's.
+        pub robot_from_sensor: Pose2 = Pose2::identity(),
     }
 }
 
