@@ -193,7 +193,8 @@ export class Client {
   }
 
   goTo(x: number, y: number): void {
-    this.#order({ kind: "goto", x, y });
+    this.store.set("run", { aiming: false });
+    this.send({ kind: "goto", x, y });
   }
 
   #order(command: Command): void {
