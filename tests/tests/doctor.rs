@@ -20,9 +20,7 @@ fn robot() -> Rp6 {
 }
 
 fn examine_plugged<D: Device>(device: D, faults: Faults) -> Finding {
-    let socket = Socket::plugged(device).unwrap();
-    socket.set_faults(faults);
-    examine(&socket.path())
+    examine(&Socket::plugged_with(device, faults).unwrap().path())
 }
 
 /// One problem, which says all of this.

@@ -427,11 +427,11 @@ fn what_is_wrong_with_the_robot_is_told_with_its_cure() {
 #[test]
 fn nobody_there_and_no_program_are_told_apart() {
     on_a_calm_machine(|| {
-        let mute = Socket::plugged(robot()).unwrap();
-        mute.set_faults(Faults {
+        let faults = Faults {
             is_mute: true,
             ..Faults::default()
-        });
+        };
+        let mute = Socket::plugged_with(robot(), faults).unwrap();
         let detail = Driver::new(mute.path()).detail(DeviceState::Fault);
         assert!(
             detail.contains("nobody answers") && detail.contains("START"),

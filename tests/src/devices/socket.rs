@@ -54,7 +54,15 @@ impl<D: Device> Socket<D> {
     ///
     /// # Errors    Where the system has no pseudo-terminals, folders or threads left.
     pub fn plugged(device: D) -> io::Result<Self> {
+        Self::plugged_with(device, Faults::default())
+    }
+
+    /// The same on a line that is bad from the first byte: a lidar speaks as soon as it has power.
+    ///
+    /// # Errors    As [`Socket::plugged`].
+    pub fn plugged_with(device: D, faults: Faults) -> io::Result<Self> {
         let socket = Self::unplugged(device)?;
+        socket.set_faults(faults);
         socket.plug();
         let until = Instant::now() + Duration::from_secs(60);
         while !socket.path.exists() && Instant::now() < until {
