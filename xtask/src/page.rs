@@ -6,9 +6,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::thread::{self, ScopedJoinHandle};
+use std::thread;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 
 use crate::tools;
 use crate::wasm::{self, Profile};
@@ -36,7 +36,7 @@ pub fn build(profile: Profile) -> Result<()> {
 pub fn build_with_bridge(profile: Profile, arguments: &str) -> Result<PathBuf> {
     thread::scope(|scope| {
         let programs = scope.spawn(|| tools::run_cargo(arguments));
-        build(profile).and(joined(programs))
+        build(profile).and(tools::joined(programs))
     })?;
     Ok(tools::built("debug/slamlab-bridge"))
 }
@@ -82,15 +82,9 @@ fn make_module(profile: Profile) -> Result<()> {
         let packages = scope.spawn(|| install(&tools::root().join("www")));
         let binder = scope.spawn(wasm::build_binder);
         let module = wasm::compile(profile)?;
-        wasm::bind(&joined(binder)?, &module, profile)?;
-        joined(packages)
+        wasm::bind(&tools::joined(binder)?, &module, profile)?;
+        tools::joined(packages)
     })
-}
-
-/// What a thread returned; one that panicked has said why on its own.
-fn joined<T>(thread: ScopedJoinHandle<'_, Result<T>>) -> Result<T> {
-    let panicked = |_| Err(anyhow!("a step of the build panicked"));
-    thread.join().unwrap_or_else(panicked)
 }
 
 /// Installs the packages that `folder`'s lock file names, unless they are there. Browsers are never

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 
 use crate::report::Report;
-use crate::wasm::Profile;
+use crate::wasm::{self, Profile};
 use crate::{firmware, page, rules, setup, skips, tools};
 
 /// A group of tests that runs by itself.
@@ -78,7 +78,7 @@ pub fn run(suites: &[Suite]) -> Result<()> {
         match suite {
             Suite::Quick => quick(&mut report),
             Suite::Native => report.step("native tests", native),
-            Suite::Wasm => report.step("tests in the browser", wasm),
+            Suite::Wasm => report.step("tests in the browser", wasm::test),
             Suite::Page => report.step("the page", the_page),
             Suite::Firmware => report.step("the firmware", firmware::test),
         }
@@ -113,20 +113,6 @@ fn native() -> Result<()> {
         tools::run_cargo("test --package xtask"),
     ];
     steps.into_iter().collect()
-}
-
-fn wasm() -> Result<()> {
-    tools::need_wasm_target()?;
-    tools::run(
-        tools::cargo()
-            .env("CHROME", tools::chrome()?)
-            .env("CHROMEDRIVER", tools::chromedriver()?)
-            .args(
-                "test --package slamlab-tests --package slamlab-web --tests --no-fail-fast"
-                    .split(' '),
-            )
-            .args(["--target", "wasm32-unknown-unknown"]),
-    )
 }
 
 fn the_page() -> Result<()> {

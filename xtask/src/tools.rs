@@ -5,8 +5,9 @@ use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::thread::ScopedJoinHandle;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 
 use crate::skips;
 
@@ -312,6 +313,15 @@ pub fn in_path(name: &str) -> Option<PathBuf> {
                 .map(move |ending| folder.join(format!("{name}{ending}")))
         })
         .find(|file| file.is_file())
+}
+
+/// What a thread returned; one that panicked has said why on its own.
+///
+/// # Errors
+/// Those of the thread, and if it panicked.
+pub fn joined<T>(thread: ScopedJoinHandle<'_, Result<T>>) -> Result<T> {
+    let panicked = |_| Err(anyhow!("a step of the build panicked"));
+    thread.join().unwrap_or_else(panicked)
 }
 
 #[cfg(test)]

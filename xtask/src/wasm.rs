@@ -4,10 +4,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread;
 
 use anyhow::{Context, Result};
 
 use crate::tools;
+
+/// Compiles what runs tests in a browser (`.cargo/config.toml`).
+const RUNNER: &str = "build --package xtask --features wasm-tests --bin wasm-test-runner";
 
 /// How the module is compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +32,46 @@ impl Profile {
     }
 }
 
+const TARGET: &str = "wasm32-unknown-unknown";
+
+/// Runs the tests that are compiled for wasm32, in headless Chromium. What they stand on is
+/// compiled as it is for the page, once for both.
+///
+/// # Errors
+/// If the wasm32 target or the browser is missing, or a test fails.
+pub fn test() -> Result<()> {
+    tools::need_wasm_target()?;
+    let cargo = |arguments: &str| {
+        let mut cargo = tools::cargo();
+        cargo.args("test --package slamlab-tests --package slamlab-web --tests".split(' '));
+        cargo.args([
+            "--target",
+            TARGET,
+            "--profile",
+            Profile::Release.name(),
+            arguments,
+        ]);
+        cargo
+    };
+    // Cargo would compile the program that runs them only when they are there.
+    thread::scope(|scope| {
+        let runner = scope.spawn(|| tools::run_cargo(RUNNER));
+        tools::run(&mut cargo("--no-run"))?;
+        tools::joined(runner)
+    })?;
+    tools::run(
+        cargo("--no-fail-fast")
+            .env("CHROME", tools::chrome()?)
+            .env("CHROMEDRIVER", tools::chromedriver()?),
+    )
+}
+
 /// Compiles the module and returns its file.
 ///
 /// # Errors
 /// If the wasm32 target is missing or the sources do not compile.
 pub fn compile(profile: Profile) -> Result<PathBuf> {
     tools::need_wasm_target()?;
-    const TARGET: &str = "wasm32-unknown-unknown";
     let name = profile.name();
     tools::run_cargo(&format!(
         "build --package slamlab-web --target {TARGET} --profile {name}"
