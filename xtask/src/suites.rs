@@ -1,5 +1,7 @@
 //! All tests: natively, in a browser, and the page as a user uses it.
 
+use std::thread;
+
 use anyhow::Result;
 use clap::ValueEnum;
 
@@ -117,10 +119,14 @@ fn native() -> Result<()> {
 
 fn the_page() -> Result<()> {
     let chrome = tools::chrome()?;
-    let bridge = page::build_with_bridge(Profile::Release, PROGRAMS)?;
-    let real_firmware = firmware::build_simulator()?;
     let folder = tools::root().join("tests/page");
-    page::install(&folder)?;
+    let (bridge, real_firmware) = thread::scope(|scope| {
+        // Beside the module, whose last step keeps one core busy.
+        let real_firmware = scope.spawn(firmware::build_simulator);
+        let bridge = page::build_with_bridge(Profile::Release, PROGRAMS)?;
+        page::install(&folder)?;
+        anyhow::Ok((bridge, tools::joined(real_firmware)?))
+    })?;
     let mut npm = tools::npm(&folder)?;
     npm.env("CHROME", chrome)
         .env("SLAMLAB_BRIDGE", bridge)
