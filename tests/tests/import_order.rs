@@ -54,8 +54,11 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
             "registration",
         ]),
     ),
-    ("plan", These(&["geom", "robot", "points", "map"])),
-    ("control", These(&["geom", "robot", "points", "plan"])),
+    ("plan", These(&["bounds", "geom", "robot", "points", "map"])),
+    (
+        "control",
+        These(&["bounds", "geom", "robot", "points", "plan"]),
+    ),
     ("slam", AllBefore),
     ("pilot", AllBefore),
     ("sim", These(&["bounds", "geom", "robot"])),

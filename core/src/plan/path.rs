@@ -138,7 +138,7 @@ pub enum NoPath {
         iterations: usize,
     },
     /// The planner cannot work in such a space.
-    #[error("{planner:?} cannot plan in this space")]
+    #[error("{} cannot plan in this space", .planner.title())]
     NotOffered {
         /// Which one.
         planner: Planner,
