@@ -6,8 +6,8 @@
 //! 1. Reading and writing run side by side ([`Writer::beside`]): a client that reads nothing may
 //!    still send a stop. Each write has its time.
 //! 2. Answers are queued; a client that lets the queue grow full is disconnected. Readings of the
-//!    robot are taken only when the queue is empty ([`Adapter::when_idle`]), so that a slow client gets
-//!    fewer and newer ones.
+//!    robot are taken only when the queue is empty ([`Adapter::when_idle`]), so that a slow client
+//!    gets fewer and newer ones.
 //! 3. Each message of a client, pings too, counts against the rate that the bridge allows.
 //! 4. Such protocols know no heartbeat of their own. A ping goes out each [`PING`]; a client that
 //!    is silent for too long is gone.

@@ -236,7 +236,8 @@ impl Link {
 
     fn hear(&mut self, heard: Heard, now: Stamp) {
         match heard {
-            // Ready without the boot loader's name before it too: its first line may have been lost.
+            // Ready without the boot loader's name before it too: its first line may have been
+            // lost.
             Heard::BootLoader | Heard::Ready => {
                 self.lose(Down::Restarted);
                 if heard == Heard::Ready {

@@ -76,8 +76,8 @@ fields! {
         pub nonce: u8,
         /// Why it started.
         pub cause: ResetCause,
-        /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents, bit 4:
-        /// battery.
+        /// What it can do. Bit 0: rangers, bit 1: servo, bit 2: bumpers, bit 3: motor currents,
+        /// bit 4: battery.
         pub capabilities: u8,
         /// Length of the board, mm.
         pub length_mm: u16,
