@@ -4,7 +4,7 @@
 //! In: datagrams. Out: datagrams. The rules (one client, its heartbeat, paths of a list, rates) are
 //! those of [`slamlab_core::wire::pilch::server`]; here are the socket and the lidar.
 //!
-//! 1. Answers go to the address of the client, but to the port that the source fixes: it listens at
+//! 1. Answers go to the address of the client, but to the port that the paper fixes: it listens at
 //!    another than it sends from.
 //! 2. An order to connect opens the lidar at its path; it is brought up, watched and reopened as in
 //!    `serve`.

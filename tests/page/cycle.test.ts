@@ -1,4 +1,4 @@
-// The cycle of the source as a mode: chosen, followed stage by stage, read, and left again.
+// The cycle of the paper as a mode: chosen, followed stage by stage, read, and left again.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -27,7 +27,7 @@ test('the cycle runs with a lidar too, and its stages tell what they gave', asyn
   }
 });
 
-test('stage by stage it goes round in the order of the source, and stands between', async ({ lab }) => {
+test('stage by stage it goes round in the order of the paper, and stands between', async ({ lab }) => {
   await lab.open();
   await lab.enter('arena', '4');
   await lab.at('mode-cycle').click();

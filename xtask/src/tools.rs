@@ -55,6 +55,10 @@ pub fn data_folder() -> PathBuf {
 pub fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root());
+    if is_ci() && env::var_os("CARGO_INCREMENTAL").is_none() {
+        // What is compiled once pays for being compiled again in parts, and never is.
+        command.env("CARGO_INCREMENTAL", "0");
+    }
     with_places(command)
 }
 

@@ -5,7 +5,7 @@
 //! first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
 //! oriented: its normal points from the side it was seen from into the wall, and r is signed
 //! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
-//! was first seen. Counted from the origin of the map, as the source has it, an error of α is a
+//! was first seen. Counted from the origin of the map, as the paper has it, an error of α is a
 //! shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm
 //! that no covariance knows of, more than the wall is uncertain.
 //!

@@ -10,7 +10,7 @@
 //! 3. Covariance F C_X Fᵀ of range and bearing noise (Arras & Siegwart 1997, "Feature extraction
 //!    and scene interpretation for map-based navigation and map building"), with F in closed form.
 //!    In the frame of the line (t along it, n across it) ∂α = -w (t ∂n + n ∂t) / (Ctt - Cnn) and
-//!    ∂r = w/W ∂n + t̄ ∂α. The source's numeric F is the test.
+//!    ∂r = w/W ∂n + t̄ ∂α. The paper's numeric F is the test.
 //! 4. With (uₙ, uₜ) the beam in that frame, the range moves a point by (uₙ, uₜ), the bearing by
 //!    (-uₜ, uₙ), and p = t uₙ + n uₜ, q = n uₙ - t uₜ are what they do to α. So three sums over the
 //!    points give the whole covariance: A = Σ w p² + w² σ⊥² q², B = Σ w p uₙ - w² σ⊥² q uₜ, C = Σ w

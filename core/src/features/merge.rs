@@ -74,7 +74,7 @@ fn union(columns: &Columns, a: &Piece, b: &Piece, rule: &SplitRule) -> Option<Pi
     let is_line = match rule {
         SplitRule::NoiseAware(rule) => rule.allows(columns, &union, gap) && agree(columns, a, b),
         SplitRule::Classic(rule) => rule.allows(columns, &union, gap),
-        // The source's lines have grown as far as they go.
+        // The paper's lines have grown as far as they go.
         SplitRule::Pilch(_) => false,
     };
     is_line.then_some(union)

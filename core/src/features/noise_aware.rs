@@ -1,7 +1,7 @@
 //! Split by what noise explains: TDK 2016 §4.2.
 //!
 //! 1. A set of points is one line while Σ|dᵢ| < E + k √V, with E = Σ σ_dᵢ √(2/π) and V = Σ σ_dᵢ²
-//!    (1 - 2/π), σ_d the standard deviation of a point's distance from the line. The source has k =
+//!    (1 - 2/π), σ_d the standard deviation of a point's distance from the line. The paper has k =
 //!    1, which splits a true line about one time in eight.
 //! 2. Where the test fails, the set is split at the point farthest from the chord through its ends.
 //! 3. A single point farther than `max_residual` σ_d from the line is skipped instead (the sum does

@@ -8,9 +8,9 @@
 //! Neighbours closer than 2 k belong together: that is [`crate::points::BreakRule::Spacing`],
 //! chosen in the same configuration.
 //!
-//! **Erratum** of the specification: the source's r² of y on x fails on walls along y. S_E is here
+//! **Erratum** of the specification: the paper's r² of y on x fails on walls along y. S_E is here
 //! the sum of squares across the fitted line, and r² = 1 - S_E / (sum of squares along it): both
-//! are the same for every direction. The source gives no unit of S_E < 3. In mm² or cm² not even
+//! are the same for every direction. The paper gives no unit of S_E < 3. In mm² or cm² not even
 //! six points with the noise of its own sensor (1 cm) would pass, so it is read as 3 dm².
 
 use std::ops::Range;

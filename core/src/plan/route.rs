@@ -46,7 +46,7 @@ config! {
         /// What to make of the unknown. Default free.
         pub unknown: Unknown = Unknown::Free,
         /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the
-        /// source's. Where the planner finds none within its iterations the wavefront's own path is
+        /// paper's. Where the planner finds none within its iterations the wavefront's own path is
         /// taken.
         pub planner: Planner = Planner::RrtConnect,
         /// What is done to make its path shorter. Default [`Shortening::Chords`].

@@ -1,4 +1,4 @@
-//! Rapidly exploring random tree, one tree as in the source.
+//! Rapidly exploring random tree, one tree as in the paper.
 //!
 //! In: a configuration space, start and goal, a seeded generator, iteration by iteration. Out: a
 //! path or none yet, and the tree to be drawn.
@@ -27,12 +27,12 @@ config! {
     /// How trees grow.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RrtConfig {
-        /// Probability that the goal is drawn. Default 0.1, the source's 10 %; larger is straighter
+        /// Probability that the goal is drawn. Default 0.1, the paper's 10 %; larger is straighter
         /// in the open and sticks at walls. Used by the single tree.
         pub goal_bias: f64 = 0.1,
         /// Most points to draw. Default 3000.
         pub max_iterations: usize = 3000,
-        /// Longest leg of all trees but the source's, which goes on to the last collision-free
+        /// Longest leg of all trees but the paper's, which goes on to the last collision-free
         /// point, m. Default 5. Shorter: more vertices, shorter and slower first paths.
         pub range: f64 = 5.0,
         /// Radius in which RRT* looks for better parents, in units of the least that converges

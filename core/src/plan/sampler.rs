@@ -17,7 +17,7 @@ const SQUARES: f64 = 1e5;
 /// A source of random points.
 #[derive(Clone, Debug)]
 pub enum Sampler {
-    /// Anywhere in a rectangle, evenly: the source's (TDK 2016 §5.2).
+    /// Anywhere in a rectangle, evenly: the paper's (TDK 2016 §5.2).
     Anywhere {
         /// Lower left corner.
         low: Point2<f64>,

@@ -172,7 +172,7 @@ pub enum TrackNoise {
     Proportional(OdometryNoise),
     /// The same variance for each track in each reading of the encoders, m², however far it ran: a
     /// robot that stands loses its way, and one that runs is believed too much. TDK 2016 §3.1, the
-    /// source's constant Q.
+    /// paper's constant Q.
     Constant(f64),
 }
 

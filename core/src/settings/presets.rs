@@ -24,7 +24,7 @@ pub const PRESETS: &[Preset] = &[
     Preset {
         group: "Odometry",
         name: "Constant Q (TDK 2016)",
-        meaning: "The same noise in each reading, as in the source: a robot that stands loses its way too.",
+        meaning: "The same noise in each reading, as in the paper: a robot that stands loses its way too.",
         values: &[("odometry.model", 1.0)],
     },
     Preset {

@@ -1,7 +1,7 @@
 //! The UDP protocol of Pilch's lidar server, both ends: port 5000 at the server, 20000 at the
 //! client.
 //!
-//! In and out: datagrams. Every number little-endian, as the sensor's: the source does not say.
+//! In and out: datagrams. Every number little-endian, as the sensor's: the paper does not say.
 //!
 //! | datagram | from | |
 //! |---|---|---|
@@ -31,7 +31,7 @@ pub mod server;
 pub const SERVER_PORT: u16 = 5000;
 /// Port of the client.
 pub const CLIENT_PORT: u16 = 20_000;
-/// Path of the lidar at the source's server.
+/// Path of the lidar at the paper's server.
 pub const DEFAULT_PATH: &str = "/dev/ttyUSB0";
 /// The text of a first datagram.
 pub const HELLO: &str = "HELLO";
@@ -209,7 +209,7 @@ impl Reply {
     }
 
     /// Reads a server's datagram. Check bits of readings are ignored: UDP has a sum of its own, and
-    /// the source's server may not set them.
+    /// the paper's server may not set them.
     ///
     /// # Errors    [`DatagramError`]
     pub fn decode(datagram: &[u8]) -> Result<Self, DatagramError> {
@@ -223,7 +223,7 @@ impl Reply {
                 Ok(Self::Readings(nodes))
             }
             [LIDAR, 3, ..] => Err(length_error(datagram, 6)),
-            // The messages of the bridge number the states as the source does.
+            // The messages of the bridge number the states as the paper does.
             [LIDAR, 4, state] => DeviceState::ALL
                 .get(usize::from(*state))
                 .copied()

@@ -188,7 +188,7 @@ fn a_slow_planner_holds_up_no_other() {
     let mut contest = Contest::among_walls(with_tip(), disc(KEEP), QUERY, short()).unwrap();
     let mut others = 0;
     while contest.standings()[0].seconds < 0.05 && contest.step() {
-        // The tree of the source is said to need 25 ms for each turn.
+        // The tree of the paper is said to need 25 ms for each turn.
         let is_slow = contest.turn == 0;
         others += usize::from(!is_slow);
         contest.took(if is_slow { 0.025 } else { 1e-4 });

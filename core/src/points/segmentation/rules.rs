@@ -53,7 +53,7 @@ pub enum BreakRule {
 }
 
 impl BreakRule {
-    /// [`Self::Spacing`] with the ratio of its source.
+    /// [`Self::Spacing`] with the ratio of its paper.
     #[must_use]
     pub fn spacing(spacing: SpacingModel) -> Self {
         Self::Spacing {

@@ -53,7 +53,7 @@ rows! { ODOMETRY = OF_ODOMETRY;
     "odometry.track", "Track width counted larger by", real([-0.5, 0.5], PERCENT), [odometry.wear.track_width],
         "The same of the effective track width. Larger: turns are counted shorter.";
     "odometry.model", "Odometry noise", named(2, || Named::all(&[("growing", "grows with way and turn"), ("constant", "constant Q")])), [odometry.is_constant].basic(),
-        "Constant Q is the source's (TDK 2016): the same noise in each reading, also of a robot that stands.";
+        "Constant Q is the paper's (TDK 2016): the same noise in each reading, also of a robot that stands.";
     "odometry.constant", "Variance of each reading", real([0.0, 0.01], si("m²")), [odometry.constant].needs("odometry.model", CONSTANT),
         "Constant Q: variance of a track's way in each reading, 100 a second. Larger: odometry is trusted less.";
     "odometry.per_metre", "Noise of each track", real([0.0, 1.0], si("m²/m")), [odometry.proportional.per_metre].needs("odometry.model", GROWING),

@@ -11,7 +11,7 @@
 //! 4. Readings are kept in order, the newest [`MOST_READINGS`]; every interval that the client
 //!    asked for as many as it asked for are sent.
 //!
-//! An address is whatever the caller can compare: of a UDP socket, the IP, for the source's client
+//! An address is whatever the caller can compare: of a UDP socket, the IP, for the paper's client
 //! listens at another port than it sends from.
 
 use std::collections::VecDeque;
@@ -106,7 +106,7 @@ impl<A: Clone + PartialEq> Server<A> {
         match &mut self.client {
             None if matches!(request, Request::Hello(_)) => self.greet(from, now),
             Some(client) if client.address == from => {
-                // Only a heartbeat proves a living client in the source; a flood of orders does not
+                // Only a heartbeat proves a living client in the paper; a flood of orders does not
                 // keep it alive.
                 if request == Request::Heartbeat {
                     client.last_heard = now;

@@ -1,4 +1,4 @@
-//! The datagrams byte by byte as the source draws them, and the rules of the server.
+//! The datagrams byte by byte as the paper draws them, and the rules of the server.
 
 use proptest::prelude::*;
 
@@ -41,7 +41,7 @@ fn requests_are_those_of_the_source() {
     assert_eq!(
         Request::Hello("HELLO".into()).encode().len(),
         7,
-        "the source says 7 bytes"
+        "the paper says 7 bytes"
     );
 }
 
