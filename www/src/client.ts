@@ -193,8 +193,7 @@ export class Client {
   }
 
   goTo(x: number, y: number): void {
-    this.store.set("run", { aiming: false });
-    this.send({ kind: "goto", x, y });
+    this.#order({ kind: "goto", x, y });
   }
 
   #order(command: Command): void {
