@@ -235,9 +235,13 @@ impl Replay {
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let used = self.used.iter();
-        used.zip(self.session.slam().trajectory())
+        let poses = used.zip(self.session.slam().trajectory());
+        let mut poses: Vec<_> = poses
             .map(|(used, (_, pose))| (used.seconds, pose))
-            .collect()
+            .collect();
+        // Those of a log whose stamps run backwards.
+        poses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        poses
     }
 
     /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN

@@ -1,11 +1,14 @@
 //! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of
 //! both.
 
+mod agreement;
 mod block_cholesky;
 mod consistency;
 mod covariance;
 mod drive_fit;
 mod ekf_slam;
+mod facing;
+mod free_space;
 mod line_localisation;
 mod line_model;
 mod measures;
@@ -36,3 +39,16 @@ pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;
+
+/// TEMPORARY: figures to try.
+#[allow(clippy::all, clippy::disallowed_methods)]
+pub(crate) fn knob(name: &str, default: f64) -> f64 {
+    static MAP: std::sync::OnceLock<std::collections::BTreeMap<String, f64>> = std::sync::OnceLock::new();
+    let map = MAP.get_or_init(|| {
+        std::env::var("KNOBS").unwrap_or_default().split(',').filter_map(|kv| {
+            let (k, v) = kv.split_once('=')?;
+            Some((k.to_string(), v.parse().ok()?))
+        }).collect()
+    });
+    *map.get(name).unwrap_or(&default)
+}

@@ -18,23 +18,30 @@
 //!    takes its place when it is complete: no scan has to wait for it.
 
 mod canvas;
+mod closures;
 mod config;
 mod local;
 mod loops;
+mod motion;
+mod tracking;
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
+use self::closures::Waiting;
+use self::motion::OdometryModel;
+use self::tracking::{PASTS, Past, Tracked};
+use super::free_space::FreeSpace;
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{Verdict, locate};
+use crate::registration::Verdict;
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -46,15 +53,23 @@ pub struct ScanMatcher {
     pending: Option<Odometry>,
     submaps: Vec<Submap>,
     running: SurfelMap,
+    /// Where the beams of the running submap went through.
+    running_free: FreeSpace,
     /// The pose in the running submap, with its covariance since the last keyframe: of the last
     /// match, and of odometry where that said nothing.
     local: PoseEstimate,
     /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
+    /// The scans before this one, the newest last.
+    pasts: VecDeque<Past>,
+    /// Odometry, summed since the beginning.
+    odom_from_robot: Pose2,
+    /// The motion between the last two scans, and the seconds it took.
+    speed: Option<(f64, Pose2)>,
     recent: VecDeque<Recent>,
     keyframes: Vec<Keyframe>,
     last_keyframe: Option<Pose2>,
-    track: Vec<TrackPoint>,
+    trajectory: Vec<TrackPoint>,
     grid: Grid,
     grid_version: u64,
     redraw: Option<Redraw>,
@@ -66,6 +81,18 @@ pub struct ScanMatcher {
     /// Pairs of submaps, the older first, yet to be compared.
     jobs: VecDeque<(usize, usize)>,
     closures: usize,
+    waiting: Waiting,
+    /// The doubt, m, at which pairs of submaps were compared.
+    compared: BTreeMap<(usize, usize), f64>,
+    /// The submap by which a loop was closed last.
+    last_closed: usize,
+    odometry_model: OdometryModel,
+    /// Odometry as it came, since the last keyframe.
+    since_keyframe: Option<Odometry>,
+    /// Whether the last keyframe was surely where it was matched.
+    keyframe_is_sure: bool,
+    /// Submaps on a loose join.
+    loose: usize,
     graph_changed: bool,
 }
 
@@ -110,16 +137,27 @@ impl ScanMatcher {
             submap_cov: Matrix3::zeros(),
             jobs: VecDeque::new(),
             closures: 0,
+            waiting: Waiting::default(),
+            compared: BTreeMap::new(),
+            last_closed: 0,
+            odometry_model: OdometryModel::default(),
+            since_keyframe: None,
+            keyframe_is_sure: false,
+            loose: 0,
             graph_changed: false,
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity())],
             running: SurfelMap::new(config.surfels),
+            running_free: FreeSpace::default(),
+            pasts: VecDeque::new(),
+            odom_from_robot: Pose2::identity(),
+            speed: None,
             local: PoseEstimate::exact(Pose2::identity()),
             is_blind: false,
             recent: VecDeque::new(),
             keyframes: vec![],
             last_keyframe: None,
-            track: vec![],
+            trajectory: vec![],
             grid: Grid::new(config.grid)?,
             config,
         })
@@ -138,22 +176,49 @@ impl ScanMatcher {
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
         let surfaces = oriented_points(points);
-        let moved = self
-            .pending
-            .take()
-            .unwrap_or_else(|| Odometry::standing(points.stamp));
-        let predicted = moved.after(&self.local);
-        let registration = (!self.running.surfels().is_empty()).then(|| {
-            let prior = self.prior(&predicted, &moved);
-            *locate(&surfaces, &self.running, &prior, 0, &self.config.locate).registration()
+        let moved = self.pending.take();
+        if let Some(moved) = &moved {
+            self.since_keyframe = Some(match self.since_keyframe {
+                Some(so_far) => so_far.then(moved),
+                None => *moved,
+            });
+        }
+        let moved = moved.map(|moved| self.odometry_model.corrected(&moved));
+        if let Some(moved) = &moved {
+            self.odom_from_robot = self.odom_from_robot * moved.motion;
+        }
+        let tracked = self.track(&surfaces, moved.as_ref(), points.stamp);
+        if moved.is_some() && tracked.is_sure {
+            self.odometry_model.note(tracked.was_right);
+        }
+        let before = self.local.pose;
+        self.local = tracked.estimate;
+        self.is_blind = tracked.found.is_none();
+        if let Some(past) = self.pasts.back() {
+            let seconds = points.stamp.since(past.stamp);
+            self.speed = Some((seconds, before.delta_to(&self.local.pose)));
+        }
+        self.pasts.push_back(Past {
+            stamp: points.stamp,
+            submap_from_robot: self.local.pose,
+            odom_from_robot: self.odom_from_robot,
         });
-        let matched = registration.filter(|r| !matches!(r.verdict, Verdict::TooFewPoints { .. }));
-        self.local = matched.map_or(predicted, |r| self.corrected(&r, &predicted));
-        self.is_blind = matched.is_none();
-        if self.is_new_place(registration.map_or(1.0, |r| r.overlap)) {
+        if self.pasts.len() > PASTS {
+            self.pasts.pop_front();
+        }
+        let overlap = match self.last_keyframe {
+            None => 1.0,
+            Some(_) => tracked.agreement.overlap(),
+        };
+        if tracked.is_loose {
+            self.begin_submap(true);
+        } else if self.is_new_place(overlap) {
+            self.learn_odometry(&tracked);
+        }
+        if tracked.is_loose || self.is_new_place(overlap) {
             self.add_keyframe(points, sigmas, surfaces);
         }
-        self.track.push(TrackPoint {
+        self.trajectory.push(TrackPoint {
             stamp: points.stamp,
             submap: self.submaps.len() - 1,
             submap_from_robot: self.local.pose,
@@ -164,6 +229,7 @@ impl ScanMatcher {
     /// Completes all work that was put off.
     pub fn finish(&mut self) {
         self.work_off(usize::MAX);
+        if super::knob("stat", 1.0) > 0.0 { eprintln!("bias {:.3?} submaps {} loose {} closures {} waiting {}", self.odometry_model.figures(), self.submaps.len(), self.loose, self.closures, self.waiting.len()); }
     }
 
     /// The pose in the map, with its covariance, the odometry since the last scan included.
@@ -194,7 +260,7 @@ impl ScanMatcher {
 
     /// The pose at each scan, as known now: earlier ones change when a loop closes.
     pub fn trajectory(&self) -> impl Iterator<Item = (Stamp, Pose2)> {
-        self.track.iter().filter_map(|t| {
+        self.trajectory.iter().filter_map(|t| {
             let submap = self.submaps.get(t.submap)?;
             Some((t.stamp, submap.map_from_submap * t.submap_from_robot))
         })
@@ -238,7 +304,7 @@ impl ScanMatcher {
             .last()
             .is_some_and(|s| s.own_keyframes >= self.config.submap_keyframes)
         {
-            self.begin_submap();
+            self.begin_submap(false);
         }
         let at = self.local.pose;
         self.running.insert(moved(&surfaces, at));
@@ -250,10 +316,12 @@ impl ScanMatcher {
             self.recent.pop_front();
         }
         let keyframe = self.keyframe_of(points, sigmas);
+        self.running_free.mark(keyframe.rays());
         let map_from_robot = self.map_from_running() * at;
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
         self.last_keyframe = Some(at);
+        self.since_keyframe = None;
         // Carried on by odometry, the local covariance holds the whole way since the last match
         // already.
         if !self.is_blind {
@@ -264,7 +332,29 @@ impl ScanMatcher {
         }
     }
 
-    fn begin_submap(&mut self) {
+    fn learn_odometry(&mut self, tracked: &Tracked) {
+        let was_sure = std::mem::replace(&mut self.keyframe_is_sure, tracked.is_sure);
+        if let (Some(odometry), Some(last), Some(found)) =
+            (&self.since_keyframe, self.last_keyframe, tracked.found)
+            && was_sure
+            && tracked.is_sure
+        {
+            let matched = last.delta_to(&self.local.pose);
+            let ahead = self.local.pose.rotate(Vector2::x());
+            let sees_way = match found.verdict {
+                Verdict::Degenerate { direction } => direction.dot(&ahead).abs() < 0.3,
+                _ => true,
+            };
+            self.odometry_model.learn(odometry, &matched, sees_way);
+        }
+    }
+
+    /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.
+    fn begin_submap(&mut self, is_loose: bool) {
+        self.loose += usize::from(is_loose);
+        if is_loose {
+            self.recent.clear();
+        }
         let old_from_new = self.local.pose;
         let map_from_submap = self.map_from_running() * old_from_new;
         let new_from_old = old_from_new.inverse();
@@ -275,13 +365,20 @@ impl ScanMatcher {
             self.running
                 .insert(moved(&recent.surfaces, recent.submap_from_robot));
         }
+        for past in &mut self.pasts {
+            past.submap_from_robot = new_from_old * past.submap_from_robot;
+        }
+        let free = std::mem::take(&mut self.running_free);
+        for keyframe in self.keyframes.iter().rev().take(self.recent.len()) {
+            let rays = keyframe.rays_from(&(new_from_old * keyframe.submap_from_robot));
+            self.running_free.mark(rays);
+        }
         let old = self.submaps.len() - 1;
-        let own = self.keyframes.iter().rev().take_while(|k| k.submap == old);
-        let closed = ClosedSubmap::new(surfels, own.flat_map(Keyframe::rays));
+        let closed = ClosedSubmap::new(surfels, free);
         if let Some(submap) = self.submaps.last_mut() {
             submap.closed = closed;
         }
-        if self.is_blind {
+        if self.is_blind || is_loose {
             self.way_cov += std::mem::take(&mut self.local.cov);
         }
         self.join_to_next(old, &old_from_new, map_from_submap);
@@ -300,8 +397,11 @@ impl ScanMatcher {
                 break;
             };
             self.compare(old, new);
-            if self.jobs.front().is_none_or(|next| next.1 != new) && self.graph_changed {
-                self.optimize();
+            if self.jobs.front().is_none_or(|next| next.1 != new) {
+                self.believe_proved(new);
+                if self.graph_changed {
+                    self.optimize();
+                }
             }
         }
         let budget = match count {

@@ -5,7 +5,7 @@
 //!
 //! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are
 //!    matched to the other at once; else the whole window of three standard deviations is searched
-//!    first ([`search_and_match`]).
+//!    first ([`search_turned_and_match`]).
 //! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must
 //!    not stand where the other saw through. What the other never saw says nothing.
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
@@ -16,10 +16,14 @@ use nalgebra::{Matrix3, Point2, Vector3};
 use super::pose_graph::information_at_end;
 use crate::bounds::{Bounds, config};
 use crate::geom::{Pose2, pose_cov};
-use crate::map::{Surfel, SurfelConfig, SurfelMap, cells_on_ray};
+use super::agreement::Agreement;
+use super::facing::Facing;
+use super::free_space::FreeSpace;
+use crate::map::{Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
 use crate::registration::{
-    MatchConfig, Prior, SearchConfig, SearchWindow, Verdict, register, search_and_match,
+    MatchConfig, Prior, Registration, SearchConfig, SearchWindow, Verdict, register,
+    search_turned_and_match,
 };
 
 config! {
@@ -85,8 +89,8 @@ impl ClosureConfig {
     /// Where to search for a submap whose relative pose is this certain.
     pub(super) fn window(&self, doubt: &Doubt) -> SearchWindow {
         SearchWindow {
-            shift: (self.doubt_sigmas * doubt.shift).min(self.max_shift),
-            turn: (self.doubt_sigmas * doubt.turn).min(self.max_turn),
+            shift: (self.doubt_sigmas * doubt.shift).min(super::knob("maxshift", 1000.0)),
+            turn: (self.doubt_sigmas * doubt.turn).min(super::knob("maxturn", 1.5)),
         }
     }
 }
@@ -95,7 +99,8 @@ impl ClosureConfig {
 #[derive(Clone, Debug, Default)]
 pub(super) struct ClosedSubmap {
     surfels: Vec<Surfel>,
-    free: FreeCells,
+    free: FreeSpace,
+    facing: Facing,
     /// Mean of the surfels, in the submap.
     pub(super) centre: Point2<f64>,
     /// Root mean square distance of the surfels from their mean, m.
@@ -109,6 +114,19 @@ pub(super) struct Closure {
     pub(super) motion: Pose2,
     /// In the frame of the new submap, as an edge of a pose graph takes it.
     pub(super) information: Matrix3<f64>,
+    /// Whether it had to be searched for.
+    pub(super) is_searched: bool,
+    /// The part of the surfels of either that lies on those of the other, the larger one.
+    pub(super) overlap: f64,
+    /// Of what is compared, the part that agrees.
+    pub(super) part: f64,
+}
+
+impl Closure {
+    /// What it proves by itself.
+    pub(super) fn proof(&self) -> f64 {
+        self.overlap * ((self.part - 0.7) / super::knob("partw", 0.2)).clamp(0.0, 1.0)
+    }
 }
 
 /// How well a relative pose is known beforehand.
@@ -134,8 +152,8 @@ impl Doubt {
 }
 
 impl ClosedSubmap {
-    /// Closes a submap; `rays` are the beams that drew it, in its frame.
-    pub(super) fn new(surfels: Vec<Surfel>, rays: impl Iterator<Item = [Point2<f64>; 2]>) -> Self {
+    /// Closes a submap; `free` is what was seen through, in its frame.
+    pub(super) fn new(surfels: Vec<Surfel>, free: FreeSpace) -> Self {
         let count = surfels.len().max(1) as f64;
         let mean = surfels
             .iter()
@@ -146,8 +164,8 @@ impl ClosedSubmap {
             .iter()
             .map(|s| (s.position - centre).norm_squared())
             .sum();
-        let free = FreeCells::new(&surfels, rays);
         Self {
+            facing: Facing::of(surfels.iter().map(|s| s.normal)),
             surfels,
             free,
             centre,
@@ -155,7 +173,8 @@ impl ClosedSubmap {
         }
     }
 
-    /// Searches for the new submap `other` in this one; `guess` is `self_from_other`.
+    /// Where the new submap `other` may lie in this one, the best place first; `guess` is
+    /// `self_from_other`.
     pub(super) fn find(
         &self,
         other: &Self,
@@ -164,7 +183,7 @@ impl ClosedSubmap {
         surfels: &SurfelConfig,
         matching: &MatchConfig,
         config: &ClosureConfig,
-    ) -> Option<Closure> {
+    ) -> Vec<Closure> {
         let window = config.window(doubt);
         let reach = &config.match_reach;
         let searched = window.shift > reach.shift || window.turn > reach.turn;
@@ -173,27 +192,61 @@ impl ClosedSubmap {
         let found = if searched {
             let believed = doubt.prior(guess, config);
             let (pivot, search) = (other.centre, &config.search);
-            search_and_match(&points, pivot, &map, &believed, &window, search, matching)?
+            let mut believed = believed;
+            let mut window = window;
+            let reach = super::knob("sreach", 1.5) * (self.radius + other.radius);
+            if window.shift > reach {
+                // Farther away they would have nothing in common.
+                let heading = guess.heading();
+                let turned = Pose2::new(0.0, 0.0, heading).rotate(other.centre.coords);
+                let place = self.centre.coords - turned;
+                believed.pose = Pose2::new(place.x, place.y, heading);
+                window.shift = reach;
+            }
+            {
+            let turns = self.facing.turns(&other.facing);
+            let heading = guess.heading();
+            let admits = |turn: f64| turns.admit(heading + turn);
+            search_turned_and_match(
+                &points, pivot, &map, &believed, &window, admits, search, matching,
+            )
+            }
         } else {
             let found = register(&points, &map, guess, &doubt.prior(guess, config), matching);
-            if !matches!(
+            let is_fixed = matches!(
                 found.verdict,
                 Verdict::Converged | Verdict::Degenerate { .. }
-            ) {
-                return None;
-            }
-            found
+            );
+            is_fixed.then_some(found)
         };
+        let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
+        let closure = |found: &Registration| {
+            self.closure(other, found, (&map, &reverse), &points, searched, config)
+        };
+        found.iter().filter_map(closure).collect()
+    }
+
+    /// What a match is worth, both ways; `None` where too little agrees.
+    fn closure(
+        &self,
+        other: &Self,
+        found: &Registration,
+        (map, reverse): (&SurfelMap, &SurfelMap),
+        points: &[OrientedPoint],
+        is_searched: bool,
+        config: &ClosureConfig,
+    ) -> Option<Closure> {
         let motion = found.estimate.pose;
-        let least = if searched {
+        let least = if is_searched {
             config.min_agreement_searched
         } else {
             config.min_agreement
         };
-        let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
-        let agree = self.agrees_with(&map, other, &motion, least, config)
-            && other.agrees_with(&reverse, self, &motion.inverse(), least, config);
-        if !agree {
+        let forth = Agreement::of(points, &motion, map, &self.free);
+        let back = Agreement::of(&self.points(), &motion.inverse(), reverse, &other.free);
+        let part = forth.part().min(back.part());
+        let enough = forth.agree.min(back.agree) >= config.min_agreeing;
+        if !enough || part < least {
             return None;
         }
         let floor = pose_cov(config.sigma, config.turn_sigma);
@@ -202,6 +255,9 @@ impl ClosedSubmap {
         Some(Closure {
             motion,
             information: information_at_end(&motion, &cov.try_inverse()?),
+            is_searched,
+            overlap: forth.overlap().max(back.overlap()),
+            part,
         })
     }
 
@@ -213,98 +269,6 @@ impl ClosedSubmap {
                 normal: s.normal,
             })
             .collect()
-    }
-
-    /// Whether of the surfels of `other` at least this part agree with what this submap, indexed in
-    /// `map`, saw there.
-    fn agrees_with(
-        &self,
-        map: &SurfelMap,
-        other: &Self,
-        self_from_other: &Pose2,
-        least: f64,
-        config: &ClosureConfig,
-    ) -> bool {
-        let (mut agree, mut contradict) = (0, 0);
-        for surfel in &other.surfels {
-            let place = *self_from_other * surfel.position;
-            let on_surface = map.nearest(place).is_some_and(|s| {
-                s.normal.dot(&(place - s.position)).abs() < config.agree_within
-                    && s.normal.dot(&self_from_other.rotate(surfel.normal)) > config.agree_cosine
-            });
-            if on_surface {
-                agree += 1;
-            } else if self.free.contains(place) {
-                contradict += 1;
-            }
-        }
-        agree >= config.min_agreeing && agree as f64 >= least * (agree + contradict) as f64
-    }
-}
-
-/// Places that beams went through, in cells of 0.2 m, one bit each.
-#[derive(Clone, Debug, Default)]
-struct FreeCells {
-    bits: Vec<u64>,
-}
-
-/// Of each beam, the end that says nothing about free places, m.
-const UNSURE_END: f64 = 0.3;
-/// Side of a cell, m: coarse, since submaps drift by centimetres.
-const FREE_CELL: f64 = 0.2;
-/// Cells along a side, a submap's origin in their middle: 100 m.
-const FREE_SIDE: i32 = 512;
-
-impl FreeCells {
-    fn new(surfels: &[Surfel], rays: impl Iterator<Item = [Point2<f64>; 2]>) -> Self {
-        let size = (FREE_SIDE * FREE_SIDE) as usize;
-        let mut cells = Self {
-            bits: vec![0; size / 64],
-        };
-        for [from, to] in rays {
-            let way = to - from;
-            let length = way.norm();
-            // The end of the beam may belong to the wall, or to an edge that it touches.
-            let part = (length - UNSURE_END) / length;
-            if part.is_nan() || part <= 0.0 {
-                continue;
-            }
-            let end = from + way * part;
-            cells_on_ray(from / FREE_CELL, end / FREE_CELL, |cell| {
-                if let Some((word, bit)) = Self::bit((cell.col, cell.row)) {
-                    cells.bits[word] |= bit;
-                }
-            });
-        }
-        for surfel in surfels {
-            let (col, row) = Self::cell_of(surfel.position);
-            for (dc, dr) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                if let Some((word, bit)) = Self::bit((col + dc, row + dr)) {
-                    cells.bits[word] &= !bit;
-                }
-            }
-        }
-        cells
-    }
-
-    fn cell_of(place: Point2<f64>) -> (i32, i32) {
-        let at = |v: f64| (v / FREE_CELL).floor().clamp(-1e6, 1e6) as i32;
-        (at(place.x), at(place.y))
-    }
-
-    fn bit((col, row): (i32, i32)) -> Option<(usize, u64)> {
-        let (c, r) = (col + FREE_SIDE / 2, row + FREE_SIDE / 2);
-        if !(0..FREE_SIDE).contains(&c) || !(0..FREE_SIDE).contains(&r) {
-            return None;
-        }
-        let at = (r * FREE_SIDE + c) as usize;
-        Some((at / 64, 1 << (at % 64)))
-    }
-
-    fn contains(&self, place: Point2<f64>) -> bool {
-        Self::bit(Self::cell_of(place))
-            .and_then(|(word, bit)| Some(self.bits.get(word)? & bit != 0))
-            .unwrap_or(false)
     }
 }
 

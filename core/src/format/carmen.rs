@@ -1,8 +1,8 @@
 //! CARMEN logs (`.log`, `.clf`): recorded laser scans with the odometry at which they were taken.
 //!
-//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans sorted by `ipc_timestamp`. And
-//! back: scans with their odometry become a log ([`CarmenLog::push`]), and a log text
-//! ([`CarmenLog::write`]).
+//! In: bytes, in chunks of any size. Out: a [`CarmenLog`], scans in the order in which they
+//! were taken. And back: scans with their odometry become a log ([`CarmenLog::push`]), and a log
+//! text ([`CarmenLog::write`]).
 //!
 //! 1. Lines are cut from the chunks as they come; only an unfinished line and the numbers
 //!    themselves are kept, so a large log is never held as text.
@@ -11,9 +11,8 @@
 //!    messages are skipped.
 //! 3. Structure is strict: the number of fields must be that announced and every number finite.
 //!    Spaces, tabs, line ends, empty lines and comments are free.
-//! 4. At the end the scans are sorted, since recorders write messages of several senders as they
-//!    arrive, and the reading that stands for "nothing came back" is found (see
-//!    [`CarmenLog::no_return_from`]).
+//! 4. At the end the scans are put in the order in which they were taken (`order`), and the reading
+//!    that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
 //!
 //! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the
 //! head of each log). `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host
@@ -22,6 +21,7 @@
 
 mod error;
 mod fields;
+mod order;
 mod reader;
 #[cfg(test)]
 mod tests;
@@ -75,6 +75,8 @@ impl BeamFan {
 pub struct CarmenScan {
     /// `ipc_timestamp`, s, as it stands in the log.
     pub ipc_seconds: f64,
+    /// When it was taken, s: the stamp, mended where stamps run backwards.
+    pub seconds: f64,
     /// Pose of the robot in the frame of the odometry.
     pub odom_from_robot: Pose2,
     /// Where the laser sits.
@@ -92,7 +94,7 @@ pub struct CarmenScan {
 pub struct CarmenLog {
     /// The laser whose scans these are: the one with most messages.
     pub laser: Laser,
-    /// The scans, sorted by `ipc_seconds`.
+    /// The scans, in the order in which they were taken.
     pub scans: Vec<CarmenScan>,
     /// `PARAM` lines: name and value.
     pub params: Vec<(String, String)>,
@@ -123,16 +125,23 @@ impl CarmenLog {
     #[must_use]
     pub fn duration(&self) -> f64 {
         match (self.scans.first(), self.scans.last()) {
-            (Some(first), Some(last)) => last.ipc_seconds - first.ipc_seconds,
+            (Some(first), Some(last)) => last.seconds - first.seconds,
             _ => 0.0,
         }
+    }
+
+    /// Whether the odometry ever moved: a log of a carried sensor repeats one pose.
+    #[must_use]
+    pub fn has_odometry(&self) -> bool {
+        let poses = self.scans.iter().map(|scan| scan.odom_from_robot);
+        poses.clone().zip(poses.skip(1)).any(|(a, b)| a != b)
     }
 
     /// Stamp of a scan: time since the first.
     #[must_use]
     pub fn stamp(&self, scan: &CarmenScan) -> Stamp {
-        let start = self.scans.first().map_or(0.0, |first| first.ipc_seconds);
-        Stamp::from_seconds(scan.ipc_seconds - start)
+        let start = self.scans.first().map_or(0.0, |first| first.seconds);
+        Stamp::from_seconds(scan.seconds - start)
     }
 
     /// A scan as the rest of core takes it: no-returns infinite, readings of 0 invalid, σ 1 cm as

@@ -129,6 +129,37 @@ impl LikelihoodPyramid {
         sum
     }
 
+    /// The same where it is above `least`; else some number that is not, found sooner.
+    #[must_use]
+    pub fn sum_above(
+        &self,
+        level: usize,
+        cells: &[(i32, i32)],
+        shift: (i32, i32),
+        least: u32,
+    ) -> u32 {
+        let Some(values) = self.levels.get(level) else {
+            return 0;
+        };
+        let (cols, rows) = (self.cols as u32, self.rows as u32);
+        let (mut sum, mut left) = (0, 255 * cells.len() as u32);
+        for some in cells.chunks(32) {
+            for &(col, row) in some {
+                // Negative becomes larger than any size.
+                let col = col.wrapping_add(shift.0) as u32;
+                let row = row.wrapping_add(shift.1) as u32;
+                if col < cols && row < rows {
+                    sum += u32::from(values[(row * cols + col) as usize]);
+                }
+            }
+            left -= 255 * some.len() as u32;
+            if sum + left <= least {
+                return 0;
+            }
+        }
+        sum
+    }
+
     /// The last level with squares twice as large: the maximum of four squares that lie `half`
     /// cells apart.
     fn coarser(&self, half: i32) -> Vec<u8> {

@@ -47,6 +47,19 @@ pub fn search(
     window: &SearchWindow,
     min_score: f64,
 ) -> Option<Candidate> {
+    search_turned(points, map, start, window, min_score, |_| true)
+}
+
+/// The same among the turns from `start`, rad, that `admits` says may be right.
+#[must_use]
+pub fn search_turned(
+    points: &[Point2<f64>],
+    map: &LikelihoodPyramid,
+    start: &Pose2,
+    window: &SearchWindow,
+    min_score: f64,
+    admits: impl Fn(f64) -> bool,
+) -> Option<Candidate> {
     if points.is_empty() || !start.is_finite() {
         return None;
     }
@@ -59,6 +72,7 @@ pub fn search(
     let turns = ((window.turn / step).ceil() as i32).clamp(0, MAX_TURNS);
     let reach = (window.shift / cell).ceil().clamp(0.0, 1e4) as i32;
     let rotated: Vec<(Pose2, Vec<(i32, i32)>)> = (-turns..=turns)
+        .filter(|&k| admits(f64::from(k) * step))
         .map(|k| {
             let pose = Pose2::new(start.x(), start.y(), start.heading() + f64::from(k) * step);
             let cells = points.iter().map(|&p| map.cell_of(pose * p)).collect();
@@ -67,28 +81,31 @@ pub fn search(
         .collect();
     let top = map.levels() - 1;
     let side = 1_i32 << top;
+    let mut best = Best {
+        bound: (min_score * 255.0 * points.len() as f64) as u32,
+        found: None,
+    };
     let mut squares = vec![];
     for (turn, (_, cells)) in rotated.iter().enumerate() {
         let mut col = -reach;
         while col <= reach {
             let mut row = -reach;
             while row <= reach {
-                squares.push(Square {
-                    bound: map.sum(top, cells, (col, row)),
-                    turn,
-                    col,
-                    row,
-                });
+                let bound = map.sum_above(top, cells, (col, row), best.bound);
+                if bound > best.bound {
+                    squares.push(Square {
+                        bound,
+                        turn,
+                        col,
+                        row,
+                    });
+                }
                 row += side;
             }
             col += side;
         }
     }
     sort(&mut squares);
-    let mut best = Best {
-        bound: (min_score * 255.0 * points.len() as f64) as u32,
-        found: None,
-    };
     branch(map, &rotated, top, &squares, reach, &mut best);
     let found = best.found?;
     let (pose, _) = rotated.get(found.turn)?;
@@ -146,13 +163,15 @@ fn branch(
         for (col, row) in [(0, 0), (half, 0), (0, half), (half, half)] {
             let (col, row) = (square.col + col, square.row + row);
             if col <= reach && row <= reach {
-                let bound = map.sum(level - 1, cells, (col, row));
-                parts.push(Square {
-                    bound,
-                    turn: square.turn,
-                    col,
-                    row,
-                });
+                let bound = map.sum_above(level - 1, cells, (col, row), best.bound);
+                if bound > best.bound {
+                    parts.push(Square {
+                        bound,
+                        turn: square.turn,
+                        col,
+                        row,
+                    });
+                }
             }
         }
         sort(&mut parts);

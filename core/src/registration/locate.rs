@@ -19,7 +19,7 @@
 
 use nalgebra::{Matrix3, Point2};
 
-use super::{MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search};
+use super::{MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search_turned};
 use crate::geom::Pose2;
 use crate::map::LikelihoodPyramid;
 use crate::points::OrientedPoint;
@@ -235,13 +235,31 @@ pub fn search_and_match<T: Target>(
     config: &SearchConfig,
     matching: &MatchConfig,
 ) -> Option<Registration> {
+    let any = |_| true;
+    search_turned_and_match(points, pivot, target, believed, window, any, config, matching)
+}
+
+/// The same among the turns, rad, that `admits` says may be right.
+#[must_use]
+#[expect(clippy::too_many_arguments, reason = "those of the search and those of the match")]
+pub fn search_turned_and_match<T: Target>(
+    points: &[OrientedPoint],
+    pivot: Point2<f64>,
+    target: &T,
+    believed: &Prior,
+    window: &SearchWindow,
+    admits: impl Fn(f64) -> bool,
+    config: &SearchConfig,
+    matching: &MatchConfig,
+) -> Option<Registration> {
     let likelihood = target.likelihood(config)?;
     let every = points.len() / config.most_points + 1;
     let some = points.iter().step_by(every);
     let about_pivot: Vec<_> = some.map(|p| p.position - pivot.coords).collect();
     let points_from_pivot = Pose2::new(pivot.x, pivot.y, 0.0);
     let start = believed.pose * points_from_pivot;
-    let found = search(&about_pivot, &likelihood, &start, window, config.min_score)?;
+    let least = config.min_score;
+    let found = search_turned(&about_pivot, &likelihood, &start, window, least, admits)?;
     let pose = found.pose * points_from_pivot.inverse();
     let information = match config.prior {
         SearchedPrior::PartOfBefore(part) => believed.information * part,

@@ -12,9 +12,12 @@ mod point_to_line;
 mod point_to_point;
 mod target;
 
-pub use correlative::{Candidate, SearchWindow, search};
+pub use correlative::{Candidate, SearchWindow, search, search_turned};
 pub use gauss_newton::MatchConfig;
-pub use locate::{LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match};
+pub use locate::{
+    LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match,
+    search_turned_and_match,
+};
 pub use outcome::{Prior, Registration, Verdict};
 pub use target::Target;
 

@@ -52,7 +52,10 @@ impl Feed {
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
         match log {
             Log::Carmen(log) => {
-                let step = carmen_step(log, self.next, robot)?;
+                let mut step = carmen_step(log, self.next, robot)?;
+                if !self.has_robot {
+                    step.odometry.clear();
+                }
                 self.next += 1;
                 Some(step)
             }

@@ -79,7 +79,7 @@ impl Log {
     #[must_use]
     pub fn has_odometry(&self) -> bool {
         match self {
-            Self::Carmen(_) => true,
+            Self::Carmen(log) => log.has_odometry(),
             Self::Recording(recording) => recording.has_odometry(),
         }
     }

@@ -109,7 +109,12 @@ impl ScanMatcher {
 impl Keyframe {
     /// The beams, from the sensor to where they are surely free, in the submap.
     pub(super) fn rays(&self) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
-        let at = self.submap_from_robot;
+        self.rays_from(&self.submap_from_robot)
+    }
+
+    /// The same with the robot at `at`.
+    pub(super) fn rays_from(&self, at: &Pose2) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
+        let at = *at;
         self.free
             .iter()
             .map(move |way| way.map(|end| at * double(end)))

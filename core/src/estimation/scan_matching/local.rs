@@ -5,28 +5,9 @@ use nalgebra::Matrix3;
 
 use super::ScanMatcher;
 use crate::geom::{PoseEstimate, pose_cov, symmetrize};
-use crate::registration::{Prior, Registration, Verdict};
-use crate::robot::Odometry;
+use crate::registration::{Registration, Verdict};
 
 impl ScanMatcher {
-    /// What odometry says since the last match; the pose at that match is the map's, and not
-    /// doubted here.
-    pub(super) fn prior(&self, predicted: &PoseEstimate, moved: &Odometry) -> Prior {
-        let turned = self.local.pose.rotation();
-        let since_match = if self.is_blind {
-            predicted.cov
-        } else {
-            turned * moved.cov * turned.transpose()
-        };
-        let cov = since_match + self.odometry_floor();
-        // A covariance that odometry spoilt says nothing.
-        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
-        Prior {
-            pose: predicted.pose,
-            information,
-        }
-    }
-
     /// The matched pose with its covariance: that of the match where the points say something,
     /// odometry's since the last keyframe where they do not.
     pub(super) fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
@@ -51,7 +32,7 @@ impl ScanMatcher {
     }
 
     /// What odometry is not believed better than between two scans.
-    fn odometry_floor(&self) -> Matrix3<f64> {
-        pose_cov(self.config.odometry_sigma, self.config.odometry_turn_sigma)
+    pub(super) fn odometry_floor(&self) -> Matrix3<f64> {
+        pose_cov(super::super::knob("ofloor", self.config.odometry_sigma), super::super::knob("oturn", self.config.odometry_turn_sigma))
     }
 }

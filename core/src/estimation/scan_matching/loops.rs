@@ -9,6 +9,7 @@ use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
+use super::closures::{Candidate, Ways};
 use super::{ScanMatcher, carried};
 use crate::geom::{Pose2, pose_cov};
 
@@ -48,18 +49,35 @@ impl ScanMatcher {
             .take(new.saturating_sub(1))
             .filter_map(|(old, (submap, doubt))| {
                 let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
-                let reach = submap.closed.radius.max(this.closed.radius)
-                    + self.config.closure.window(doubt).shift;
-                (distance < reach && !self.are_joined(old, new)).then_some((distance, old))
+                let reach = submap.closed.radius.max(this.closed.radius) + 3.0 * doubt.shift;
+                let compared = self.compared.get(&(old, new)).copied();
+                let is_new = compared.is_none_or(|before| doubt.shift < 0.5 * before);
+                (distance < reach && is_new && !self.are_joined(old, new)).then_some((distance, old))
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let chosen = near.into_iter().take(self.config.closure.candidates);
-        self.jobs.extend(chosen.map(|(_, old)| (old, new)));
+        // Where little is known of the way, neighbours show the same: one of them is enough.
+        let mut chosen: Vec<usize> = vec![];
+        for (_, old) in near {
+            let is_wide = doubts[old].shift > super::super::knob("wide", 0.7);
+            let middle = |i: usize| self.submaps[i].map_from_submap * self.submaps[i].closed.centre;
+            let is_covered = |&other: &usize| {
+                doubts[other].shift > super::super::knob("wide", 0.7) && (middle(other) - middle(old)).norm() < super::super::knob("apart", 3.0)
+            };
+            if is_wide && chosen.iter().any(is_covered) {
+                continue;
+            }
+            chosen.push(old);
+            if chosen.len() >= super::super::knob("cand", 40.0) as usize {
+                break;
+            }
+        }
+        self.jobs.extend(chosen.into_iter().map(|old| (old, new)));
     }
 
     pub(super) fn compare(&mut self, old: usize, new: usize) {
         let doubts = self.doubts(new);
+        self.compared.insert((old, new), doubts[old].shift);
         let (a, b) = (&self.submaps[old], &self.submaps[new]);
         let guess = a.map_from_submap.delta_to(&b.map_from_submap);
         let found = a.closed.find(
@@ -70,12 +88,60 @@ impl ScanMatcher {
             &self.config.locate.matching,
             &self.config.closure,
         );
-        let Some(closure) = found else { return };
+        let doubt = doubts[old];
+        for closure in found {
+            let candidate = Candidate {
+                old,
+                new,
+                closure,
+                doubt,
+            };
+            self.say("F", &candidate);
+            if closure.is_searched {
+                self.waiting.push(candidate);
+            } else {
+                self.believe(&candidate);
+            }
+        }
+    }
+
+    /// Believes the placements that are proved by now.
+    pub(super) fn believe_proved(&mut self, new: usize) {
+        let mut waiting = std::mem::take(&mut self.waiting);
+        let ways = KnownWays {
+            poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
+            doubts: std::cell::RefCell::default(),
+            matcher: self,
+        };
+        let proved = waiting.take_proved(new, &ways);
+        self.waiting = waiting;
+        for candidate in &proved {
+            self.believe(candidate);
+        }
+        if !proved.is_empty() {
+            // The way since the last closure is known better by now.
+            self.optimize();
+            for between in std::mem::replace(&mut self.last_closed, new)..new {
+                self.plan_comparisons(between);
+            }
+        }
+    }
+
+    fn say(&self, what: &str, c: &Candidate) {
+        if super::super::knob("debug", 0.0) > 0.0 {
+            let m = &c.closure.motion;
+            let at = |i: usize| self.trajectory.iter().find(|t| t.submap >= i).map_or(0.0, |t| t.stamp.seconds());
+            eprintln!("{what} {} {} {} {} {} {} {} ov {:.2} part {:.2} doubt {:.2} {:.3} s {}", c.old, c.new, at(c.old), at(c.new), m.x(), m.y(), m.heading(), c.closure.overlap, c.closure.part, c.doubt.shift, c.doubt.turn, c.closure.is_searched);
+        }
+    }
+
+    fn believe(&mut self, candidate: &Candidate) {
+        self.say("A", candidate);
         let added = self.graph.add_edge(Edge {
-            from: old,
-            to: new,
-            motion: closure.motion,
-            information: closure.information,
+            from: candidate.old,
+            to: candidate.new,
+            motion: candidate.closure.motion,
+            information: candidate.closure.information,
             cauchy: Some(self.config.closure.kernel),
         });
         if added {
@@ -111,7 +177,12 @@ impl ScanMatcher {
             let Some(cov) = edge.information.try_inverse() else {
                 continue;
             };
-            let (shift, turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
+            let (mut shift, mut turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
+            if edge.cauchy.is_none() {
+                // Errors of the way add up where a submap errs as the one before it did.
+                shift += (super::super::knob("dshift", 0.02) * edge.motion.position().coords.norm()).powi(2);
+                turn += super::super::knob("dturn", 0.015).powi(2);
+            }
             ways[edge.from].push((edge.to, shift, turn));
             ways[edge.to].push((edge.from, shift, turn));
         }
@@ -141,5 +212,20 @@ impl ScanMatcher {
                 turn: t.sqrt(),
             })
             .collect()
+    }
+}
+
+/// The ways through the pose graph.
+struct KnownWays<'a> {
+    poses: Vec<Pose2>,
+    doubts: std::cell::RefCell<std::collections::BTreeMap<usize, Vec<Doubt>>>,
+    matcher: &'a ScanMatcher,
+}
+
+impl Ways for KnownWays<'_> {
+    fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
+        let mut doubts = self.doubts.borrow_mut();
+        let known = doubts.entry(from).or_insert_with(|| self.matcher.doubts(from));
+        (self.poses[from].delta_to(&self.poses[to]), known[to])
     }
 }

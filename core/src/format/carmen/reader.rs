@@ -1,6 +1,7 @@
 //! Reads a log as its bytes come.
 
 use super::fields::{Fields, check_text};
+use super::order::in_order;
 use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser};
 
 /// A line longer than this is not a line of a log.
@@ -71,16 +72,14 @@ impl CarmenReader {
         // The first of equals: the front laser.
         let lasers = kinds.into_iter().zip(self.lasers).rev();
         let most = lasers.max_by_key(|(_, scans)| scans.len());
-        let (laser, mut scans) = most.unwrap_or((Laser::Front, vec![]));
+        let (laser, scans) = most.unwrap_or((Laser::Front, vec![]));
         if scans.is_empty() {
             return Err(CarmenError::NoLaser { lines: self.line });
         }
-        // A stable sort: scans of the same stamp keep the order of the file.
-        scans.sort_by(|a, b| a.ipc_seconds.total_cmp(&b.ipc_seconds));
         Ok(CarmenLog {
             laser,
             no_return_from: no_return_from(&self.readings),
-            scans,
+            scans: in_order(scans, &self.readings),
             params: self.params,
             readings: self.readings,
         })
@@ -129,8 +128,10 @@ impl CarmenReader {
         let start = self.read_ranges(&mut fields, beams)?;
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
+        let seconds = fields.seconds()?;
         self.lasers[slot].push(CarmenScan {
-            ipc_seconds: fields.seconds()?,
+            ipc_seconds: seconds,
+            seconds,
             odom_from_robot,
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan::half_circle(beams),
@@ -160,8 +161,10 @@ impl CarmenReader {
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
         fields.skip(5)?;
+        let seconds = fields.seconds()?;
         self.lasers[2].push(CarmenScan {
-            ipc_seconds: fields.seconds()?,
+            ipc_seconds: seconds,
+            seconds,
             odom_from_robot,
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan { first, step },

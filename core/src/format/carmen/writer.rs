@@ -51,6 +51,7 @@ impl CarmenLog {
         self.readings.extend(ranges.into_iter().map(reading));
         self.scans.push(CarmenScan {
             ipc_seconds: seconds,
+            seconds,
             odom_from_robot: *odom_from_robot,
             robot_from_sensor: scan.robot_from_sensor,
             fan: BeamFan {

@@ -1,0 +1,99 @@
+//! How well points stand on the map that they are laid on: what agrees, and what contradicts.
+//!
+//! In: oriented points at a pose, surfels, and the places that beams went through. Out: an
+//! [`Agreement`]. A point agrees that lies on a surface which faces the same way; it contradicts
+//! where the map was seen through and no surface is near. What was never seen says nothing.
+
+use super::free_space::FreeSpace;
+use crate::geom::Pose2;
+use crate::map::SurfelMap;
+use crate::points::OrientedPoint;
+
+/// A point agrees that lies nearer than this to a surface, m, across it: more takes the two sides
+/// of a thin wall for one.
+const AGREES_WITHIN: f64 = 0.08;
+/// Cosine of the largest angle between surfaces that agree.
+const AGREES_COSINE: f64 = 0.5;
+/// A point contradicts only farther than this from every surface, m.
+const CONTRADICTS_BEYOND: f64 = 0.25;
+
+/// What a map says of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Says {
+    Agrees,
+    Contradicts,
+    Nothing,
+}
+
+/// What is drawn in `map`, and was seen through in `free`, says of a point at `pose`.
+pub(super) fn says(
+    point: &OrientedPoint,
+    pose: &Pose2,
+    map: &SurfelMap,
+    free: &FreeSpace,
+) -> Says {
+    let place = *pose * point.position;
+    if let Some(surfel) = map.nearest(place) {
+        let off = place - surfel.position;
+        let faces = surfel.normal.dot(&pose.rotate(point.normal));
+        if surfel.normal.dot(&off).abs() < AGREES_WITHIN && faces > AGREES_COSINE {
+            return Says::Agrees;
+        }
+        if off.norm_squared() < CONTRADICTS_BEYOND * CONTRADICTS_BEYOND {
+            return Says::Nothing;
+        }
+    }
+    match free.contains(place) {
+        true => Says::Contradicts,
+        false => Says::Nothing,
+    }
+}
+
+/// How many points agree with a map, contradict it, or say nothing of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Agreement {
+    pub(super) agree: usize,
+    pub(super) contradict: usize,
+    pub(super) total: usize,
+}
+
+impl Agreement {
+    /// Of `points` at `pose`.
+    pub(super) fn of(
+        points: &[OrientedPoint],
+        pose: &Pose2,
+        map: &SurfelMap,
+        free: &FreeSpace,
+    ) -> Self {
+        Self::sum(points.iter().map(|point| says(point, pose, map, free)))
+    }
+
+    /// Of what a map says of each point.
+    pub(super) fn sum(said: impl Iterator<Item = Says>) -> Self {
+        let mut sum = Self::default();
+        for says in said {
+            sum.total += 1;
+            match says {
+                Says::Agrees => sum.agree += 1,
+                Says::Contradicts => sum.contradict += 1,
+                Says::Nothing => {}
+            }
+        }
+        sum
+    }
+
+    /// The part of all points that agrees.
+    pub(super) fn overlap(&self) -> f64 {
+        self.agree as f64 / self.total.max(1) as f64
+    }
+
+    /// Of the points that say something, the part that agrees; 1 where none says anything.
+    pub(super) fn part(&self) -> f64 {
+        let said = self.agree + self.contradict;
+        if said == 0 {
+            1.0
+        } else {
+            self.agree as f64 / said as f64
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Places that beams went through: what was surely free, in coarse cells, a bit each.
+//!
+//! In: beams, from the sensor to where they are surely free. Out: whether a place was seen through.
+//! The area grows with what is marked.
+
+use nalgebra::Point2;
+
+use crate::map::cells_on_ray;
+
+/// Side of a cell, m: coarse, since submaps drift by centimetres.
+const CELL: f64 = 0.2;
+/// Of each beam, the end that says nothing about free places, m: it may belong to the wall, or to
+/// an edge that the beam touches.
+const UNSURE_END: f64 = 0.3;
+/// Cells along the side of a tile, which is one word.
+const TILE: i32 = 8;
+/// Tiles that the area grows by beyond what is asked for, to each side.
+const MARGIN: i32 = 8;
+/// Tiles that the area may span along a side: 3 km.
+const MOST_TILES: i32 = 2048;
+
+/// Where beams went through.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FreeSpace {
+    /// Column and row of the tile at the lower left.
+    low: (i32, i32),
+    cols: i32,
+    rows: i32,
+    tiles: Vec<u64>,
+}
+
+impl FreeSpace {
+    /// Marks what beams went through.
+    pub(super) fn mark(&mut self, rays: impl Iterator<Item = [Point2<f64>; 2]>) {
+        for [from, to] in rays {
+            let way = to - from;
+            let length = way.norm();
+            let part = (length - UNSURE_END) / length;
+            if part.is_nan() || part <= 0.0 {
+                continue;
+            }
+            let end = from + way * part;
+            if !(self.hold(from) && self.hold(end)) {
+                continue;
+            }
+            cells_on_ray(from / CELL, end / CELL, |cell| {
+                if let Some((tile, bit)) = self.bit((cell.col, cell.row)) {
+                    self.tiles[tile] |= bit;
+                }
+            });
+        }
+    }
+
+    /// Whether a beam went through this place.
+    pub(super) fn contains(&self, place: Point2<f64>) -> bool {
+        self.bit(cell_of(place))
+            .and_then(|(tile, bit)| Some(self.tiles.get(tile)? & bit != 0))
+            .unwrap_or(false)
+    }
+
+    /// Grows the area until it holds `place`; `false` where that is too far.
+    fn hold(&mut self, place: Point2<f64>) -> bool {
+        let (col, row) = cell_of(place);
+        let at = (col.div_euclid(TILE), row.div_euclid(TILE));
+        let (col, row) = (at.0 - self.low.0, at.1 - self.low.1);
+        if (0..self.cols).contains(&col) && (0..self.rows).contains(&row) {
+            return true;
+        }
+        let was = (!self.tiles.is_empty()).then(|| {
+            let high = (self.low.0 + self.cols, self.low.1 + self.rows);
+            (self.low, high)
+        });
+        let (low, high) = was.unwrap_or((at, (at.0 + 1, at.1 + 1)));
+        let grown = |at: i32, low: i32, high: i32| {
+            let low = if at < low { at - MARGIN } else { low };
+            let high = if at >= high { at + 1 + MARGIN } else { high };
+            (low, high)
+        };
+        let (cols, rows) = (grown(at.0, low.0, high.0), grown(at.1, low.1, high.1));
+        if cols.1 - cols.0 > MOST_TILES || rows.1 - rows.0 > MOST_TILES {
+            return false;
+        }
+        let mut larger = Self {
+            low: (cols.0, rows.0),
+            cols: cols.1 - cols.0,
+            rows: rows.1 - rows.0,
+            tiles: vec![],
+        };
+        larger.tiles = vec![0; (larger.cols * larger.rows) as usize];
+        let shift = (self.low.0 - larger.low.0, self.low.1 - larger.low.1);
+        for row in 0..self.rows {
+            let from = (row * self.cols) as usize;
+            let to = ((row + shift.1) * larger.cols + shift.0) as usize;
+            let count = self.cols as usize;
+            larger.tiles[to..to + count].copy_from_slice(&self.tiles[from..from + count]);
+        }
+        *self = larger;
+        true
+    }
+
+    fn bit(&self, (col, row): (i32, i32)) -> Option<(usize, u64)> {
+        let tile_col = col.div_euclid(TILE) - self.low.0;
+        let tile_row = row.div_euclid(TILE) - self.low.1;
+        if !(0..self.cols).contains(&tile_col) || !(0..self.rows).contains(&tile_row) {
+            return None;
+        }
+        let bit = row.rem_euclid(TILE) * TILE + col.rem_euclid(TILE);
+        Some(((tile_row * self.cols + tile_col) as usize, 1 << bit))
+    }
+}
+
+fn cell_of(place: Point2<f64>) -> (i32, i32) {
+    let at = |v: f64| (v / CELL).floor().clamp(-1e6, 1e6) as i32;
+    (at(place.x), at(place.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_lies_on_a_beam_is_free_and_nothing_beside_it(
+            x in -60.0..60.0_f64, y in -60.0..60.0_f64, angle in -3.1..3.1_f64,
+            length in 0.5..90.0_f64, part in 0.0..1.0_f64,
+        ) {
+            let from = Point2::new(x, y);
+            let along = crate::geom::unit_vector(angle);
+            let mut free = FreeSpace::default();
+            let near = Point2::new(3.0, -2.0);
+            free.mark([[near, near + along]].into_iter());
+            free.mark([[from, from + along * length]].into_iter());
+            prop_assert!(free.contains(near + along * 0.5), "kept while the area grew");
+            prop_assert!(free.contains(from + along * part * (length - UNSURE_END)));
+            prop_assert!(!free.contains(from + along * (length + 0.01)));
+            let beside = from + nalgebra::Vector2::new(-along.y, along.x) * 0.6;
+            prop_assume!((beside - near).norm() > 2.0);
+            prop_assert!(!free.contains(beside));
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_or_too_far_is_left_out() {
+        let mut free = FreeSpace::default();
+        let far = Point2::new(1e9, f64::NAN);
+        free.mark([[Point2::origin(), far], [far, far]].into_iter());
+        assert!(!free.contains(far) && !free.contains(Point2::new(1e300, 0.0)));
+    }
+}

@@ -1,0 +1,163 @@
+//! Loop closures that wait for proof, and when it is enough.
+//!
+//! In: placements of new submaps in old ones, each found in a window as wide as the doubt. Out:
+//! those that are believed.
+//!
+//! 1. A placement that needed no search is believed at once: it says what was known already, only
+//!    better.
+//! 2. One that was searched for waits. It is believed together with others that agree with it: they
+//!    place other submaps, and the ways between the submaps, old and new, lead to the same relative
+//!    pose.
+//! 3. The proof that is asked for grows with the number of places that were searched: by chance
+//!    something fits somewhere.
+//! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
+//!    the building looks alike there, and what comes next decides.
+//!
+//! Source of step 2: Mangelson et al. (2018), "Pairwise consistent measurement set maximization for
+//! robust multi-robot map merging".
+
+use super::super::submap::{Closure, Doubt};
+use crate::geom::Pose2;
+
+/// A placement of one submap in another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) old: usize,
+    pub(super) new: usize,
+    pub(super) closure: Closure,
+    /// What was known of the relative pose before.
+    pub(super) doubt: Doubt,
+}
+
+/// Placements that wait.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Waiting {
+    list: Vec<Candidate>,
+}
+
+/// How two placements stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Relation {
+    Agree,
+    Contradict,
+    /// The ways between them are known too badly to say.
+    Unknown,
+}
+
+/// The error that placements may have themselves, m and rad.
+const PLACED_SHIFT: f64 = 0.08;
+const PLACED_TURN: f64 = 0.015;
+/// Ways that are known worse than this say nothing, m.
+const MOST_DOUBT: f64 = 1.5;
+/// Most placements that wait; the oldest go first.
+const MOST_WAITING: usize = 400;
+
+/// What is known of the way between two submaps: the pose of the second in the first, and its
+/// doubt.
+pub(super) trait Ways {
+    fn way(&self, from: usize, to: usize) -> (Pose2, Doubt);
+}
+
+impl Waiting {
+    pub(super) fn push(&mut self, candidate: Candidate) {
+        self.list.push(candidate);
+        if self.list.len() > MOST_WAITING {
+            self.list.remove(0);
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Takes out the placements that are proved together with the newest one, if they are.
+    pub(super) fn take_proved(&mut self, new: usize, ways: &impl Ways) -> Vec<Candidate> {
+        let seeds: Vec<usize> = (0..self.list.len())
+            .filter(|&i| self.list[i].new == new)
+            .collect();
+        let mut best: Option<(f64, Vec<usize>)> = None;
+        for &seed in &seeds {
+            let (members, rivals) = self.sides(seed, ways);
+            let evidence = self.evidence(&members);
+            let rival = rivals
+                .iter()
+                .map(|&r| self.evidence(&self.sides(r, ways).0))
+                .fold(0.0, f64::max);
+            let asked = proof(&self.list[seed].doubt);
+            if super::super::knob("debug", 0.0) > 0.0 {
+                let c = &self.list[seed];
+                eprintln!("K {} {} members {} evidence {evidence:.2} asked {asked:.2} rival {rival:.2}", c.old, c.new, members.len());
+            }
+            let proved = evidence >= asked && evidence >= 1.3 * rival + 0.1 * f64::from(rival > 0.0);
+            if proved && best.as_ref().is_none_or(|(e, _)| evidence > *e) {
+                best = Some((evidence, members));
+            }
+        }
+        let Some((_, members)) = best else {
+            return vec![];
+        };
+        let taken: Vec<Candidate> = members.iter().map(|&i| self.list[i]).collect();
+        // What the same submaps were elsewhere is refused, and what agrees is taken.
+        self.list.retain(|c| !taken.iter().any(|t| t.new == c.new));
+        taken
+    }
+
+    /// Those that agree with the placement `seed`, itself among them, and those that contradict it.
+    fn sides(&self, seed: usize, ways: &impl Ways) -> (Vec<usize>, Vec<usize>) {
+        let (mut agree, mut contradict) = (vec![seed], vec![]);
+        for other in (0..self.list.len()).filter(|&i| i != seed) {
+            match self.relation(seed, other, ways) {
+                Relation::Agree => agree.push(other),
+                Relation::Contradict => contradict.push(other),
+                Relation::Unknown => {}
+            }
+        }
+        (agree, contradict)
+    }
+
+    fn relation(&self, a: usize, b: usize, ways: &impl Ways) -> Relation {
+        let (a, b) = (&self.list[a], &self.list[b]);
+        let (old_from_other, old_doubt) = ways.way(a.old, b.old);
+        let (new_from_other, new_doubt) = ways.way(a.new, b.new);
+        let variance = old_doubt.shift * old_doubt.shift + new_doubt.shift * new_doubt.shift;
+        if variance > MOST_DOUBT * MOST_DOUBT {
+            return Relation::Unknown;
+        }
+        let turn = (old_doubt.turn * old_doubt.turn
+            + new_doubt.turn * new_doubt.turn
+            + 2.0 * PLACED_TURN * PLACED_TURN)
+            .sqrt();
+        let lever = new_from_other.position().coords.norm();
+        let shift = (variance
+            + 2.0 * PLACED_SHIFT * PLACED_SHIFT
+            + lever * lever * (PLACED_TURN * PLACED_TURN))
+            .sqrt();
+        let by_a = a.closure.motion * new_from_other;
+        let by_b = old_from_other * b.closure.motion;
+        let off = by_a.delta_to(&by_b);
+        let agree =
+            off.position().coords.norm() < 3.0 * shift && off.heading().abs() < 3.0 * turn;
+        if agree {
+            Relation::Agree
+        } else {
+            Relation::Contradict
+        }
+    }
+
+    /// What placements prove together: of each new submap the best.
+    fn evidence(&self, members: &[usize]) -> f64 {
+        let mut best = std::collections::BTreeMap::new();
+        for &member in members {
+            let candidate = &self.list[member];
+            let entry = best.entry(candidate.new).or_insert(0.0_f64);
+            *entry = entry.max(candidate.closure.proof());
+        }
+        best.values().sum()
+    }
+}
+
+/// The evidence that is asked for in a window of this doubt.
+fn proof(doubt: &Doubt) -> f64 {
+    let places = (3.0 * doubt.shift / 0.5).max(1.0) * (3.0 * doubt.turn / 0.1).max(1.0);
+    super::super::knob("proof0", 0.5) + super::super::knob("proof1", 0.25) * libm::log(places)
+}

@@ -1,0 +1,149 @@
+//! How the odometry of this robot errs, learned while matches are sure.
+//!
+//! In: odometry between keyframes, and what the matches made of it. Out: odometry with its bias
+//! taken out, and with a covariance as large as its errors really are.
+//!
+//! 1. Wheels err by a bias: the way by a part of itself, the turn by a part of itself and by
+//!    something for each metre (unequal wheels). The three are a state that wanders slowly, and a
+//!    Kalman filter follows it.
+//! 2. What the bias leaves is noise: the covariance that comes with the odometry is scaled until it
+//!    explains the errors. Noise alone would explain a bias as well, but not help along a corridor,
+//!    where nothing but the wheels tells how far the robot went.
+//!
+//! Source of the model: Borenstein & Feng (1996), "Measurement and correction of systematic
+//! odometry errors in mobile robots".
+
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+
+use crate::geom::{Pose2, symmetrize};
+use crate::robot::Odometry;
+
+/// What is known beforehand of the bias: of the way, 1; of the turn for each metre, rad/m; of the
+/// turn, 1.
+const FIRST_SIGMAS: [f64; 3] = [0.05, 0.05, 0.1];
+/// How far each wanders with every keyframe.
+const WANDER: [f64; 3] = [0.001, 0.001, 0.002];
+/// What a match is known to at each end, m and rad.
+const MATCH_SHIFT: f64 = 0.015;
+const MATCH_TURN: f64 = 0.004;
+/// The covariance that comes with odometry is believed to be wrong by these factors beforehand.
+const FIRST_NOISE: f64 = 10.0;
+/// The part that a new error has in what is known of the noise.
+const NOISE_GAIN: f64 = 0.03;
+/// Noise is never believed smaller or larger than by these factors.
+const NOISE_BOUNDS: [f64; 2] = [0.1, 30.0];
+/// The bias stays the same over so many metres: its doubt adds up over them.
+const BIAS_LENGTH: f64 = 20.0;
+/// An error of more than this many standard deviations is that of a slip, or of a match.
+const MOST_SIGMAS: f64 = 4.0;
+
+/// What is known of the errors of odometry.
+#[derive(Clone, Debug)]
+pub(super) struct OdometryModel {
+    bias: Vector3<f64>,
+    cov: Matrix3<f64>,
+    /// Factors on the variance of the way and of the turn.
+    noise: [f64; 2],
+    /// How often it was grossly wrong.
+    slips: f64,
+}
+
+impl Default for OdometryModel {
+    fn default() -> Self {
+        let variances = Vector3::from(FIRST_SIGMAS).map(|s| s * s);
+        Self {
+            bias: Vector3::zeros(),
+            cov: Matrix3::from_diagonal(&variances),
+            noise: [super::super::knob("onoise", FIRST_NOISE); 2],
+            slips: 0.05,
+        }
+    }
+}
+
+impl OdometryModel {
+    /// The odometry without its bias, with the covariance of its errors.
+    pub(super) fn corrected(&self, odometry: &Odometry) -> Odometry {
+        let raw = &odometry.motion;
+        let (way, turn) = (raw.x(), raw.heading());
+        let [shift, angle] = self.noise;
+        let scale = Matrix3::from_diagonal(&Vector3::new(shift.sqrt(), shift.sqrt(), angle.sqrt()));
+        let mut cov = scale * odometry.cov * scale;
+        let length = raw.position().coords.norm();
+        cov[(0, 0)] += self.cov[(0, 0)] * length * BIAS_LENGTH;
+        cov[(2, 2)] += self.cov[(1, 1)] * length * BIAS_LENGTH + self.cov[(2, 2)] * turn * turn;
+        symmetrize(&mut cov);
+        let stretched = 1.0 + self.bias.x;
+        Odometry {
+            motion: Pose2::new(
+                raw.x() * stretched,
+                raw.y() * stretched,
+                turn * (1.0 + self.bias.z) + self.bias.y * way,
+            ),
+            cov,
+            ..*odometry
+        }
+    }
+
+    /// What is to be said against a motion that odometry does not report, in parts of the points of
+    /// a scan: the more, the seldomer odometry was grossly wrong.
+    pub(super) fn mistrust(&self) -> f64 {
+        -0.06 * libm::log(self.slips.max(0.003))
+    }
+
+    /// Notes whether odometry was `right` about a motion that is sure by now.
+    pub(super) fn note(&mut self, right: bool) {
+        self.slips += 0.02 * (f64::from(!right) - self.slips);
+    }
+
+    /// Learns from odometry that should have been `matched`. Where the match says nothing of the
+    /// way ahead, `sees_way` is false.
+    pub(super) fn learn(&mut self, odometry: &Odometry, matched: &Pose2, sees_way: bool) {
+        let raw = &odometry.motion;
+        let (way, turn) = (raw.x(), raw.heading());
+        for (axis, wander) in WANDER.into_iter().enumerate() {
+            self.cov[(axis, axis)] = (self.cov[(axis, axis)] + wander * wander)
+                .min(FIRST_SIGMAS[axis] * FIRST_SIGMAS[axis]);
+        }
+        let error = Vector2::new(
+            matched.x() - raw.x() * (1.0 + self.bias.x),
+            matched.heading() - turn * (1.0 + self.bias.z) - way * self.bias.y,
+        );
+        let by_bias = Matrix2x3::new(way, 0.0, 0.0, 0.0, way, turn);
+        let own = Vector2::new(odometry.cov[(0, 0)], odometry.cov[(2, 2)]);
+        let match_variance = Vector2::new(
+            2.0 * MATCH_SHIFT * MATCH_SHIFT,
+            2.0 * MATCH_TURN * MATCH_TURN,
+        );
+        let known = by_bias * self.cov * by_bias.transpose();
+        let mut noise = Matrix2::zeros();
+        for axis in 0..2 {
+            noise[(axis, axis)] = self.noise[axis] * own[axis] + match_variance[axis];
+            let expected = noise[(axis, axis)] + known[(axis, axis)];
+            let square = error[axis] * error[axis];
+            if axis == 0 && !sees_way {
+                noise[(0, 0)] = 1e6;
+                continue;
+            }
+            let ratio = (square / expected).min(MOST_SIGMAS * MOST_SIGMAS);
+            // A slip says little of the bias.
+            noise[(axis, axis)] *= ratio.max(1.0);
+            if own[axis] > match_variance[axis] * 0.1 {
+                let factor = ratio * expected - match_variance[axis] - known[(axis, axis)];
+                let factor = (factor / own[axis]).clamp(0.0, NOISE_BOUNDS[1]);
+                self.noise[axis] = (self.noise[axis] + NOISE_GAIN * (factor - self.noise[axis]))
+                    .clamp(NOISE_BOUNDS[0], NOISE_BOUNDS[1]);
+            }
+        }
+        let Some(inverse) = (known + noise).try_inverse() else {
+            return;
+        };
+        let gain = self.cov * by_bias.transpose() * inverse;
+        self.bias += gain * error;
+        self.cov -= gain * by_bias * self.cov;
+        symmetrize(&mut self.cov);
+    }
+
+    pub(super) fn figures(&self) -> ([f64; 3], [f64; 2]) {
+        (self.bias.into(), self.noise)
+    }
+}
