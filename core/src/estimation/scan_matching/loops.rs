@@ -78,7 +78,7 @@ impl ScanMatcher {
             information: closure.information,
             cauchy: Some(self.config.closure.kernel),
         });
-        if added {
+        if added.is_some() {
             self.closures += 1;
             self.graph_changed = true;
         }
