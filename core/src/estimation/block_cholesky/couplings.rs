@@ -65,18 +65,24 @@ impl Couplings {
 
     /// An order that fills in little: approximate minimum degree (Amestoy, Davis & Duff 1996).
     pub(super) fn least_fill(&self) -> Vec<usize> {
-        let signed = |values: &[usize]| values.iter().map(|&v| v as isize).collect::<Vec<_>>();
-        let (starts, others) = (signed(&self.starts), signed(&self.others));
-        let ordered = amd::order(
-            self.size() as isize,
-            &starts,
-            &others,
-            &amd::Control::default(),
-        );
+        // With the diagonal, which means nothing to it: a check of the crate's, in debug builds only,
+        // subtracts the number of blocks from that of entries.
+        let size = self.size();
+        let mut entries: Vec<isize> = Vec::with_capacity(self.others.len() + size);
+        let mut starts: Vec<isize> = vec![0];
+        for block in 0..size {
+            let others = self.of(block);
+            let (before, after) = others.split_at(others.partition_point(|&other| other < block));
+            entries.extend(before.iter().map(|&other| other as isize));
+            entries.push(block as isize);
+            entries.extend(after.iter().map(|&other| other as isize));
+            starts.push(entries.len() as isize);
+        }
+        let ordered = amd::order(size as isize, &starts, &entries, &amd::Control::default());
         match ordered {
             Ok((order, _, _)) => order.into_iter().map(|block| block as usize).collect(),
             // Sorted lists of blocks that exist are never refused; any order would do.
-            Err(_) => (0..self.size()).collect(),
+            Err(_) => (0..size).collect(),
         }
     }
 }
