@@ -134,6 +134,8 @@ fn run(args: &Args) -> Result<()> {
         config.slam.prior_map = prior_map::read(path, args.svg_unit, &start)?;
     }
     let mut experiment = Experiment::new(config)?;
+    let slam = experiment.session().slam();
+    args.outputs.check_method(slam, method.name())?;
     let begin = Instant::now();
     while !experiment.session().status().is_over() && experiment.seconds() < args.max_seconds {
         experiment.step()?;

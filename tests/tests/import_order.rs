@@ -62,7 +62,10 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
     ("slam", AllBefore),
     ("pilot", AllBefore),
     ("sim", These(&["bounds", "geom", "robot"])),
-    ("format", These(&["geom", "robot", "map", "sim"])),
+    (
+        "format",
+        These(&["geom", "robot", "map", "estimation", "sim"]),
+    ),
     ("wire", These(&["geom", "robot"])),
     ("settings", AllBefore),
     ("twin", AllBefore),

@@ -3,8 +3,11 @@
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
 //! [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen
-//! OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start
+//! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start
 //! X,Y,DEGREES]] [--json]`
+//!
+//! Or solves a pose graph, from the file's own poses:
+//! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
@@ -12,6 +15,7 @@
     reason = "the edge: files and the clock are here and nowhere below"
 )]
 
+mod graph;
 #[path = "../shared/options.rs"]
 mod options;
 #[path = "../shared/prior_map.rs"]
@@ -40,8 +44,14 @@ const LONG: f64 = 20.0;
 #[derive(Parser)]
 struct Arguments {
     /// CARMEN log (.log, .clf), or recording of the bridge (.mcap).
-    #[arg(long)]
-    log: PathBuf,
+    #[arg(long, required_unless_present = "graph")]
+    log: Option<PathBuf>,
+    /// Instead of a log: a pose graph (.g2o), which is solved.
+    #[arg(long, value_name = "FILE", conflicts_with = "log")]
+    graph: Option<PathBuf>,
+    /// Write the solved graph of `--graph`, with the names and edges of the file.
+    #[arg(long, value_name = "FILE", requires = "graph")]
+    out: Option<PathBuf>,
     /// Reference relations (.relations).
     #[arg(long)]
     relations: Option<PathBuf>,
@@ -72,7 +82,13 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match evaluate(&Arguments::parse()) {
+    let arguments = Arguments::parse();
+    let done = match (&arguments.graph, &arguments.log) {
+        (Some(graph), _) => graph::solve(graph, arguments.out.as_deref(), arguments.json),
+        (None, Some(log)) => evaluate(log, &arguments),
+        (None, None) => Err(anyhow::anyhow!("neither --log nor --graph")),
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("evaluate: {error:#}");
@@ -81,13 +97,13 @@ fn main() -> ExitCode {
     }
 }
 
-fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
+fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     let method: Method = arguments.method.parse().context("--method")?;
-    check(arguments)?;
+    check(log_path, arguments)?;
     let truth = arguments.relations.as_deref().map(read_relations);
     let truth = truth.transpose()?;
     let start = Instant::now();
-    let log = read_log(&arguments.log)?;
+    let log = read_log(log_path)?;
     let (scans, log_seconds) = (log.scans(), log.duration());
     let mut settings = log.settings();
     let scope = Scope {
@@ -107,6 +123,8 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         (None, _) => {}
     }
     let mut replay = Replay::new(log, method, &settings)?;
+    let slam = replay.session().slam();
+    arguments.outputs.check_method(slam, method.name())?;
     let mut scan_ms = Vec::with_capacity(scans);
     let mut began = Instant::now();
     while replay.step()? {
@@ -114,11 +132,11 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         began = Instant::now();
     }
     for note in replay.take_notes() {
-        eprintln!("{}: {note}", arguments.log.display());
+        eprintln!("{}: {note}", log_path.display());
     }
     let fits = replay.session().slam().view().prior_map_fit;
     if fits.is_some_and(PriorMapFit::is_misfit) {
-        let log = arguments.log.display();
+        let log = log_path.display();
         eprintln!("{log}: at its end, what is seen does not stand in the prior map");
     }
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
@@ -127,9 +145,9 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
     let relations = truth.map(|truth| measure(&truth, &trajectory));
     let relations = relations.transpose()?;
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
-    save(arguments, &replay, &trajectory, fit.as_ref())?;
+    save(log_path, arguments, &replay, &trajectory, fit.as_ref())?;
     let figures = json!({
-        "log": arguments.log.display().to_string(),
+        "log": log_path.display().to_string(),
         "method": method.name(),
         "scans": scans,
         "log_seconds": log_seconds,
@@ -143,8 +161,12 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
+    print(&figures, arguments.json)
+}
+
+fn print(figures: &Value, on_one_line: bool) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
-    let printed = match arguments.json {
+    let printed = match on_one_line {
         true => writeln!(out, "{figures}"),
         false => writeln!(out, "{figures:#}"),
     };
@@ -152,16 +174,17 @@ fn evaluate(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// Finds what would go wrong at the end of a long run before it begins.
-fn check(arguments: &Arguments) -> anyhow::Result<()> {
+fn check(log: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     let (relations, preset) = (&arguments.relations, &arguments.changes.preset);
     let mut read = options::given([("--relations", relations), ("--preset", preset)]);
-    read.push(("--log", arguments.log.clone()));
+    read.push(("--log", log.to_owned()));
     let mut written = arguments.outputs.paths();
     written.extend(options::given([("--fit", &arguments.fit)]));
     options::check(read, written)
 }
 
 fn save(
+    log: &Path,
     arguments: &Arguments,
     replay: &Replay,
     trajectory: &[(f64, Pose2)],
@@ -175,7 +198,7 @@ fn save(
     if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
         let settings = fit.settings().into_iter();
         let preset = PresetFile {
-            name: format!("fitted to {}", arguments.log.display()),
+            name: format!("fitted to {}", log.display()),
             settings: settings.map(|(key, n)| (key.to_owned(), n)).collect(),
         };
         let text = preset::write(&preset, &fitted_lines(fit));

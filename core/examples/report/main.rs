@@ -34,6 +34,7 @@ mod ekf_consistency;
 mod ekf_cost;
 mod errand;
 mod explore;
+mod graphs;
 mod grid;
 mod heading;
 mod line_fit;
@@ -75,6 +76,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
+    ("graphs", graphs::measure),
     ("grid", grid::measure),
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
@@ -113,10 +115,16 @@ struct Args {
     /// For `explore`: only by this sensor, `lidar` or `rangers`. Default both.
     #[arg(long)]
     sensor: Option<String>,
-    /// For `grid` and `planners`: lines of the peers' programs and of the example `workloads`, from
-    /// one machine and hour.
+    /// For `grid`, `planners` and `graphs`: lines of the peers' programs and of the example
+    /// `workloads`, from one machine and hour. `graphs` looks for lines
+    /// `peer workload median_ms chi2=..` of peers `g2o..` and `gtsam..` for the workloads
+    /// `posegraph_intel` and `posegraph_m3500`; its own time it takes itself.
     #[arg(long)]
     peers: Option<PathBuf>,
+    /// For `graphs`: the folder of recorded data. Default that beside the repository, or
+    /// `SLAMLAB_DATA`.
+    #[arg(long)]
+    data: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {

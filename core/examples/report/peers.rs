@@ -59,10 +59,22 @@ impl Peers {
     /// A figure `name=value` that stands beside a peer's time; without a sign of per cent.
     pub(crate) fn extra(&self, workload: &str, peer: &str, name: &str) -> Result<f64> {
         let line = self.line(workload, peer)?;
-        let mut parts = line.extra.split_whitespace();
-        let found = parts.find_map(|part| part.strip_prefix(name)?.strip_prefix('='));
-        let value = found.with_context(|| format!("{} tells no {name}", line.peer))?;
+        let value = line
+            .extra(name)
+            .with_context(|| format!("{} tells no {name}", line.peer))?;
         Ok(value.trim_end_matches('%').parse()?)
+    }
+
+    /// Time, ms, and a figure that stands beside it, of all lines of peers whose names begin so.
+    pub(crate) fn all<'a>(
+        &'a self,
+        workload: &'a str,
+        peer: &'a str,
+        name: &'a str,
+    ) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let lines = self.lines.iter().filter(move |l| l.workload == workload);
+        let lines = lines.filter(move |l| l.peer.starts_with(peer));
+        lines.filter_map(move |l| Some((l.ms, l.extra(name)?.parse().ok()?)))
     }
 
     fn line(&self, workload: &str, peer: &str) -> Result<&Line> {
@@ -70,6 +82,13 @@ impl Peers {
         let exactly = lines().find(|l| l.peer == peer);
         let found = exactly.or_else(|| lines().find(|l| l.peer.starts_with(peer)));
         found.with_context(|| format!("no line of `{peer}` for {workload}"))
+    }
+}
+
+impl Line {
+    fn extra(&self, name: &str) -> Option<&str> {
+        let mut parts = self.extra.split_whitespace();
+        parts.find_map(|part| part.strip_prefix(name)?.strip_prefix('='))
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::format::g2o::{self, G2oGraph};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::{og_map, preset, tum};
 use slamlab_core::geom::Pose2;
@@ -72,6 +73,10 @@ pub(crate) struct Outputs {
     /// Write the scans with their odometry as a CARMEN log.
     #[arg(long, value_name = "FILE")]
     carmen: Option<PathBuf>,
+    /// Write the pose graph as g2o text: submaps, and the motions measured between them. Only of
+    /// methods that keep one.
+    #[arg(long, value_name = "FILE")]
+    g2o: Option<PathBuf>,
 }
 
 /// A file to be written, with what it holds.
@@ -87,8 +92,17 @@ impl Outputs {
             ("the YAML of --map", &yaml),
             ("--og-map", &self.og_map),
             ("--carmen", &self.carmen),
+            ("--g2o", &self.g2o),
         ];
         given(all)
+    }
+
+    /// Refuses what the method of a run cannot give; before the run.
+    pub(crate) fn check_method(&self, slam: &Slam, name: &str) -> Result<()> {
+        if self.g2o.is_some() && slam.view().graph.is_none() {
+            bail!("--g2o: the method {name} keeps no pose graph; scan-matching does");
+        }
+        Ok(())
     }
 
     /// The files of a run.
@@ -118,6 +132,9 @@ impl Outputs {
         }
         if let Some(path) = &self.carmen {
             files.push((path.clone(), log().write().into()));
+        }
+        if let (Some(path), Some(graph)) = (&self.g2o, slam.view().graph) {
+            files.push((path.clone(), g2o::write(&G2oGraph::from(graph)).into()));
         }
         Ok(files)
     }

@@ -32,7 +32,7 @@ pub use ekf_slam::{
 pub use line_localisation::LineLocaliser;
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
-pub use pose_graph::{Edge, PoseGraph, information_at_end};
+pub use pose_graph::{Edge, EdgeId, Marginals, Optimization, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};

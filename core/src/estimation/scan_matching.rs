@@ -266,6 +266,12 @@ impl ScanMatcher {
         })
     }
 
+    /// The submaps, and the motions measured between them.
+    #[must_use]
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
     /// Number of loop closures found.
     #[must_use]
     pub fn loop_closures(&self) -> usize {

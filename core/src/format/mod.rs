@@ -6,6 +6,7 @@ pub mod carmen;
 mod field_error;
 pub mod firmware_header;
 pub mod floor_plan;
+pub mod g2o;
 pub mod map_server;
 pub mod og_map;
 pub mod preset;

@@ -2,7 +2,8 @@
 
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, Landmark, Match, OdometryErrors, ScanMatcher, SymmetricMatrix, UpdateReport,
+    Correlations, Landmark, Match, OdometryErrors, PoseGraph, ScanMatcher, SymmetricMatrix,
+    UpdateReport,
 };
 use crate::features::LineFeature;
 
@@ -23,6 +24,8 @@ pub struct View<'a> {
     pub prior_map_fit: Option<&'a PriorMapFit>,
     /// Number of loops closed by the pose graph.
     pub loop_closures: usize,
+    /// The pose graph of a method that keeps one.
+    pub graph: Option<&'a PoseGraph>,
     /// The map and trajectory of a method that changes what it has drawn.
     pub map: Option<&'a ScanMatcher>,
 }

@@ -116,6 +116,16 @@ pub(super) fn og_maps() -> Vec<Vec<u8>> {
     ]
 }
 
+pub(super) fn pose_graphs() -> Vec<Vec<u8>> {
+    vec![
+        b"VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0.1\nVERTEX_SE2 2 1 1 1.6\nFIX 0\n\
+          EDGE_SE2 0 1 1 0 0 100 0 0 100 0 400\nEDGE_SE2 1 2 0 1 1.5 100 1 2 100 3 400\n\
+          EDGE_SE2 2 0 -1 1 -1.6 50 0 0 50 0 50\n"
+            .to_vec(),
+        b"# landmarks are left out\r\nVERTEX_XY 7 1 2\r\nVERTEX_SE2 3 1e-3 -2 4 # far\r\n".to_vec(),
+    ]
+}
+
 pub(super) fn presets() -> Vec<Vec<u8>> {
     let file = preset::PresetFile {
         name: "kitchen".to_owned(),

@@ -9,7 +9,7 @@ use slamlab_core::format::building::{self, Imported};
 use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
-use slamlab_core::format::{calibration, carmen, og_map, preset, relations, tum, world};
+use slamlab_core::format::{calibration, carmen, g2o, og_map, preset, relations, tum, world};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{RobotModel, Variable};
 use slamlab_core::settings::{Scope, Settings, Source, table};
@@ -50,6 +50,11 @@ pub(super) const FILES: &[Target] = &[
         name: "tum",
         seeds: || vec![b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec()],
         run: |input| Ok(outcome(&tum::parse(input).map_err(words).map(|r| r.len()))),
+    },
+    Target {
+        name: "g2o",
+        seeds: seeds::pose_graphs,
+        run: g2o_run,
     },
     Target {
         name: "map-yaml",
@@ -232,6 +237,31 @@ fn og_map_run(input: &[u8]) -> Result<u64, String> {
         same(&text, &og_map::write(&again))?;
     }
     Ok(outcome(&map.map(|map| map.width.min(9)).map_err(words)))
+}
+
+fn g2o_run(input: &[u8]) -> Result<u64, String> {
+    let mut graph = match g2o::parse(input) {
+        Ok(graph) => graph,
+        Err(error) => return Ok(outcome(&words(error))),
+    };
+    graph.left_out.clear();
+    let again = g2o::parse(g2o::write(&graph).as_bytes());
+    same(&graph, &again.map_err(|e| format!("not read again: {e}"))?)?;
+    let solved = graph.to_pose_graph().map(|mut solved| {
+        let cost = solved.optimize_with_figures(5).cost;
+        (solved, cost)
+    });
+    let solved = match solved {
+        Ok((solved, [before, after])) => {
+            if after > before {
+                return Err(format!("cost {before} rose to {after}"));
+            }
+            graph.set_poses(&solved).map_err(words)?;
+            Ok(solved.edges().len().min(9))
+        }
+        Err(error) => Err(words(error)),
+    };
+    Ok(outcome(&(graph.vertices.len().min(9), solved)))
 }
 
 fn preset_run(input: &[u8]) -> Result<u64, String> {

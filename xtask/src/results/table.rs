@@ -82,6 +82,8 @@ pub(super) const TABLE: &[Entry] = &[
         "Fitted lines are as uncertain as they claim."),
     entry("split-merge", Report, Slow, FEATURES,
         "How well split-and-merge finds the walls of random rooms, rule by rule."),
+    entry("graphs", Report, Quick, &["core/src/lanes", "core/src/estimation", "core/src/format"],
+        "Published pose graphs end where g2o ends, from the files' own poses, and what an update of one costs."),
     entry("grid", Report, Quick, GRID,
         "What the occupancy grid costs, sweep by sweep, and that its cells are right."),
     entry("distance", Report, Quick, GRID,

@@ -1,7 +1,6 @@
-//! One measured motion: its error, what that depends on, and how far it is believed.
+//! One measured motion: its error, and what that depends on.
 //!
-//! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians; the cost of χ² under a
-//! robust kernel.
+//! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -24,15 +23,6 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// ρ(χ²) and ρ'(χ²): the cost of an error, and its weight.
-    pub(super) fn robust(&self, chi2: f64) -> (f64, f64) {
-        let Some(c) = self.cauchy else {
-            return (chi2, 1.0);
-        };
-        let scaled = chi2 / (c * c);
-        (c * c * libm::log(1.0 + scaled), 1.0 / (1.0 + scaled))
-    }
-
     pub(super) fn error(&self, from: &Pose2, to: &Pose2) -> Vector3<f64> {
         let off = self.motion.delta_to(&from.delta_to(to));
         Vector3::new(off.x(), off.y(), off.heading())

@@ -144,7 +144,7 @@ impl ScanMatcher {
             information: candidate.closure.information,
             cauchy: Some(self.config.closure.kernel),
         });
-        if added {
+        if added.is_some() {
             self.closures += 1;
             self.graph_changed = true;
         }

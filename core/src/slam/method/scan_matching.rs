@@ -29,6 +29,7 @@ impl Estimator for ScanMatcher {
     fn view(&self) -> View<'_> {
         View {
             loop_closures: self.loop_closures(),
+            graph: Some(self.graph()),
             map: Some(self),
             ..View::default()
         }

@@ -1,0 +1,44 @@
+//! `--graph`: solves a pose graph from the poses of its file, and says what came of it.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Context;
+use serde_json::json;
+use slamlab_core::format::g2o;
+
+use crate::{options, print};
+
+/// Graphs that have not converged by then will not.
+const MOST_ITERATIONS: usize = 100;
+
+pub(crate) fn solve(path: &Path, out: Option<&Path>, on_one_line: bool) -> anyhow::Result<()> {
+    let written = out.map(|out| ("--out", out.to_owned()));
+    options::check(vec![], written.into_iter().collect())?;
+    let name = || format!("graph {}", path.display());
+    let bytes = std::fs::read(path).with_context(name)?;
+    let mut file = g2o::parse(&bytes).with_context(name)?;
+    for (tag, lines) in &file.left_out {
+        eprintln!("{}: left out: {lines} of {tag}", path.display());
+    }
+    let mut graph = file.to_pose_graph().with_context(name)?;
+    let before = graph.chi2();
+    let begin = Instant::now();
+    let found = graph.optimize_with_figures(MOST_ITERATIONS);
+    let ms = 1e3 * begin.elapsed().as_secs_f64();
+    if let Some(out) = out {
+        file.set_poses(&graph).with_context(name)?;
+        options::write(&[(out.to_owned(), g2o::write(&file).into())])?;
+    }
+    let figures = json!({
+        "graph": path.display().to_string(),
+        "poses": graph.poses().len(),
+        "edges": graph.edges().len(),
+        "chi2_before": before,
+        "chi2_after": graph.chi2(),
+        "converged": found.converged,
+        "iterations": found.iterations,
+        "ms": ms,
+    });
+    print(&figures, on_one_line)
+}

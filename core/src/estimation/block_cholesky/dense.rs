@@ -1,0 +1,202 @@
+//! The dense work on one supernode: columns in blocks of three, rows by fours.
+//!
+//! A panel holds columns of the factor with all their rows, those of its own diagonal blocks first.
+//! Columns are padded to whole fours. A loop begins at the four in which its first row stands, so
+//! that it also writes what nobody reads: above the diagonal, and in the padding.
+
+use crate::lanes::{LANES, Lanes};
+
+/// Rows and columns of a block.
+pub(super) const BLOCK: usize = 3;
+
+/// Four rows of a column.
+pub(super) type Four = [f64; LANES];
+
+/// Makes a panel, columns of a symmetric matrix from its diagonal on, columns of its factor;
+/// `false` where it is not positive definite. `fours` is the length of a column.
+#[inline(always)]
+pub(super) fn factor<L: Lanes>(machine: L::Machine, panel: &mut [Four], fours: usize) -> bool {
+    let block = BLOCK * fours;
+    for index in 0..panel.len() / block {
+        let (done, rest) = panel.split_at_mut(index * block);
+        let at = BLOCK * index;
+        subtract::<L>(machine, &mut rest[..block], at, done, fours);
+        if !factor_block::<L>(machine, &mut rest[..block], at, fours) {
+            return false;
+        }
+    }
+    true
+}
+
+/// Subtracts L Lᵀ of the finished columns of a panel from three columns of a symmetric matrix whose
+/// diagonal block begins at row `at` of the panel. Columns of the target end with those of the
+/// panel but may begin later, at whole fours.
+#[inline(always)]
+pub(super) fn subtract<L: Lanes>(
+    machine: L::Machine,
+    target: &mut [Four],
+    at: usize,
+    done: &[Four],
+    fours: usize,
+) {
+    let own = target.len() / BLOCK;
+    let from = at / LANES;
+    let (x, rest) = target.split_at_mut(own);
+    let (y, z) = rest.split_at_mut(own);
+    let skip = from + own - fours;
+    let (x, y, z) = (&mut x[skip..], &mut y[skip..], &mut z[skip..]);
+    let count = fours - from;
+    let mut pairs = done.chunks_exact(2 * BLOCK * fours);
+    for columns in &mut pairs {
+        let (left, right) = columns.split_at(BLOCK * fours);
+        let (a, b, c) = three(left, fours);
+        let (d, e, f) = three(right, fours);
+        let (p, q, r) = (
+            head::<L>(machine, a, at),
+            head::<L>(machine, b, at),
+            head::<L>(machine, c, at),
+        );
+        let (s, t, u) = (
+            head::<L>(machine, d, at),
+            head::<L>(machine, e, at),
+            head::<L>(machine, f, at),
+        );
+        let (a, b, c) = (
+            &a[from..][..count],
+            &b[from..][..count],
+            &c[from..][..count],
+        );
+        let (d, e, f) = (
+            &d[from..][..count],
+            &e[from..][..count],
+            &f[from..][..count],
+        );
+        for i in 0..count {
+            let (a, b, c) = (
+                L::load(machine, &a[i]),
+                L::load(machine, &b[i]),
+                L::load(machine, &c[i]),
+            );
+            let (d, e, f) = (
+                L::load(machine, &d[i]),
+                L::load(machine, &e[i]),
+                L::load(machine, &f[i]),
+            );
+            let by_x = (a * p.0 + b * q.0 + c * r.0) + (d * s.0 + e * t.0 + f * u.0);
+            let by_y = (a * p.1 + b * q.1 + c * r.1) + (d * s.1 + e * t.1 + f * u.1);
+            let by_z = (a * p.2 + b * q.2 + c * r.2) + (d * s.2 + e * t.2 + f * u.2);
+            x[i] = (L::load(machine, &x[i]) - by_x).to_array();
+            y[i] = (L::load(machine, &y[i]) - by_y).to_array();
+            z[i] = (L::load(machine, &z[i]) - by_z).to_array();
+        }
+    }
+    let last = pairs.remainder();
+    if !last.is_empty() {
+        let (a, b, c) = three(last, fours);
+        let (p, q, r) = (
+            head::<L>(machine, a, at),
+            head::<L>(machine, b, at),
+            head::<L>(machine, c, at),
+        );
+        let (a, b, c) = (
+            &a[from..][..count],
+            &b[from..][..count],
+            &c[from..][..count],
+        );
+        for i in 0..count {
+            let (a, b, c) = (
+                L::load(machine, &a[i]),
+                L::load(machine, &b[i]),
+                L::load(machine, &c[i]),
+            );
+            let (by_x, by_y, by_z) = (
+                a * p.0 + b * q.0 + c * r.0,
+                a * p.1 + b * q.1 + c * r.1,
+                a * p.2 + b * q.2 + c * r.2,
+            );
+            x[i] = (L::load(machine, &x[i]) - by_x).to_array();
+            y[i] = (L::load(machine, &y[i]) - by_y).to_array();
+            z[i] = (L::load(machine, &z[i]) - by_z).to_array();
+        }
+    }
+}
+
+/// Cholesky of three columns whose diagonal block begins at row `at`.
+#[inline(always)]
+fn factor_block<L: Lanes>(
+    machine: L::Machine,
+    columns: &mut [Four],
+    at: usize,
+    fours: usize,
+) -> bool {
+    let (a, rest) = columns.split_at_mut(fours);
+    let (b, c) = rest.split_at_mut(fours);
+    let (p, q, r) = (rows(a, at), rows(b, at), rows(c, at));
+    let l00 = p[0].sqrt();
+    let i00 = 1.0 / l00;
+    let (l10, l20) = (p[1] * i00, p[2] * i00);
+    let second = q[1] - l10 * l10;
+    let l11 = second.sqrt();
+    let i11 = 1.0 / l11;
+    let l21 = (q[2] - l20 * l10) * i11;
+    let third = r[2] - l20 * l20 - l21 * l21;
+    let l22 = third.sqrt();
+    let i22 = 1.0 / l22;
+    // Neither are NaN and infinity pivots.
+    let is_pivot = |value: f64| value > 0.0 && value < f64::INFINITY;
+    if !(is_pivot(p[0]) && is_pivot(second) && is_pivot(third)) {
+        return false;
+    }
+    let (v00, v10, v11) = (
+        L::splat(machine, i00),
+        L::splat(machine, l10),
+        L::splat(machine, i11),
+    );
+    let (v20, v21, v22) = (
+        L::splat(machine, l20),
+        L::splat(machine, l21),
+        L::splat(machine, i22),
+    );
+    let from = at / LANES;
+    for ((a, b), c) in a[from..].iter_mut().zip(&mut b[from..]).zip(&mut c[from..]) {
+        let x = L::load(machine, a) * v00;
+        let y = (L::load(machine, b) - x * v10) * v11;
+        let z = (L::load(machine, c) - x * v20 - y * v21) * v22;
+        (*a, *b, *c) = (x.to_array(), y.to_array(), z.to_array());
+    }
+    let (a, b, c) = (
+        a.as_flattened_mut(),
+        b.as_flattened_mut(),
+        c.as_flattened_mut(),
+    );
+    (a[at], b[at + 1], c[at + 2]) = (l00, l11, l22);
+    true
+}
+
+/// Three rows of a column, each in all lanes.
+#[inline(always)]
+fn head<L: Lanes>(machine: L::Machine, column: &[Four], at: usize) -> (L, L, L) {
+    let [a, b, c] = rows(column, at);
+    (
+        L::splat(machine, a),
+        L::splat(machine, b),
+        L::splat(machine, c),
+    )
+}
+
+/// Three rows of a column.
+#[inline(always)]
+fn rows(column: &[Four], at: usize) -> [f64; BLOCK] {
+    match column.as_flattened().get(at..) {
+        Some(&[a, b, c, ..]) => [a, b, c],
+        _ => [0.0; BLOCK],
+    }
+}
+
+/// The columns of a block.
+#[inline(always)]
+fn three(block: &[Four], fours: usize) -> (&[Four], &[Four], &[Four]) {
+    let (a, rest) = block.split_at(fours);
+    let (b, c) = rest.split_at(fours);
+    (a, b, &c[..fours])
+}

@@ -1,0 +1,149 @@
+//! How well poses are known, and the motions between them.
+//!
+//! In: a graph. Out: covariances, from one factor of its normal equations.
+//!
+//! The motion from a to b is that of an edge without a measured motion: its covariance is
+//! [Jₐ J_b] Σ [Jₐ J_b]ᵀ, with Σ the joint covariance of both. From one pose to all others Σ takes
+//! three solutions, which give a column of the inverse, and the inverse's diagonal blocks.
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::linear::{NormalEquations, State, Terms};
+use super::{Edge, PoseGraph};
+use crate::estimation::block_cholesky::{BlockFactor, BlockPattern};
+use crate::geom::{Pose2, symmetrize};
+
+/// Covariances of the poses of a graph as it was when they were asked for; the first pose is exact.
+#[derive(Clone, Debug)]
+pub struct Marginals {
+    pattern: Arc<BlockPattern>,
+    factor: BlockFactor,
+    poses: Vec<Pose2>,
+    /// Of each pose but the first, once all are wanted.
+    own: OnceLock<Vec<Matrix3<f64>>>,
+}
+
+impl Marginals {
+    pub(super) fn of(graph: &PoseGraph) -> Option<Self> {
+        let pattern = graph.pattern();
+        let terms = Terms::new(&graph.edges, &pattern);
+        let states: Vec<State> = graph.poses.iter().map(State::from).collect();
+        let mut equations = NormalEquations::default();
+        terms.linearise(&states, &pattern, &mut equations);
+        let mut factor = BlockFactor::default();
+        let is_held = pattern.factor(&equations.matrix, 0.0, &mut factor);
+        is_held.then(|| Self {
+            pattern,
+            factor,
+            poses: graph.poses.clone(),
+            own: OnceLock::new(),
+        })
+    }
+
+    /// Covariance of (x, y, θ) of a pose, in the frame of the graph; `None` where there is no such
+    /// pose.
+    ///
+    /// # Units    m², m·rad, rad².
+    #[must_use]
+    pub fn cov(&self, pose: usize) -> Option<Matrix3<f64>> {
+        if pose >= self.poses.len() {
+            return None;
+        }
+        let Some(block) = pose.checked_sub(1) else {
+            return Some(Matrix3::zeros());
+        };
+        if let Some(own) = self.own.get() {
+            return own.get(block).copied();
+        }
+        let mut cov = self.cross(pose, pose);
+        symmetrize(&mut cov);
+        Some(cov)
+    }
+
+    /// Covariance of (x, y, θ) of the motion `from_from_to`, in the frame of `from`; `None` where
+    /// one of them does not exist.
+    ///
+    /// [`information_at_end`](super::information_at_end) of its inverse is the information of an
+    /// [`Edge`] that says the same.
+    ///
+    /// # Units    m², m·rad, rad².
+    #[must_use]
+    pub fn relative_cov(&self, from: usize, to: usize) -> Option<Matrix3<f64>> {
+        let (own_from, own_to) = (self.cov(from)?, self.cov(to)?);
+        Some(self.relative(from, to, own_from, own_to, &self.cross(from, to)))
+    }
+
+    /// [`Self::relative_cov`] from one pose to each, itself included; empty where there is no such
+    /// pose. For all it costs little more than for two.
+    #[must_use]
+    pub fn relative_covs(&self, from: usize) -> Vec<Matrix3<f64>> {
+        let invert = || self.pattern.inverse_diagonal(&self.factor);
+        self.own.get_or_init(invert);
+        let Some(own_from) = self.cov(from) else {
+            return vec![];
+        };
+        let columns = self.columns(from);
+        let relative = |to: usize| {
+            let block = to.checked_sub(1);
+            let cross = block.map(|block| row(&columns, block).transpose());
+            let own_to = self.cov(to)?;
+            Some(self.relative(from, to, own_from, own_to, &cross.unwrap_or_default()))
+        };
+        (0..self.poses.len()).filter_map(relative).collect()
+    }
+
+    fn relative(
+        &self,
+        from: usize,
+        to: usize,
+        own_from: Matrix3<f64>,
+        own_to: Matrix3<f64>,
+        cross: &Matrix3<f64>,
+    ) -> Matrix3<f64> {
+        if from == to {
+            return Matrix3::zeros();
+        }
+        let motion = Edge {
+            from,
+            to,
+            motion: Pose2::identity(),
+            information: Matrix3::identity(),
+            cauchy: None,
+        };
+        let (by_from, by_to) = motion.jacobians(&self.poses[from], &self.poses[to]);
+        let both = by_from * cross * by_to.transpose();
+        let mut cov = by_from * own_from * by_from.transpose()
+            + by_to * own_to * by_to.transpose()
+            + both
+            + both.transpose();
+        symmetrize(&mut cov);
+        cov
+    }
+
+    /// The block of the inverse at two poses.
+    fn cross(&self, a: usize, b: usize) -> Matrix3<f64> {
+        match a.checked_sub(1) {
+            Some(block) if b > 0 => row(&self.columns(b), block),
+            _ => Matrix3::zeros(),
+        }
+    }
+
+    /// The columns of the inverse at a pose.
+    fn columns(&self, pose: usize) -> [Vec<Vector3<f64>>; 3] {
+        [0, 1, 2].map(|axis| {
+            let mut column = vec![Vector3::zeros(); self.pattern.size()];
+            if let Some(block) = pose.checked_sub(1).and_then(|block| column.get_mut(block)) {
+                block[axis] = 1.0;
+                self.pattern.solve(&self.factor, &mut column);
+            }
+            column
+        })
+    }
+}
+
+/// The block of some columns at a row of blocks.
+fn row(columns: &[Vec<Vector3<f64>>; 3], block: usize) -> Matrix3<f64> {
+    Matrix3::from_columns(&[0, 1, 2].map(|axis: usize| columns[axis][block]))
+}

@@ -1,0 +1,164 @@
+//! The search for the poses of least cost.
+//!
+//! 1. Gauss-Newton, undamped. Poses that come from odometry are far off, and the first steps from
+//!    there often make it worse before it is good; so the cost may rise for some steps, and the
+//!    best poses are kept (Chamberlain et al. 1982, "watchdog").
+//! 2. Where nothing better was found, on from the best poses with Levenberg-Marquardt, damped until
+//!    the cost falls with each step.
+//! 3. It ends where a step is expected to gain next to nothing: for an undamped step, gᵀ H⁻¹ g.
+//!
+//! Marquardt's damping alone would not do: it scales with the information of an edge, and where
+//! that spans many decades, as in `intel.g2o`, even a little holds some poses fast.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::PoseGraph;
+use super::linear::{NormalEquations, State, Terms};
+use crate::estimation::block_cholesky::{BlockFactor, BlockPattern};
+
+/// What came of an optimisation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Optimization {
+    /// Whether the last step no longer mattered.
+    pub converged: bool,
+    /// Systems of equations that were solved.
+    pub iterations: usize,
+    /// Σ ρ(χ²) of the poses as they were, and as they are.
+    pub cost: [f64; 2],
+}
+
+/// An undamped search may find nothing better for so many steps.
+const PATIENCE: usize = 4;
+/// Damping never falls below this.
+const LEAST_DAMPING: f64 = 1e-10;
+/// The first damping, and the least after a step that made it worse.
+const RAISED_DAMPING: f64 = 1e-6;
+/// With more damping than this no step leads anywhere.
+const MOST_DAMPING: f64 = 1e8;
+/// An undamped step that is expected to gain less than this part of the cost is the last one.
+const LEAST_EXPECTED: f64 = 1e-6;
+/// A damped step that gains less than this part of the cost is the last one.
+const LEAST_GAIN: f64 = 1e-9;
+/// A step that moves no pose by more than this, m and rad, is the last one.
+const LEAST_STEP: f64 = 1e-8;
+
+impl PoseGraph {
+    /// Moves the poses to the least cost, in at most `max_iterations` steps; the cost never rises.
+    /// Returns whether the last step no longer mattered.
+    pub fn optimize(&mut self, max_iterations: usize) -> bool {
+        self.optimize_with_figures(max_iterations).converged
+    }
+
+    /// As [`Self::optimize`], and tells what came of it.
+    pub fn optimize_with_figures(&mut self, max_iterations: usize) -> Optimization {
+        if self.poses.len() < 2 || self.edges.is_empty() {
+            return Optimization {
+                converged: true,
+                iterations: 0,
+                cost: [0.0; 2],
+            };
+        }
+        self.pattern = self.pattern();
+        let pattern = Arc::clone(&self.pattern);
+        let terms = Terms::new(&self.edges, &pattern);
+        let mut states: Vec<State> = self.poses.iter().map(State::from).collect();
+        let mut equations = NormalEquations::default();
+        terms.linearise(&states, &pattern, &mut equations);
+        let (mut best, mut best_cost) = (states.clone(), equations.cost);
+        let before = equations.cost;
+        let (mut damping, mut failures) = (0.0, 0);
+        let (mut iterations, mut converged) = (0, false);
+        let mut solver = Solver::default();
+        while iterations < max_iterations && damping < MOST_DAMPING {
+            iterations += 1;
+            let mut back_to_best = !solver.solve(&pattern, &equations, damping);
+            if !back_to_best {
+                for (state, step) in states.iter_mut().skip(1).zip(&solver.step) {
+                    *state = state.minus(step);
+                }
+                let is_free = damping <= RAISED_DAMPING;
+                if solver.largest() < LEAST_STEP
+                    || (is_free && solver.expected(&equations) <= LEAST_EXPECTED * equations.cost)
+                {
+                    let cost = terms.cost(&states);
+                    if cost <= best_cost {
+                        (best, best_cost) = (states, cost);
+                        converged = true;
+                        break;
+                    }
+                    // No longer better but for rounding; or, undamped, come to rest elsewhere.
+                    if damping > 0.0 || cost <= best_cost * (1.0 + LEAST_GAIN) {
+                        converged = true;
+                        break;
+                    }
+                    back_to_best = true;
+                }
+            }
+            if !back_to_best {
+                terms.linearise(&states, &pattern, &mut equations);
+                let gain = best_cost - equations.cost;
+                if gain >= 0.0 {
+                    best.clone_from(&states);
+                    best_cost = equations.cost;
+                    failures = 0;
+                    if damping > 0.0 {
+                        damping = (damping * 0.1).max(LEAST_DAMPING);
+                        if gain <= LEAST_GAIN * best_cost {
+                            converged = true;
+                            break;
+                        }
+                    }
+                } else {
+                    failures += 1;
+                    let is_lost = failures > PATIENCE || !equations.cost.is_finite();
+                    back_to_best = damping > 0.0 || is_lost;
+                }
+            }
+            if back_to_best {
+                damping = (damping * 10.0).max(RAISED_DAMPING);
+                states.clone_from(&best);
+                terms.linearise(&states, &pattern, &mut equations);
+            }
+        }
+        for (pose, state) in self.poses.iter_mut().zip(&best).skip(1) {
+            *pose = state.pose();
+        }
+        Optimization {
+            converged,
+            iterations,
+            cost: [before, best_cost],
+        }
+    }
+}
+
+/// A step, and room to find it in.
+#[derive(Default)]
+struct Solver {
+    factor: BlockFactor,
+    step: Vec<Vector3<f64>>,
+}
+
+impl Solver {
+    /// Finds the step; `false` where there is none.
+    fn solve(&mut self, pattern: &BlockPattern, equations: &NormalEquations, damping: f64) -> bool {
+        if !pattern.factor(&equations.matrix, damping, &mut self.factor) {
+            return false;
+        }
+        self.step.clone_from(&equations.gradient);
+        pattern.solve(&self.factor, &mut self.step);
+        true
+    }
+
+    /// What the step is expected to gain, if it is undamped.
+    fn expected(&self, equations: &NormalEquations) -> f64 {
+        let pairs = self.step.iter().zip(&equations.gradient);
+        pairs.map(|(step, gradient)| step.dot(gradient)).sum()
+    }
+
+    /// The most that it moves a pose by, m and rad.
+    fn largest(&self) -> f64 {
+        self.step.iter().map(Vector3::amax).fold(0.0, f64::max)
+    }
+}
