@@ -26,12 +26,7 @@ pub(super) enum Says {
 }
 
 /// What is drawn in `map`, and was seen through in `free`, says of a point at `pose`.
-pub(super) fn says(
-    point: &OrientedPoint,
-    pose: &Pose2,
-    map: &SurfelMap,
-    free: &FreeSpace,
-) -> Says {
+pub(super) fn says(point: &OrientedPoint, pose: &Pose2, map: &SurfelMap, free: &FreeSpace) -> Says {
     let place = *pose * point.position;
     if let Some(surfel) = map.nearest(place) {
         let off = place - surfel.position;
@@ -85,6 +80,11 @@ impl Agreement {
     /// The part of all points that agrees.
     pub(super) fn overlap(&self) -> f64 {
         self.agree as f64 / self.total.max(1) as f64
+    }
+
+    /// The part of all points of which the map says something.
+    pub(super) fn spoken_of(&self) -> f64 {
+        (self.agree + self.contradict) as f64 / self.total.max(1) as f64
     }
 
     /// Of the points that say something, the part that agrees; 1 where none says anything.

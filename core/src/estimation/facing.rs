@@ -88,10 +88,15 @@ mod tests {
     #[test]
     fn a_room_may_be_turned_by_quarters_and_nothing_between() {
         let room = |turn: f64| {
-            let walls = [(0.0, 60), (TAU / 4.0, 40), (TAU / 2.0, 60), (-TAU / 4.0, 40)];
-            let normals = walls.into_iter().flat_map(move |(angle, count)| {
-                (0..count).map(move |_| unit_vector(angle + turn))
-            });
+            let walls = [
+                (0.0, 60),
+                (TAU / 4.0, 40),
+                (TAU / 2.0, 60),
+                (-TAU / 4.0, 40),
+            ];
+            let normals = walls
+                .into_iter()
+                .flat_map(move |(angle, count)| (0..count).map(move |_| unit_vector(angle + turn)));
             Facing::of(normals)
         };
         for turn in [0.0, 0.3, 1.1, -2.0, 3.0] {

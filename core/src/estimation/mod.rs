@@ -39,16 +39,3 @@ pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;
-
-/// TEMPORARY: figures to try.
-#[allow(clippy::all, clippy::disallowed_methods)]
-pub(crate) fn knob(name: &str, default: f64) -> f64 {
-    static MAP: std::sync::OnceLock<std::collections::BTreeMap<String, f64>> = std::sync::OnceLock::new();
-    let map = MAP.get_or_init(|| {
-        std::env::var("KNOBS").unwrap_or_default().split(',').filter_map(|kv| {
-            let (k, v) = kv.split_once('=')?;
-            Some((k.to_string(), v.parse().ok()?))
-        }).collect()
-    });
-    *map.get(name).unwrap_or(&default)
-}

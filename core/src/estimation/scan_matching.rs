@@ -2,30 +2,34 @@
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
-//! 1. Odometry since the last scan says where to search; the scan's oriented points are located in
-//!    the running submap ([`locate`]), with odometry's own covariance as the prior. Along a
-//!    direction that the scan says nothing of, a corridor's, odometry stands alone, and its
-//!    covariance gathers until a scan fixes the direction again.
+//! 1. Several motions since the last scan are tried (`hypotheses`), odometry's first; the scan's
+//!    oriented points are matched to the running submap from each, and the one that fits and is
+//!    plausible is taken (`tracking`). Along a direction that the scan says nothing of, a
+//!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction
+//!    again. How this robot's odometry errs is learned from what is sure (`motion`).
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into
-//!    the grid.
+//!    the grid (`keyframes`).
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last
-//!    keyframes, so that there is always a map to match to. Poses are kept relative to their
-//!    submap: moving a submap moves all that was seen in it.
+//!    keyframes, so that there is always a map to match to. A scan that may as well lie elsewhere,
+//!    or that contradicts the submap, begins one that is seeded with nothing and joined loosely.
+//!    Poses are kept relative to their submap: moving a submap moves all that was seen in it.
 //! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan.
-//!    Those that do are joined by an edge, and the poses of all submaps are optimised
-//!    ([`PoseGraph`]).
+//!    Those that surely do are joined by an edge, together with others that prove it (`closures`),
+//!    and the poses of all submaps are optimised ([`PoseGraph`]).
 //! 5. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 
 mod canvas;
 mod closures;
 mod config;
+mod hypotheses;
+mod keyframes;
 mod local;
 mod loops;
 mod motion;
-mod tracking;
 #[cfg(test)]
 mod tests;
+mod tracking;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -33,15 +37,13 @@ use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
 use self::closures::Waiting;
-use self::motion::OdometryModel;
-use self::tracking::{PASTS, Past, Tracked};
+use self::motion::Motion;
 use super::free_space::FreeSpace;
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::Verdict;
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -60,12 +62,7 @@ pub struct ScanMatcher {
     local: PoseEstimate,
     /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
-    /// The scans before this one, the newest last.
-    pasts: VecDeque<Past>,
-    /// Odometry, summed since the beginning.
-    odom_from_robot: Pose2,
-    /// The motion between the last two scans, and the seconds it took.
-    speed: Option<(f64, Pose2)>,
+    motion: Motion,
     recent: VecDeque<Recent>,
     keyframes: Vec<Keyframe>,
     last_keyframe: Option<Pose2>,
@@ -86,13 +83,6 @@ pub struct ScanMatcher {
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
     last_closed: usize,
-    odometry_model: OdometryModel,
-    /// Odometry as it came, since the last keyframe.
-    since_keyframe: Option<Odometry>,
-    /// Whether the last keyframe was surely where it was matched.
-    keyframe_is_sure: bool,
-    /// Submaps on a loose join.
-    loose: usize,
     graph_changed: bool,
 }
 
@@ -140,18 +130,12 @@ impl ScanMatcher {
             waiting: Waiting::default(),
             compared: BTreeMap::new(),
             last_closed: 0,
-            odometry_model: OdometryModel::default(),
-            since_keyframe: None,
-            keyframe_is_sure: false,
-            loose: 0,
+            motion: Motion::default(),
             graph_changed: false,
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity())],
             running: SurfelMap::new(config.surfels),
             running_free: FreeSpace::default(),
-            pasts: VecDeque::new(),
-            odom_from_robot: Pose2::identity(),
-            speed: None,
             local: PoseEstimate::exact(Pose2::identity()),
             is_blind: false,
             recent: VecDeque::new(),
@@ -176,47 +160,16 @@ impl ScanMatcher {
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
         let surfaces = oriented_points(points);
-        let moved = self.pending.take();
-        if let Some(moved) = &moved {
-            self.since_keyframe = Some(match self.since_keyframe {
-                Some(so_far) => so_far.then(moved),
-                None => *moved,
-            });
-        }
-        let moved = moved.map(|moved| self.odometry_model.corrected(&moved));
-        if let Some(moved) = &moved {
-            self.odom_from_robot = self.odom_from_robot * moved.motion;
-        }
+        let moved = self.pending.take().map(|moved| self.motion.moved(moved));
         let tracked = self.track(&surfaces, moved.as_ref(), points.stamp);
         if moved.is_some() && tracked.is_sure {
-            self.odometry_model.note(tracked.was_right);
+            self.motion.model.note(tracked.was_right);
         }
-        let before = self.local.pose;
         self.local = tracked.estimate;
         self.is_blind = tracked.found.is_none();
-        if let Some(past) = self.pasts.back() {
-            let seconds = points.stamp.since(past.stamp);
-            self.speed = Some((seconds, before.delta_to(&self.local.pose)));
-        }
-        self.pasts.push_back(Past {
-            stamp: points.stamp,
-            submap_from_robot: self.local.pose,
-            odom_from_robot: self.odom_from_robot,
-        });
-        if self.pasts.len() > PASTS {
-            self.pasts.pop_front();
-        }
-        let overlap = match self.last_keyframe {
-            None => 1.0,
-            Some(_) => tracked.agreement.overlap(),
-        };
-        if tracked.is_loose {
-            self.begin_submap(true);
-        } else if self.is_new_place(overlap) {
-            self.learn_odometry(&tracked);
-        }
-        if tracked.is_loose || self.is_new_place(overlap) {
-            self.add_keyframe(points, sigmas, surfaces);
+        self.motion.remember(points.stamp, self.local.pose);
+        if tracked.is_loose || self.is_new_place(tracked.agreement.overlap()) {
+            self.add_keyframe(points, sigmas, surfaces, &tracked);
         }
         self.trajectory.push(TrackPoint {
             stamp: points.stamp,
@@ -228,8 +181,14 @@ impl ScanMatcher {
 
     /// Completes all work that was put off.
     pub fn finish(&mut self) {
+        if self.submaps.last().is_some_and(|s| s.own_keyframes > 0) {
+            self.begin_submap(false);
+        }
         self.work_off(usize::MAX);
-        if super::knob("stat", 1.0) > 0.0 { eprintln!("bias {:.3?} submaps {} loose {} closures {} waiting {}", self.odometry_model.figures(), self.submaps.len(), self.loose, self.closures, self.waiting.len()); }
+        for new in 0..self.submaps.len() {
+            self.believe_proved(new);
+        }
+        self.work_off(usize::MAX);
     }
 
     /// The pose in the map, with its covariance, the odometry since the last scan included.
@@ -290,111 +249,6 @@ impl ScanMatcher {
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
     }
 
-    /// Where little of the scan is known already, as behind a door, the map must grow sooner.
-    fn is_new_place(&self, overlap: f64) -> bool {
-        let part = if overlap < self.config.new_below {
-            self.config.new_part
-        } else {
-            1.0
-        };
-        self.last_keyframe.is_none_or(|last| {
-            let moved = last.delta_to(&self.local.pose);
-            moved.position().coords.norm() > part * self.config.keyframe_distance
-                || moved.heading().abs() > part * self.config.keyframe_turn
-        })
-    }
-
-    fn add_keyframe(&mut self, points: &Points, sigmas: &[f64], surfaces: Vec<OrientedPoint>) {
-        if self
-            .submaps
-            .last()
-            .is_some_and(|s| s.own_keyframes >= self.config.submap_keyframes)
-        {
-            self.begin_submap(false);
-        }
-        let at = self.local.pose;
-        self.running.insert(moved(&surfaces, at));
-        self.recent.push_back(Recent {
-            submap_from_robot: at,
-            surfaces,
-        });
-        while self.recent.len() > self.config.overlap_keyframes {
-            self.recent.pop_front();
-        }
-        let keyframe = self.keyframe_of(points, sigmas);
-        self.running_free.mark(keyframe.rays());
-        let map_from_robot = self.map_from_running() * at;
-        keyframe.draw(&mut self.grid, &map_from_robot);
-        self.keyframes.push(keyframe);
-        self.last_keyframe = Some(at);
-        self.since_keyframe = None;
-        // Carried on by odometry, the local covariance holds the whole way since the last match
-        // already.
-        if !self.is_blind {
-            self.way_cov += std::mem::take(&mut self.local.cov);
-        }
-        if let Some(submap) = self.submaps.last_mut() {
-            submap.own_keyframes += 1;
-        }
-    }
-
-    fn learn_odometry(&mut self, tracked: &Tracked) {
-        let was_sure = std::mem::replace(&mut self.keyframe_is_sure, tracked.is_sure);
-        if let (Some(odometry), Some(last), Some(found)) =
-            (&self.since_keyframe, self.last_keyframe, tracked.found)
-            && was_sure
-            && tracked.is_sure
-        {
-            let matched = last.delta_to(&self.local.pose);
-            let ahead = self.local.pose.rotate(Vector2::x());
-            let sees_way = match found.verdict {
-                Verdict::Degenerate { direction } => direction.dot(&ahead).abs() < 0.3,
-                _ => true,
-            };
-            self.odometry_model.learn(odometry, &matched, sees_way);
-        }
-    }
-
-    /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.
-    fn begin_submap(&mut self, is_loose: bool) {
-        self.loose += usize::from(is_loose);
-        if is_loose {
-            self.recent.clear();
-        }
-        let old_from_new = self.local.pose;
-        let map_from_submap = self.map_from_running() * old_from_new;
-        let new_from_old = old_from_new.inverse();
-        let begun = SurfelMap::new(self.config.surfels);
-        let surfels = std::mem::replace(&mut self.running, begun).into_surfels();
-        for recent in &mut self.recent {
-            recent.submap_from_robot = new_from_old * recent.submap_from_robot;
-            self.running
-                .insert(moved(&recent.surfaces, recent.submap_from_robot));
-        }
-        for past in &mut self.pasts {
-            past.submap_from_robot = new_from_old * past.submap_from_robot;
-        }
-        let free = std::mem::take(&mut self.running_free);
-        for keyframe in self.keyframes.iter().rev().take(self.recent.len()) {
-            let rays = keyframe.rays_from(&(new_from_old * keyframe.submap_from_robot));
-            self.running_free.mark(rays);
-        }
-        let old = self.submaps.len() - 1;
-        let closed = ClosedSubmap::new(surfels, free);
-        if let Some(submap) = self.submaps.last_mut() {
-            submap.closed = closed;
-        }
-        if self.is_blind || is_loose {
-            self.way_cov += std::mem::take(&mut self.local.cov);
-        }
-        self.join_to_next(old, &old_from_new, map_from_submap);
-        self.submaps.push(Submap::begun_at(map_from_submap));
-        self.local.pose = Pose2::identity();
-        if self.config.close_loops {
-            self.plan_comparisons(old);
-        }
-    }
-
     /// Compares up to `count` pairs of submaps; then optimises, if something was found, and goes on
     /// with drawing.
     fn work_off(&mut self, count: usize) {
@@ -437,16 +291,6 @@ fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matr
     let mut cov = carry * cov * carry.transpose() + added;
     symmetrize(&mut cov);
     cov
-}
-
-fn moved(
-    surfaces: &[OrientedPoint],
-    to_from_robot: Pose2,
-) -> impl Iterator<Item = OrientedPoint> + '_ {
-    surfaces.iter().map(move |s| OrientedPoint {
-        position: to_from_robot * s.position,
-        normal: to_from_robot.rotate(s.normal),
-    })
 }
 
 impl Submap {

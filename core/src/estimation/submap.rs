@@ -11,14 +11,16 @@
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
 //!    corridor fits itself anywhere.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix3, Point2, Vector3};
 
-use super::pose_graph::information_at_end;
-use crate::bounds::{Bounds, config};
-use crate::geom::{Pose2, pose_cov};
 use super::agreement::Agreement;
 use super::facing::Facing;
 use super::free_space::FreeSpace;
+use super::pose_graph::information_at_end;
+use crate::bounds::{Bounds, config};
+use crate::geom::{Pose2, pose_cov};
 use crate::map::{Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
 use crate::registration::{
@@ -30,10 +32,6 @@ config! {
     /// When two submaps are one place.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ClosureConfig {
-        /// Widest search to either side, m. Default 8.
-        pub max_shift: f64 = 8.0,
-        /// Widest search to either side, rad. Default 0.6.
-        pub max_turn: f64 = 0.6,
         /// The window is so many standard deviations of what is known of the pose, to either side.
         /// Default 3; larger finds loops after worse drives, and more wrong ones.
         pub doubt_sigmas: f64 = 3.0,
@@ -73,27 +71,48 @@ config! {
         pub kernel: f64 = 3.0,
         /// Most iterations of the optimisation after a closure. Default 30.
         pub max_iterations: usize = 30,
-        /// Earlier submaps that are tried for each new one. Default 10.
-        pub candidates: usize = 10,
+        /// What is asked for of evidence that a place was seen before, as a part of the usual.
+        /// Default 1; larger: fewer, later and safer closures.
+        pub proof: f64 = 1.0,
+        /// Earlier submaps that are tried for each new one, at most. Default 40.
+        pub candidates: usize = 40,
+        /// Where the way to earlier submaps is known worse than this, m, not all of those are tried
+        /// that lie near each other. Default 0.7.
+        pub wide: f64 = 0.7,
+        /// How far apart those lie that are tried then, m. Default 3; larger is quicker and misses
+        /// more.
+        pub apart: f64 = 3.0,
+        /// The way through submaps may err by this part of it, to the same side in all. Default
+        /// 0.02: what is searched is wider by it.
+        pub drift: f64 = 0.02,
+        /// The same of the turn through a submap, rad. Default 0.015.
+        pub drift_turn: f64 = 0.015,
     }
 }
 
 impl ClosureConfig {
-    /// What [`Self::max_shift`] may be, m.
-    pub const MAX_SHIFT: Bounds = [0.1, 50.0];
     /// What [`Self::min_agreement`] may be.
     pub const MIN_AGREEMENT: Bounds = [0.1, 1.0];
-}
+    /// What [`Self::proof`] may be.
+    pub const PROOF: Bounds = [0.2, 10.0];
 
-impl ClosureConfig {
     /// Where to search for a submap whose relative pose is this certain.
     pub(super) fn window(&self, doubt: &Doubt) -> SearchWindow {
         SearchWindow {
-            shift: (self.doubt_sigmas * doubt.shift).min(super::knob("maxshift", 1000.0)),
-            turn: (self.doubt_sigmas * doubt.turn).min(super::knob("maxturn", 1.5)),
+            shift: self.doubt_sigmas * doubt.shift,
+            turn: (self.doubt_sigmas * doubt.turn).min(PI),
         }
     }
 }
+
+/// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
+/// same of the part that agrees.
+const PROVES_OVERLAP: [f64; 2] = [0.35, 0.7];
+const PROVES_PART: [f64; 2] = [0.7, 0.9];
+/// What overlaps by more proves more, up to this.
+const MOST_PROOF: f64 = 1.5;
+/// Submaps whose middles are farther apart than this many times their radii have nothing in common.
+const REACH: f64 = 1.5;
 
 /// What is kept of a submap that is closed.
 #[derive(Clone, Debug, Default)]
@@ -125,7 +144,10 @@ pub(super) struct Closure {
 impl Closure {
     /// What it proves by itself.
     pub(super) fn proof(&self) -> f64 {
-        self.overlap * ((self.part - 0.7) / super::knob("partw", 0.2)).clamp(0.0, 1.0)
+        let [none, one] = PROVES_OVERLAP;
+        let overlap = ((self.overlap - none) / (one - none)).clamp(0.0, MOST_PROOF);
+        let [none, one] = PROVES_PART;
+        overlap * ((self.part - none) / (one - none)).clamp(0.0, 1.0)
     }
 }
 
@@ -190,27 +212,7 @@ impl ClosedSubmap {
         let map = SurfelMap::from_surfels(*surfels, self.surfels.clone());
         let points = other.points();
         let found = if searched {
-            let believed = doubt.prior(guess, config);
-            let (pivot, search) = (other.centre, &config.search);
-            let mut believed = believed;
-            let mut window = window;
-            let reach = super::knob("sreach", 1.5) * (self.radius + other.radius);
-            if window.shift > reach {
-                // Farther away they would have nothing in common.
-                let heading = guess.heading();
-                let turned = Pose2::new(0.0, 0.0, heading).rotate(other.centre.coords);
-                let place = self.centre.coords - turned;
-                believed.pose = Pose2::new(place.x, place.y, heading);
-                window.shift = reach;
-            }
-            {
-            let turns = self.facing.turns(&other.facing);
-            let heading = guess.heading();
-            let admits = |turn: f64| turns.admit(heading + turn);
-            search_turned_and_match(
-                &points, pivot, &map, &believed, &window, admits, search, matching,
-            )
-            }
+            self.search(other, guess, doubt, (&points, &map), matching, config)
         } else {
             let found = register(&points, &map, guess, &doubt.prior(guess, config), matching);
             let is_fixed = matches!(
@@ -224,6 +226,35 @@ impl ClosedSubmap {
             self.closure(other, found, (&map, &reverse), &points, searched, config)
         };
         found.iter().filter_map(closure).collect()
+    }
+
+    /// The best place of `other` in the window of the doubt, matched.
+    fn search(
+        &self,
+        other: &Self,
+        guess: &Pose2,
+        doubt: &Doubt,
+        (points, map): (&[OrientedPoint], &SurfelMap),
+        matching: &MatchConfig,
+        config: &ClosureConfig,
+    ) -> Option<Registration> {
+        let mut believed = doubt.prior(guess, config);
+        let mut window = config.window(doubt);
+        let reach = REACH * (self.radius + other.radius);
+        if window.shift > reach {
+            // Farther away they would have nothing in common.
+            let turned = guess.rotate(other.centre.coords);
+            let place = self.centre - turned;
+            believed.pose = Pose2::new(place.x, place.y, guess.heading());
+            window.shift = reach;
+        }
+        let turns = self.facing.turns(&other.facing);
+        let heading = guess.heading();
+        let admits = |turn: f64| turns.admit(heading + turn);
+        let (pivot, search) = (other.centre, &config.search);
+        search_turned_and_match(
+            points, pivot, map, &believed, &window, admits, search, matching,
+        )
     }
 
     /// What a match is worth, both ways; `None` where too little agrees.

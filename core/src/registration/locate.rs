@@ -14,12 +14,14 @@
 //!    fits by chance.
 //! 4. Else the scan is **lost**: the first match stands for what it is worth.
 //!
-//! Scan matching, loop closure and localisation in a prior map all search for points in this way,
-//! each with its own figures.
+//! Localisation in a prior map locates scans in this way; scan matching and loop closure match and
+//! search by the same parts, and weigh what they find in their own ways.
 
 use nalgebra::{Matrix3, Point2};
 
-use super::{MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search_turned};
+use super::{
+    MatchConfig, Prior, Registration, SearchWindow, Target, Verdict, register, search_turned,
+};
 use crate::geom::Pose2;
 use crate::map::LikelihoodPyramid;
 use crate::points::OrientedPoint;
@@ -51,26 +53,6 @@ pub struct LocateConfig {
 }
 
 impl LocateConfig {
-    /// A scan in the running submap, where odometry is seldom far off: it is searched for nearby,
-    /// over fine cells.
-    #[must_use]
-    pub fn in_submap() -> Self {
-        let window = SearchWindow {
-            shift: 0.6,
-            turn: 0.2,
-        };
-        Self {
-            matching: MatchConfig::default(),
-            lost_below: 0.55,
-            window,
-            widest: window,
-            widest_after: 1,
-            search: SearchConfig::IN_SUBMAP,
-            found_above: [0.0, 0.0],
-            min_gain: 0.1,
-        }
-    }
-
     /// A scan in a prior map, in which much may stand that is not drawn, and a robot may begin
     /// elsewhere than it was said: the longer nothing is found, the wider the search.
     #[must_use]
@@ -236,12 +218,17 @@ pub fn search_and_match<T: Target>(
     matching: &MatchConfig,
 ) -> Option<Registration> {
     let any = |_| true;
-    search_turned_and_match(points, pivot, target, believed, window, any, config, matching)
+    search_turned_and_match(
+        points, pivot, target, believed, window, any, config, matching,
+    )
 }
 
 /// The same among the turns, rad, that `admits` says may be right.
 #[must_use]
-#[expect(clippy::too_many_arguments, reason = "those of the search and those of the match")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "those of the search and those of the match"
+)]
 pub fn search_turned_and_match<T: Target>(
     points: &[OrientedPoint],
     pivot: Point2<f64>,

@@ -16,6 +16,8 @@
 //! Source of step 2: Mangelson et al. (2018), "Pairwise consistent measurement set maximization for
 //! robust multi-robot map merging".
 
+use std::collections::BTreeMap;
+
 use super::super::submap::{Closure, Doubt};
 use crate::geom::Pose2;
 
@@ -48,7 +50,17 @@ enum Relation {
 const PLACED_SHIFT: f64 = 0.08;
 const PLACED_TURN: f64 = 0.015;
 /// Ways that are known worse than this say nothing, m.
-const MOST_DOUBT: f64 = 1.5;
+const MOST_DOUBT: f64 = 3.0;
+/// The evidence that is asked for where hardly anything was searched, in submaps that lie wholly on
+/// one another, ...
+const LEAST_PROOF: f64 = 0.5;
+/// ... and for each e-fold of places.
+const PROOF_FOR_PLACES: f64 = 0.25;
+/// A window of so small a doubt is one place, m and rad.
+const PLACE_SHIFT: f64 = 0.17;
+const PLACE_TURN: f64 = 0.033;
+/// Rivals must be proved so much less.
+const LEAD_OVER_RIVALS: f64 = 1.4;
 /// Most placements that wait; the oldest go first.
 const MOST_WAITING: usize = 400;
 
@@ -66,12 +78,14 @@ impl Waiting {
         }
     }
 
-    pub(super) fn len(&self) -> usize {
-        self.list.len()
-    }
-
-    /// Takes out the placements that are proved together with the newest one, if they are.
-    pub(super) fn take_proved(&mut self, new: usize, ways: &impl Ways) -> Vec<Candidate> {
+    /// Takes out the placements that are proved together with one of submap `new`, if they are:
+    /// `proof` times what is asked for.
+    pub(super) fn take_proved(
+        &mut self,
+        new: usize,
+        ways: &impl Ways,
+        proof: f64,
+    ) -> Vec<Candidate> {
         let seeds: Vec<usize> = (0..self.list.len())
             .filter(|&i| self.list[i].new == new)
             .collect();
@@ -83,12 +97,8 @@ impl Waiting {
                 .iter()
                 .map(|&r| self.evidence(&self.sides(r, ways).0))
                 .fold(0.0, f64::max);
-            let asked = proof(&self.list[seed].doubt);
-            if super::super::knob("debug", 0.0) > 0.0 {
-                let c = &self.list[seed];
-                eprintln!("K {} {} members {} evidence {evidence:.2} asked {asked:.2} rival {rival:.2}", c.old, c.new, members.len());
-            }
-            let proved = evidence >= asked && evidence >= 1.3 * rival + 0.1 * f64::from(rival > 0.0);
+            let asked = proof * places_proof(&self.list[seed].doubt);
+            let proved = evidence >= asked && evidence >= LEAD_OVER_RIVALS * rival;
             if proved && best.as_ref().is_none_or(|(e, _)| evidence > *e) {
                 best = Some((evidence, members));
             }
@@ -135,8 +145,7 @@ impl Waiting {
         let by_a = a.closure.motion * new_from_other;
         let by_b = old_from_other * b.closure.motion;
         let off = by_a.delta_to(&by_b);
-        let agree =
-            off.position().coords.norm() < 3.0 * shift && off.heading().abs() < 3.0 * turn;
+        let agree = off.position().coords.norm() < 3.0 * shift && off.heading().abs() < 3.0 * turn;
         if agree {
             Relation::Agree
         } else {
@@ -146,7 +155,7 @@ impl Waiting {
 
     /// What placements prove together: of each new submap the best.
     fn evidence(&self, members: &[usize]) -> f64 {
-        let mut best = std::collections::BTreeMap::new();
+        let mut best = BTreeMap::new();
         for &member in members {
             let candidate = &self.list[member];
             let entry = best.entry(candidate.new).or_insert(0.0_f64);
@@ -156,8 +165,10 @@ impl Waiting {
     }
 }
 
-/// The evidence that is asked for in a window of this doubt.
-fn proof(doubt: &Doubt) -> f64 {
-    let places = (3.0 * doubt.shift / 0.5).max(1.0) * (3.0 * doubt.turn / 0.1).max(1.0);
-    super::super::knob("proof0", 0.5) + super::super::knob("proof1", 0.25) * libm::log(places)
+/// The evidence that is asked for with this doubt.
+fn places_proof(doubt: &Doubt) -> f64 {
+    let along = (doubt.shift / PLACE_SHIFT).max(1.0);
+    let about = (doubt.turn / PLACE_TURN).max(1.0);
+    let places = along * about;
+    LEAST_PROOF + PROOF_FOR_PLACES * libm::log(places)
 }

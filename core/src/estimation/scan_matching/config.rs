@@ -3,7 +3,7 @@
 use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check, config};
 use crate::map::{EvidenceConfig, GridConfig, GridError, SurfelConfig};
-use crate::registration::LocateConfig;
+use crate::registration::{MatchConfig, SearchConfig, SearchWindow};
 
 config! {
     /// How scan matching works.
@@ -11,9 +11,19 @@ config! {
     pub struct ScanMatcherConfig {
         /// How submaps are kept.
         pub surfels: SurfelConfig = SurfelConfig::default(),
-        /// How scans are located in them, and submaps in one another. Default
-        /// [`LocateConfig::in_submap`].
-        pub locate: LocateConfig = LocateConfig::in_submap(),
+        /// How scans are matched to them, and submaps to one another.
+        pub matching: MatchConfig = MatchConfig::default(),
+        /// Where no motion puts more than this part of a scan on the submap, the pose is searched
+        /// for, 0 to 1. Default 0.55; larger: more searches.
+        pub search_below: f64 = 0.55,
+        /// How far is searched beyond what a fast robot goes and turns from scan to scan. Default
+        /// 0.3 m and 0.2 rad.
+        pub least_window: SearchWindow = SearchWindow {
+            shift: 0.3,
+            turn: 0.2,
+        },
+        /// How it is searched for. Default [`SearchConfig::IN_SUBMAP`].
+        pub search: SearchConfig = SearchConfig::IN_SUBMAP,
         /// The map that is drawn. By default a crossing beam counts for more than elsewhere (`miss`
         /// 0.3): keyframes are few, and what one of them saw through is to be free.
         pub grid: GridConfig = GridConfig {
@@ -82,12 +92,12 @@ impl ScanMatcherConfig {
     pub fn validate(&self) -> Result<(), ScanMatcherError> {
         let (way, turn) = (self.keyframe_distance, self.keyframe_turn);
         let keyframes = self.submap_keyframes as f64;
-        let (shift, least) = (self.closure.max_shift, self.closure.min_agreement);
+        let (proof, least) = (self.closure.proof, self.closure.min_agreement);
         Ok(check(&[
             ("keyframe_distance", way, Self::KEYFRAME_DISTANCE),
             ("keyframe_turn", turn, Self::KEYFRAME_TURN),
             ("submap_keyframes", keyframes, Self::SUBMAP_KEYFRAMES),
-            ("closure.max_shift", shift, ClosureConfig::MAX_SHIFT),
+            ("closure.proof", proof, ClosureConfig::PROOF),
             ("closure.min_agreement", least, ClosureConfig::MIN_AGREEMENT),
         ])?)
     }

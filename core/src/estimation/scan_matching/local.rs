@@ -1,5 +1,4 @@
-//! One scan in the running submap: what odometry believes beforehand, and what of its doubt stays
-//! after the match.
+//! One scan in the running submap: what of odometry's doubt stays after the match.
 
 use nalgebra::Matrix3;
 
@@ -33,6 +32,6 @@ impl ScanMatcher {
 
     /// What odometry is not believed better than between two scans.
     pub(super) fn odometry_floor(&self) -> Matrix3<f64> {
-        pose_cov(super::super::knob("ofloor", self.config.odometry_sigma), super::super::knob("oturn", self.config.odometry_turn_sigma))
+        pose_cov(self.config.odometry_sigma, self.config.odometry_turn_sigma)
     }
 }

@@ -5,6 +5,9 @@
 //! comparisons to be made are listed when a submap is closed; the matcher works off one at each
 //! scan.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
 use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, information_at_end};
@@ -49,26 +52,29 @@ impl ScanMatcher {
             .take(new.saturating_sub(1))
             .filter_map(|(old, (submap, doubt))| {
                 let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
-                let reach = submap.closed.radius.max(this.closed.radius) + 3.0 * doubt.shift;
+                let reach = submap.closed.radius.max(this.closed.radius)
+                    + self.config.closure.window(doubt).shift;
                 let compared = self.compared.get(&(old, new)).copied();
                 let is_new = compared.is_none_or(|before| doubt.shift < 0.5 * before);
-                (distance < reach && is_new && !self.are_joined(old, new)).then_some((distance, old))
+                (distance < reach && is_new && !self.are_joined(old, new))
+                    .then_some((distance, old))
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         // Where little is known of the way, neighbours show the same: one of them is enough.
         let mut chosen: Vec<usize> = vec![];
         for (_, old) in near {
-            let is_wide = doubts[old].shift > super::super::knob("wide", 0.7);
+            let is_wide = doubts[old].shift > self.config.closure.wide;
             let middle = |i: usize| self.submaps[i].map_from_submap * self.submaps[i].closed.centre;
             let is_covered = |&other: &usize| {
-                doubts[other].shift > super::super::knob("wide", 0.7) && (middle(other) - middle(old)).norm() < super::super::knob("apart", 3.0)
+                doubts[other].shift > self.config.closure.wide
+                    && (middle(other) - middle(old)).norm() < self.config.closure.apart
             };
             if is_wide && chosen.iter().any(is_covered) {
                 continue;
             }
             chosen.push(old);
-            if chosen.len() >= super::super::knob("cand", 40.0) as usize {
+            if chosen.len() >= self.config.closure.candidates {
                 break;
             }
         }
@@ -85,7 +91,7 @@ impl ScanMatcher {
             &guess,
             &doubts[old],
             &self.config.surfels,
-            &self.config.locate.matching,
+            &self.config.matching,
             &self.config.closure,
         );
         let doubt = doubts[old];
@@ -96,7 +102,6 @@ impl ScanMatcher {
                 closure,
                 doubt,
             };
-            self.say("F", &candidate);
             if closure.is_searched {
                 self.waiting.push(candidate);
             } else {
@@ -110,10 +115,10 @@ impl ScanMatcher {
         let mut waiting = std::mem::take(&mut self.waiting);
         let ways = KnownWays {
             poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
-            doubts: std::cell::RefCell::default(),
+            doubts: RefCell::default(),
             matcher: self,
         };
-        let proved = waiting.take_proved(new, &ways);
+        let proved = waiting.take_proved(new, &ways, self.config.closure.proof);
         self.waiting = waiting;
         for candidate in &proved {
             self.believe(candidate);
@@ -127,16 +132,7 @@ impl ScanMatcher {
         }
     }
 
-    fn say(&self, what: &str, c: &Candidate) {
-        if super::super::knob("debug", 0.0) > 0.0 {
-            let m = &c.closure.motion;
-            let at = |i: usize| self.trajectory.iter().find(|t| t.submap >= i).map_or(0.0, |t| t.stamp.seconds());
-            eprintln!("{what} {} {} {} {} {} {} {} ov {:.2} part {:.2} doubt {:.2} {:.3} s {}", c.old, c.new, at(c.old), at(c.new), m.x(), m.y(), m.heading(), c.closure.overlap, c.closure.part, c.doubt.shift, c.doubt.turn, c.closure.is_searched);
-        }
-    }
-
     fn believe(&mut self, candidate: &Candidate) {
-        self.say("A", candidate);
         let added = self.graph.add_edge(Edge {
             from: candidate.old,
             to: candidate.new,
@@ -172,6 +168,7 @@ impl ScanMatcher {
     /// the graph.
     fn doubts(&self, from: usize) -> Vec<Doubt> {
         let poses = self.graph.poses();
+        let drift_turn = self.config.closure.drift_turn;
         let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];
         for edge in self.graph.edges() {
             let Some(cov) = edge.information.try_inverse() else {
@@ -179,9 +176,10 @@ impl ScanMatcher {
             };
             let (mut shift, mut turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
             if edge.cauchy.is_none() {
+                let way = self.config.closure.drift * edge.motion.position().coords.norm();
                 // Errors of the way add up where a submap errs as the one before it did.
-                shift += (super::super::knob("dshift", 0.02) * edge.motion.position().coords.norm()).powi(2);
-                turn += super::super::knob("dturn", 0.015).powi(2);
+                shift += way * way;
+                turn += drift_turn * drift_turn;
             }
             ways[edge.from].push((edge.to, shift, turn));
             ways[edge.to].push((edge.from, shift, turn));
@@ -218,14 +216,16 @@ impl ScanMatcher {
 /// The ways through the pose graph.
 struct KnownWays<'a> {
     poses: Vec<Pose2>,
-    doubts: std::cell::RefCell<std::collections::BTreeMap<usize, Vec<Doubt>>>,
+    doubts: RefCell<BTreeMap<usize, Vec<Doubt>>>,
     matcher: &'a ScanMatcher,
 }
 
 impl Ways for KnownWays<'_> {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
         let mut doubts = self.doubts.borrow_mut();
-        let known = doubts.entry(from).or_insert_with(|| self.matcher.doubts(from));
+        let known = doubts
+            .entry(from)
+            .or_insert_with(|| self.matcher.doubts(from));
         (self.poses[from].delta_to(&self.poses[to]), known[to])
     }
 }

@@ -13,10 +13,12 @@
 //! Source of the model: Borenstein & Feng (1996), "Measurement and correction of systematic
 //! odometry errors in mobile robots".
 
+use std::collections::VecDeque;
+
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use crate::geom::{Pose2, symmetrize};
-use crate::robot::Odometry;
+use crate::robot::{Odometry, Stamp};
 
 /// What is known beforehand of the bias: of the way, 1; of the turn for each metre, rad/m; of the
 /// turn, 1.
@@ -37,6 +39,92 @@ const BIAS_LENGTH: f64 = 20.0;
 /// An error of more than this many standard deviations is that of a slip, or of a match.
 const MOST_SIGMAS: f64 = 4.0;
 
+/// The part of motions of which odometry is grossly wrong: beforehand, and the least that is
+/// believed.
+const FIRST_SLIPS: f64 = 0.05;
+const SELDOM: f64 = 0.003;
+/// The part that a new motion has in what is known of it.
+const SLIP_GAIN: f64 = 0.02;
+/// What an e-fold of it is worth, in parts of the points of a scan.
+const MISTRUST: f64 = 0.06;
+
+/// An earlier scan, as far as late odometry needs it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Past {
+    pub(super) stamp: Stamp,
+    pub(super) submap_from_robot: Pose2,
+    /// Odometry, summed since the beginning.
+    pub(super) odom_from_robot: Pose2,
+}
+
+/// Earlier scans that late odometry may belong to.
+const PASTS: usize = 8;
+
+/// How the robot moved, by its odometry and by the matches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motion {
+    pub(super) model: OdometryModel,
+    /// Odometry as it came, since the last keyframe.
+    since_keyframe: Option<Odometry>,
+    /// Whether the last keyframe surely lies where it was matched.
+    keyframe_is_sure: bool,
+    /// Odometry without its bias, summed since the beginning.
+    pub(super) odom_from_robot: Pose2,
+    /// The scans before this one, the newest last.
+    pub(super) pasts: VecDeque<Past>,
+    /// The motion between the last two scans, and the seconds it took.
+    pub(super) speed: Option<(f64, Pose2)>,
+}
+
+impl Motion {
+    /// Takes odometry as it came, and gives it without its bias.
+    pub(super) fn moved(&mut self, odometry: Odometry) -> Odometry {
+        self.since_keyframe = Some(match self.since_keyframe {
+            Some(so_far) => so_far.then(&odometry),
+            None => odometry,
+        });
+        let corrected = self.model.corrected(&odometry);
+        self.odom_from_robot = self.odom_from_robot * corrected.motion;
+        corrected
+    }
+
+    /// Remembers where a scan was placed.
+    pub(super) fn remember(&mut self, stamp: Stamp, submap_from_robot: Pose2) {
+        if let Some(past) = self.pasts.back() {
+            let motion = past.submap_from_robot.delta_to(&submap_from_robot);
+            self.speed = Some((stamp.since(past.stamp), motion));
+        }
+        self.pasts.push_back(Past {
+            stamp,
+            submap_from_robot,
+            odom_from_robot: self.odom_from_robot,
+        });
+        if self.pasts.len() > PASTS {
+            self.pasts.pop_front();
+        }
+    }
+
+    /// Another submap runs from here on.
+    pub(super) fn rebase(&mut self, new_from_old: &Pose2) {
+        for past in &mut self.pasts {
+            past.submap_from_robot = *new_from_old * past.submap_from_robot;
+        }
+    }
+
+    /// A scan becomes a keyframe, so far from the last one by the matches. Odometry is learned from
+    /// it where both are sure; `sees_way` says whether the match fixes the way ahead.
+    pub(super) fn keyframe(&mut self, matched: Option<Pose2>, is_sure: bool, sees_way: bool) {
+        let was_sure = std::mem::replace(&mut self.keyframe_is_sure, is_sure);
+        let odometry = self.since_keyframe.take();
+        if let (Some(odometry), Some(matched)) = (odometry, matched)
+            && was_sure
+            && is_sure
+        {
+            self.model.learn(&odometry, &matched, sees_way);
+        }
+    }
+}
+
 /// What is known of the errors of odometry.
 #[derive(Clone, Debug)]
 pub(super) struct OdometryModel {
@@ -54,8 +142,8 @@ impl Default for OdometryModel {
         Self {
             bias: Vector3::zeros(),
             cov: Matrix3::from_diagonal(&variances),
-            noise: [super::super::knob("onoise", FIRST_NOISE); 2],
-            slips: 0.05,
+            noise: [FIRST_NOISE; 2],
+            slips: FIRST_SLIPS,
         }
     }
 }
@@ -87,12 +175,12 @@ impl OdometryModel {
     /// What is to be said against a motion that odometry does not report, in parts of the points of
     /// a scan: the more, the seldomer odometry was grossly wrong.
     pub(super) fn mistrust(&self) -> f64 {
-        -0.06 * libm::log(self.slips.max(0.003))
+        -MISTRUST * libm::log(self.slips.max(SELDOM))
     }
 
     /// Notes whether odometry was `right` about a motion that is sure by now.
     pub(super) fn note(&mut self, right: bool) {
-        self.slips += 0.02 * (f64::from(!right) - self.slips);
+        self.slips += SLIP_GAIN * (f64::from(!right) - self.slips);
     }
 
     /// Learns from odometry that should have been `matched`. Where the match says nothing of the
@@ -141,9 +229,5 @@ impl OdometryModel {
         self.bias += gain * error;
         self.cov -= gain * by_bias * self.cov;
         symmetrize(&mut self.cov);
-    }
-
-    pub(super) fn figures(&self) -> ([f64; 3], [f64; 2]) {
-        (self.bias.into(), self.noise)
     }
 }

@@ -54,7 +54,7 @@ const OF_SCAN_MATCHING: Group = Group {
 };
 
 rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
-    "match.by", "Scans are matched by", one_of::<RegistrationMethod>(), [slam.matcher.locate.matching.method],
+    "match.by", "Scans are matched by", one_of::<RegistrationMethod>(), [slam.matcher.matching.method],
         "What is made as small as possible: distances to lines, which let points slide along a wall, or to points, the first ICP, which needs many more iterations.";
     "match.keyframe_distance", "Distance between keyframes", real(ScanMatcherConfig::KEYFRAME_DISTANCE, METRES), [slam.matcher.keyframe_distance].basic(),
         "A scan is kept after this way. Larger: less work, a coarser map.";
@@ -64,8 +64,8 @@ rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
         "Larger: more drift inside of a submap, less work.";
     "match.close_loops", "Loops are closed", switch(), [slam.matcher.close_loops].basic(),
         "Whether a place seen again corrects the trajectory.";
-    "match.max_shift", "Search for a loop", real(ClosureConfig::MAX_SHIFT, METRES), [slam.matcher.closure.max_shift].needs("match.close_loops", &["on"]),
-        "How far off the map may be when a loop closes. Larger: longer loops close, more work.";
+    "match.proof", "Proof of a loop", real(ClosureConfig::PROOF, NUMBER), [slam.matcher.closure.proof].needs("match.close_loops", &["on"]),
+        "How much must speak for a place seen again, as a part of the usual. Larger: loops close later and more safely.";
     "match.min_agreement", "Agreement of a loop", real(ClosureConfig::MIN_AGREEMENT, PERCENT), [slam.matcher.closure.min_agreement].needs("match.close_loops", &["on"]),
         "Part of the surfaces that must agree. Larger: fewer, safer closures.";
     "match.no_return_clears", "No return clears up to", real([0.0, 50.0], METRES), [slam.matcher.no_return_clears],
