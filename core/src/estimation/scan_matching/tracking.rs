@@ -63,9 +63,7 @@ const SAME_TURN: f64 = 0.06;
 /// How a point that contradicts counts beside one that agrees.
 const CONTRADICTION: f64 = 2.0;
 /// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
-const IMPLAUSIBLE: f64 = 0.025;
-/// A motion that costs more than this says that odometry was wrong.
-const WRONG_COST: f64 = 0.06;
+const IMPLAUSIBLE: f64 = 0.02;
 /// Motions of which one is this much better, in parts of the points, are e times as likely.
 const LIKELIER: f64 = 0.05;
 /// A scan that may as well lie this far away, m and rad, does not belong to the submap.
@@ -80,7 +78,7 @@ const SPOKEN_OF: f64 = 0.1;
 const MISLED_SHIFT: f64 = 0.2;
 const MISLED_PART: f64 = 0.2;
 const MISLED_TURN: f64 = 0.2;
-/// A motion is that of the match within this, m and rad.
+/// Farther from the match than this, m and rad, a motion was wrong.
 const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
 
@@ -109,8 +107,7 @@ impl ScanMatcher {
         let mut tried = self.tried(surfaces, &hypotheses, counted, stamp);
         compare(surfaces, &mut tried);
         let best = best_of(&tried);
-        let off = best.found.estimate.pose.minus(&lead.pose);
-        let was_right = off.xy().norm() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN;
+        let was_right = is_right(&lead.pose, &best.found.estimate.pose);
         let (agreement, is_sure) = (best.agreement, best.is_sure());
         let matched = !matches!(best.found.verdict, Verdict::TooFewPoints { .. });
         let estimate = match matched {
@@ -221,9 +218,12 @@ impl ScanMatcher {
             IMPLAUSIBLE * libm::log1p(squared / 3.0)
         };
         let cost = if counted {
-            let cost = against(&hypotheses[0]);
-            let mistrust = self.motion.model.mistrust();
-            cost + if cost > WRONG_COST { mistrust } else { 0.0 }
+            let lead = &hypotheses[0];
+            against(lead)
+                + match is_right(&lead.pose, &pose) {
+                    true => 0.0,
+                    false => self.motion.model.mistrust(),
+                }
         } else {
             let costs = hypotheses.iter().map(|h| h.penalty + against(h));
             costs.fold(f64::INFINITY, f64::min)
@@ -261,6 +261,12 @@ impl Tried {
     fn is_sure(&self) -> bool {
         self.agreement.overlap() >= SURE_OVERLAP && self.agreement.part() >= SURE_PART
     }
+}
+
+/// Whether a motion that led to `pose` was right, where the match is `found`.
+fn is_right(pose: &Pose2, found: &Pose2) -> bool {
+    let off = found.minus(pose);
+    off.xy().norm() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN
 }
 
 /// Scores all that were tried beside the first of them. A point says which of two poses is better

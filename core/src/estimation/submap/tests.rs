@@ -18,7 +18,13 @@ fn submap(walls: &[[f64; 4]], middle: Point2<f64>) -> ClosedSubmap {
         }));
     }
     let rays: Vec<_> = surfels.iter().map(|s| [middle, s.position]).collect();
-    ClosedSubmap::new(surfels, rays.into_iter())
+    closed(surfels, &rays)
+}
+
+fn closed(surfels: Vec<Surfel>, rays: &[[Point2<f64>; 2]]) -> ClosedSubmap {
+    let mut free = FreeSpace::default();
+    free.mark(rays.iter().copied());
+    ClosedSubmap::new(surfels, free)
 }
 
 /// The same submap, begun at another place: `old_from_new` is where.
@@ -35,7 +41,7 @@ fn begun_at(submap: &ClosedSubmap, middle: Point2<f64>, old_from_new: &Pose2) ->
         .collect();
     let middle = new_from_old * middle;
     let rays: Vec<_> = surfels.iter().map(|s| [middle, s.position]).collect();
-    ClosedSubmap::new(surfels, rays.into_iter())
+    closed(surfels, &rays)
 }
 
 /// A room of 6 m x 4 m with a door in its upper wall; a niche tells its sides apart.
@@ -54,6 +60,8 @@ fn find(old: &ClosedSubmap, new: &ClosedSubmap, guess: &Pose2, doubt: Doubt) -> 
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let config = ClosureConfig::default();
     old.find(new, guess, &doubt, &surfels, &matching, &config)
+        .into_iter()
+        .next()
 }
 
 #[test]
