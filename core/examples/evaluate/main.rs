@@ -276,6 +276,7 @@ fn figures(errors: &RelationErrors) -> Value {
     let degrees = 1.0_f64.to_degrees();
     json!({
         "count": errors.count,
+        "left_out": errors.left_out,
         "trans_abs_mean_m": errors.trans_abs_mean,
         "trans_abs_std_m": errors.trans_abs_std,
         "trans_sq_mean_m2": errors.trans_sq_mean,

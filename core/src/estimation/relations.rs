@@ -16,6 +16,8 @@ use crate::geom::Pose2;
 pub struct RelationErrors {
     /// Relations whose two scans are both in the trajectory.
     pub count: usize,
+    /// Relations of which a scan is missing.
+    pub left_out: usize,
     /// Mean length of the error, m.
     pub trans_abs_mean: f64,
     /// Standard deviation of the length, m.
@@ -30,21 +32,27 @@ pub struct RelationErrors {
     pub rot_sq_mean: f64,
 }
 
-/// How far apart two stamps of the same scan may be, s: both are written with six digits.
-const SAME_STAMP: f64 = 2e-6;
+/// How far apart two stamps of the same scan may be, s, beside what their rounding makes: seconds
+/// since 1970 are known to a quarter of a microsecond.
+const SAME_STAMP: f64 = 1e-6;
+/// Most decimals that stamps are written with.
+const MOST_DECIMALS: i32 = 6;
 
 /// Measures a trajectory, sorted by stamp, at relations `(from_seconds, to_seconds, true motion)`.
-/// Relations of which one scan is missing are left out and not counted.
+/// Their stamps may be rounded to fewer decimals than those of the log.
 #[must_use]
 pub fn relation_errors(
     relations: impl IntoIterator<Item = (f64, f64, Pose2)>,
     trajectory: &[(f64, Pose2)],
 ) -> RelationErrors {
+    let relations: Vec<_> = relations.into_iter().collect();
+    let stamps = relations.iter().flat_map(|&(from, to, _)| [from, to]);
+    let same = rounding(stamps) + SAME_STAMP;
     let errors: Vec<(f64, f64)> = relations
-        .into_iter()
-        .filter_map(|(from, to, truth)| {
-            let motion = pose_at(trajectory, from)?.delta_to(&pose_at(trajectory, to)?);
-            let error = truth.delta_to(&motion);
+        .iter()
+        .filter_map(|&(from, to, truth)| {
+            let from = pose_at(trajectory, from, same)?;
+            let error = truth.delta_to(&from.delta_to(&pose_at(trajectory, to, same)?));
             Some((error.position().coords.norm(), error.heading().abs()))
         })
         .collect();
@@ -52,6 +60,7 @@ pub fn relation_errors(
     let (rot_abs_mean, rot_abs_std, rot_sq_mean) = moments(errors.iter().map(|e| e.1));
     RelationErrors {
         count: errors.len(),
+        left_out: relations.len() - errors.len(),
         trans_abs_mean,
         trans_abs_std,
         trans_sq_mean,
@@ -61,12 +70,27 @@ pub fn relation_errors(
     }
 }
 
-fn pose_at(trajectory: &[(f64, Pose2)], seconds: f64) -> Option<Pose2> {
+/// A unit of the last decimal that any of the stamps has, s: they are rounded, or cut off there.
+fn rounding(stamps: impl Iterator<Item = f64> + Clone) -> f64 {
+    let has = |decimals: i32| {
+        let unit = libm::pow(10.0, f64::from(-decimals));
+        let mut rest = stamps
+            .clone()
+            .map(|s| (s / unit - (s / unit).round()).abs() * unit);
+        rest.all(|rest| rest < SAME_STAMP)
+    };
+    let decimals = (0..MOST_DECIMALS)
+        .find(|&d| has(d))
+        .unwrap_or(MOST_DECIMALS);
+    libm::pow(10.0, f64::from(-decimals))
+}
+
+fn pose_at(trajectory: &[(f64, Pose2)], seconds: f64, same: f64) -> Option<Pose2> {
     let after = trajectory.partition_point(|&(stamp, _)| stamp < seconds);
     let near = trajectory.iter().skip(after.saturating_sub(1)).take(2);
     let (stamp, pose) =
         near.min_by(|a, b| (a.0 - seconds).abs().total_cmp(&(b.0 - seconds).abs()))?;
-    ((stamp - seconds).abs() <= SAME_STAMP).then_some(*pose)
+    ((stamp - seconds).abs() <= same).then_some(*pose)
 }
 
 /// Mean, standard deviation and mean square; zeros of nothing.
@@ -113,6 +137,29 @@ mod tests {
     }
 
     #[test]
+    fn stamps_with_fewer_decimals_find_their_scans_and_the_missing_are_counted() {
+        let stamps = [
+            1_172_771_123.123_456,
+            1_172_771_123.333_459,
+            1_172_771_123.543_21,
+        ];
+        let trajectory = stamps.map(|s| (s, Pose2::new(s - stamps[0], 0.0, 0.0)));
+        let motion = |a: usize, b: usize| Pose2::new(stamps[b] - stamps[a], 0.0, 0.0);
+        let cut = |s: f64| (s * 1e5).floor() / 1e5;
+        let truth = [
+            (cut(stamps[0]), cut(stamps[1]), motion(0, 1)),
+            (cut(stamps[1]), cut(stamps[2]), motion(1, 2)),
+            (cut(stamps[1]), cut(stamps[2]) + 5e-5, motion(1, 2)),
+        ];
+        let e = relation_errors(truth, &trajectory);
+        assert_eq!((e.count, e.left_out), (2, 1));
+        assert!(e.trans_abs_mean < 1e-9, "{e:?}");
+        // Written with all decimals, near is not enough.
+        let exact = truth.map(|(from, to, motion)| (from, to + 1e-6, motion));
+        assert_eq!(relation_errors(exact, &trajectory).count, 0);
+    }
+
+    #[test]
     fn moving_the_whole_trajectory_changes_nothing_and_nothing_gives_zeros() {
         let trajectory: Vec<_> = (0..10)
             .map(|i| {
@@ -152,11 +199,13 @@ mod tests {
         };
         let log = CarmenLog::parse(&log).unwrap();
         assert_eq!(log.scans.len(), 13_631);
-        let trajectory: Vec<_> = log
+        let mut trajectory: Vec<_> = log
             .scans
             .iter()
             .map(|s| (s.ipc_seconds, s.odom_from_robot))
             .collect();
+        // Its stamps run backwards here and there.
+        trajectory.sort_by(|a, b| a.0.total_cmp(&b.0));
         let truth = relations::parse(&truth).unwrap();
         let part = |long: bool| {
             let chosen = truth

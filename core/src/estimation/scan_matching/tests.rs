@@ -145,7 +145,8 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
         }
         assert!(matcher.loop_closures() > 0);
         let estimate = matcher.estimate();
-        assert_eq!(estimate.pose, *poses.last().unwrap());
+        let off = estimate.pose.minus(poses.last().unwrap());
+        assert!(off.amax() < 1e-12, "{off}");
         assert!(estimate.cov.cholesky().is_some());
     }
 }
@@ -205,14 +206,17 @@ fn scans_without_a_return_leave_odometry_to_itself_and_its_doubts_grow() {
         );
         let estimate = matcher.estimate();
         assert!((estimate.pose.position() - driven.motion.position()).norm() < 1e-9);
-        // New submaps are begun on the way: each adds the centimetre that no join is believed
-        // better than.
-        let more = (estimate.cov - driven.cov).diagonal() + Vector3::from_element(1e-9);
-        assert!(more.min() > 0.0 && more.max() < 0.02, "{i}: {more}");
+        // Nothing says how this robot's odometry errs: by more than it claims, and all of the way
+        // to the same side.
+        let way = 0.1 * f64::from(u32::try_from(i).unwrap() + 1);
+        let claimed = driven.cov.diagonal();
+        let believed = estimate.cov.diagonal();
+        let most = claimed * 12.0 + Vector3::from_element(0.02 + 0.01 * way * way);
         assert!(
-            matcher.submaps.len() > 1 || more.max() < 1e-8,
-            "{i}: {more}"
+            (believed - claimed).min() > -1e-9,
+            "{i}: {believed} {claimed}"
         );
+        assert!((most - believed).min() > 0.0, "{i}: {believed} {most}");
     }
     assert!(matcher.submaps.len() > 2);
 }
