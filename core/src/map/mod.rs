@@ -15,6 +15,7 @@ mod spread;
 mod surfels;
 mod topology;
 mod vector;
+mod wall_distance;
 
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
@@ -29,3 +30,4 @@ pub(crate) use spread::{Rings, cells_around, spread};
 pub use surfels::{Surfel, SurfelConfig, SurfelMap};
 pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorMap, Wall};
+pub use wall_distance::WallDistance;
