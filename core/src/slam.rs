@@ -60,7 +60,7 @@ pub enum SlamError {
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
     /// A method that needs a map, and none is there.
-    #[error("prior-map needs a prior map with walls to find the robot in; none was given")]
+    #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
 }
 

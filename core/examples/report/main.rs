@@ -1,7 +1,7 @@
 //! Measures what the project claims, one claim at a time.
 //!
 //! ```text
-//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N]
+//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N] [--data DIR]
 //! ```
 //!
 //! | NAME | standard output |
@@ -36,6 +36,7 @@ mod errand;
 mod explore;
 mod grid;
 mod heading;
+mod kidnap;
 mod line_fit;
 #[path = "../shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -76,6 +77,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
     ("grid", grid::measure),
+    ("kidnap", kidnap::measure),
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
@@ -91,6 +93,9 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
+    /// For `kidnap`: the folder of recorded data, with `intel/intel.clf` in it.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,

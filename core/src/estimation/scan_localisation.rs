@@ -24,7 +24,7 @@ use crate::registration::{
 };
 
 /// Distance of the pieces into which walls are cut, m.
-const SPACING: f64 = 0.05;
+pub(super) const SPACING: f64 = 0.05;
 /// Odometry and the map together are never believed better than this from scan to scan, m and rad:
 /// neighbouring scans see the same errors of the map.
 const FLOOR: [f64; 2] = [0.01, 0.003];
@@ -176,7 +176,7 @@ fn set_pose_cov(state: &mut RobotState, cov: &Matrix3<f64>, cross: &Matrix2x3<f6
 }
 
 /// Before there are any pieces: a plan of a few kilobytes may show walls of a thousand kilometres.
-fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
+pub(super) fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
     let finite = faces.iter().filter(|face| face.length().is_finite());
     let count: f64 = finite.map(|face| (face.length() / SPACING).ceil()).sum();
     let ends = faces.iter().flat_map(|face| [face.a, face.b]);
@@ -201,7 +201,7 @@ fn are_thin(faces: &[Segment]) -> bool {
 }
 
 /// A face cut into pieces, in their middles.
-fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
+pub(super) fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
     let (a, along) = (face.a, face.vector());
     let length = along.norm();
     let count = match length > 0.0 && length.is_finite() {

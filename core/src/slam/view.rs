@@ -2,7 +2,8 @@
 
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, Landmark, Match, OdometryErrors, ScanMatcher, SymmetricMatrix, UpdateReport,
+    Correlations, Hypothesis, Landmark, Match, OdometryErrors, Particle, PoseQuality, ScanMatcher,
+    SymmetricMatrix, UpdateReport,
 };
 use crate::features::LineFeature;
 
@@ -21,6 +22,12 @@ pub struct View<'a> {
     pub odometry_errors: Option<[OdometryErrors; 2]>,
     /// Whether what is seen stands in the prior map.
     pub prior_map_fit: Option<&'a PriorMapFit>,
+    /// Poses that the robot may have, the likeliest first.
+    pub hypotheses: &'a [Hypothesis],
+    /// The particles that stand for them.
+    pub particles: &'a [Particle],
+    /// Whether the pose is to be believed, of methods that know.
+    pub pose_quality: Option<PoseQuality>,
     /// Number of loops closed by the pose graph.
     pub loop_closures: usize,
     /// The map and trajectory of a method that changes what it has drawn.
