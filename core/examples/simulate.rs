@@ -25,7 +25,6 @@ use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::floor_plan;
-use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
