@@ -31,8 +31,8 @@ pub use line_localisation::LineLocaliser;
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{
-    Bin, Hypothesis, JudgementConfig, KldConfig, Localisation, MonteCarlo, MonteCarloConfig,
-    Particle, PoseQuality, RecentConfig,
+    Bin, HistogramConfig, HistogramLocaliser, Hypothesis, JudgementConfig, KldConfig, Localisation,
+    MonteCarlo, MonteCarloConfig, Particle, PoseQuality, RecentConfig,
 };
 pub use pose_graph::{Edge, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};

@@ -89,6 +89,13 @@ impl ScanLocaliser {
         })
     }
 
+    /// Goes on from a pose that comes from elsewhere, and says nothing of the odometry.
+    pub fn restart(&mut self, state: &mut RobotState, found: &PoseEstimate) {
+        self.lost_for = 0;
+        state.pose = found.pose;
+        set_pose_cov(state, &found.cov, &Matrix2x3::zeros());
+    }
+
     /// Steps 2 and 3: corrects `state` by the surfaces of one scan, robot frame;
     /// `heading_variance` is what odometry gathered of it since they were seen, in the mean, rad².
     pub fn update(
@@ -112,7 +119,7 @@ impl ScanLocaliser {
         }
         let found = located.registration();
         match (located, found.verdict) {
-            (Located::Found(_), _) => restart(state, &found.estimate),
+            (Located::Found(_), _) => self.restart(state, &found.estimate),
             (_, Verdict::Converged | Verdict::Degenerate { .. }) => {
                 correct(state, &predicted, found, heading_variance);
             }
@@ -157,12 +164,6 @@ fn correct(
     let mut own = state.cov.fixed_view_mut::<2, 2>(3, 3);
     own -= less;
     symmetrize(&mut state.cov);
-}
-
-/// The pose comes from the scan alone, and says nothing of the odometry.
-fn restart(state: &mut RobotState, found: &PoseEstimate) {
-    state.pose = found.pose;
-    set_pose_cov(state, &found.cov, &Matrix2x3::zeros());
 }
 
 /// `cross` is the covariance of the odometry's errors with the pose.

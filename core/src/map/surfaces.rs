@@ -154,7 +154,7 @@ mod tests {
                 let cells = room(low, low + 60.5, 0.3);
                 let walls = surfaces(SIDE, &cells, 1.0).into_iter();
                 // The wall at the left, free to its right: from its upper end to its lower one.
-                let left = walls.filter(|s| s.length() > 20.0 && s.a.x < 20.0 && s.a.y > s.b.y);
+                let left = walls.filter(|s| s.a.y - s.b.y > 20.0 && s.a.x < 20.0 && s.b.x < 20.0);
                 let offs: Vec<f64> = left.map(|s| 0.5 * (s.a.x + s.b.x) - low).collect();
                 offs.iter().copied().fold(f64::NEG_INFINITY, f64::max)
             })

@@ -37,22 +37,21 @@ struct Fate {
 }
 
 pub(super) fn measure(args: &Args, outcome: &mut Outcome) -> Result<()> {
-    let folder = args.data.as_deref().context(
-        "nothing is measured without the folder of recorded data: --data DIR, with intel/intel.clf in it",
-    )?;
+    let folder = args.data();
     let logs = match args.worlds.is_empty() {
         true => vec![LOG.to_owned()],
         false => args.worlds.clone(),
     };
     for log in logs {
-        measure_log(folder, &log, outcome)?;
+        measure_log(&folder, &log, outcome)?;
     }
     Ok(())
 }
 
 fn measure_log(folder: &Path, name: &str, outcome: &mut Outcome) -> Result<()> {
     let path = folder.join(name).join(format!("{name}.clf"));
-    let bytes = std::fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
+    let bytes =
+        std::fs::read(&path).with_context(|| format!("reading {} (--data DIR)", path.display()))?;
     let log = CarmenLog::parse(&bytes).with_context(|| path.display().to_string())?;
     let (map, truth) = mapped(&log)?;
     let starts = starts(&truth)?;

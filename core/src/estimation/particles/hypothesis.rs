@@ -4,7 +4,7 @@
 //! bins that touch, belong together; the heading closes at ±π.
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -29,13 +29,13 @@ pub(super) fn hypotheses(particles: &[Particle], config: &KldConfig) -> Vec<Hypo
             .or_default()
             .push(index);
     }
-    let turns = (TAU / config.bin_turn).ceil() as i32;
+    let ends = [-PI, PI].map(|heading| (heading / config.bin_turn).floor() as i32);
     let mut found = vec![];
     while let Some((first, members)) = bins.pop_first() {
         let mut group = members;
         let mut front = vec![first];
         while let Some(bin) = front.pop() {
-            for next in neighbours(bin, turns) {
+            for next in neighbours(bin, ends) {
                 if let Some(members) = bins.remove(&next) {
                     group.extend(members);
                     front.push(next);
@@ -53,10 +53,8 @@ pub(super) fn hypotheses(particles: &[Particle], config: &KldConfig) -> Vec<Hypo
     found
 }
 
-fn neighbours(bin: Bin, turns: i32) -> impl Iterator<Item = Bin> {
-    // Bins of the heading run from -turns/2 to turns/2, the last of them cut short.
-    let low = -(turns + 1) / 2;
-    let high = turns - turns / 2;
+/// The bins around one; those of the heading run from `low` to `high` and close.
+fn neighbours(bin: Bin, [low, high]: [i32; 2]) -> impl Iterator<Item = Bin> {
     let around = [-1, 0, 1];
     let turned = move |by: i32| match bin.turn + by {
         turn if turn < low => high,
@@ -111,8 +109,6 @@ pub(super) fn covariance_about(pose: &Pose2, particles: &[Particle]) -> Matrix3<
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
     use crate::geom::wrap;
 

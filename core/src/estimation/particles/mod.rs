@@ -1,7 +1,8 @@
 //! In: odometry, scans and the walls of a prior map. Out: where in it the robot may be, as weighted
 //! hypotheses, and whether one of them is to be believed.
 //!
-//! 1. **Predict**: each particle moves by the odometry, drawn from its covariance.
+//! 1. **Predict**: each particle moves by the odometry, drawn from its covariance. What it says of
+//!    the way between two scans is corrected by matching them: wheels slip, and logs lag.
 //! 2. **Weigh**: by the distances of what was hit from the nearest wall (likelihood field).
 //! 3. **Search**, while the robot is not found: all places of the map are sought where what was
 //!    seen on the last metres fits ([`modes`](crate::registration::modes)), and some particles are
@@ -18,15 +19,19 @@
 //! (Lenser & Veloso 2000) with the whole map as the sensor's range.
 
 mod config;
+mod histogram;
 mod hypothesis;
 mod recent;
 mod sampling;
+#[cfg(test)]
+mod tests;
 mod wall_map;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 pub use self::config::{JudgementConfig, MonteCarloConfig};
+pub use self::histogram::{HistogramConfig, HistogramLocaliser};
 pub use self::hypothesis::Hypothesis;
 use self::hypothesis::{covariance_about, hypotheses};
 pub use self::recent::RecentConfig;
@@ -96,10 +101,14 @@ pub struct MonteCarlo {
     hypotheses: Vec<Hypothesis>,
     quality: PoseQuality,
     recent: Recent,
-    /// Since the particles were moved.
+    /// Since the particles were moved: by matching up to the last scan, by odometry from there.
     moved: PoseEstimate,
-    /// Agreement of now and of before.
-    agreements: [f64; 2],
+    /// [`Recent::matched`] when they were moved.
+    moved_at: Pose2,
+    /// Agreement of now and of before; none before the first scan.
+    agreements: Option<[f64; 2]>,
+    /// While the robot is not found: where it was last believed to be, and odometry since.
+    reckoned: Pose2,
     is_found: bool,
     /// Times in a row that a hypothesis passed, and that another place did better.
     passed: u32,
@@ -133,7 +142,9 @@ impl MonteCarlo {
             quality: PoseQuality::default(),
             recent: Recent::new(config.recent),
             moved: PoseEstimate::exact(Pose2::identity()),
-            agreements: [1.0; 2],
+            moved_at: Pose2::identity(),
+            agreements: None,
+            reckoned: Pose2::identity(),
             is_found: start.is_some(),
             passed: 0,
             outdone: 0,
@@ -170,6 +181,7 @@ impl MonteCarlo {
         self.recent.predict(odometry);
         self.unsearched += odometry.motion.position().coords.norm();
         self.moved = odometry.after(&self.moved);
+        self.reckoned = self.reckoned * odometry.motion;
     }
 
     /// Steps 2 to 5: takes a scan, in the robot frame of now.
@@ -179,6 +191,7 @@ impl MonteCarlo {
             return;
         }
         let mut is_kept = self.recent.push(points);
+        self.moved.pose = self.moved_at.delta_to(&self.recent.matched());
         if !self.is_still_there(&rays) {
             self.lose();
             is_kept = self.recent.push(points);
@@ -198,27 +211,32 @@ impl MonteCarlo {
         self.resample();
     }
 
-    /// Where the robot is now: the mean of the first hypothesis, with the spread of all particles
-    /// about it.
+    /// Where the robot is now: the first hypothesis. While it is not found, odometry alone from
+    /// where it was last believed to be, or from the origin: that does not leap from hypothesis to
+    /// hypothesis, so that it can be driven by. Its covariance then has all of them in it.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
-        let Some(first) = self.hypotheses.first() else {
-            let (low, high) = self.map.extent();
-            let middle = nalgebra::center(&low, &high);
-            let pose = Pose2::new(middle.x, middle.y, 0.0) * self.moved.pose;
-            return PoseEstimate {
-                pose,
-                cov: pose_cov((high - low).norm() / 2.0, std::f64::consts::PI),
-            };
+        let mut now = match self.hypotheses.first() {
+            Some(first) if self.is_found => self.after(&first.estimate),
+            _ => self.unfound(),
         };
-        let pose = first.estimate.pose;
-        let all = match self.is_found {
-            true => first.estimate.cov,
-            false => covariance_about(&pose, &self.particles),
-        };
-        let mut now = self.after(&PoseEstimate { pose, cov: all });
         symmetrize(&mut now.cov);
         now
+    }
+
+    fn unfound(&self) -> PoseEstimate {
+        let (low, high) = self.map.extent();
+        let cov = match self.particles.is_empty() {
+            true => pose_cov((high - low).norm() / 2.0, std::f64::consts::PI),
+            false => covariance_about(
+                &(self.reckoned * self.moved.pose.inverse()),
+                &self.particles,
+            ),
+        };
+        PoseEstimate {
+            pose: self.reckoned,
+            cov,
+        }
     }
 
     /// Where the robot may be now, the heaviest first.
@@ -265,7 +283,7 @@ impl MonteCarlo {
         };
         let pose = first.estimate.pose * self.moved.pose;
         let agreement = self.map.agreement(&pose, rays.iter().copied());
-        let [fast, slow] = &mut self.agreements;
+        let [fast, slow] = self.agreements.get_or_insert([agreement; 2]);
         let [quickly, slowly] = self.config.judgement.rates;
         *fast += quickly * (agreement - *fast);
         *slow = match self.is_found {
@@ -285,6 +303,7 @@ impl MonteCarlo {
     }
 
     fn lose(&mut self) {
+        self.reckoned = self.estimate().pose;
         self.is_found = false;
         (self.passed, self.outdone) = (0, 0);
         self.quality.localisation = Localisation::Lost;
@@ -303,6 +322,7 @@ impl MonteCarlo {
             particle.pose = particle.pose * motion.draw(&mut self.rng);
         }
         self.moved = PoseEstimate::exact(Pose2::identity());
+        self.moved_at = self.recent.matched();
     }
 
     /// Step 2.
@@ -417,7 +437,7 @@ impl MonteCarlo {
         if self.passed >= judgement.times {
             self.is_found = true;
             self.passed = 0;
-            self.agreements = [own; 2];
+            self.agreements = Some([own; 2]);
             self.quality.localisation = Localisation::Localised;
         }
     }

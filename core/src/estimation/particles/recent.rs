@@ -79,6 +79,8 @@ pub(super) struct Recent {
     /// The pose among the surfels when the last scan came, and odometry since.
     local_from_robot: Pose2,
     moved: PoseEstimate,
+    /// The pose at the last scan by matching alone, from where the first one was taken.
+    matched: Pose2,
     /// Travelled, m, and turned, rad, to whichever side.
     gone: [f64; 2],
 }
@@ -110,6 +112,7 @@ impl Recent {
             outdated: 0,
             local_from_robot: Pose2::identity(),
             moved: PoseEstimate::exact(Pose2::identity()),
+            matched: Pose2::identity(),
             gone: [0.0; 2],
         }
     }
@@ -123,7 +126,9 @@ impl Recent {
     /// Takes a scan; tells whether it is kept, being far enough from the last.
     pub(super) fn push(&mut self, points: &Points) -> bool {
         let surfaces = oriented_points(points);
+        let before = self.local_from_robot;
         self.place(&surfaces);
+        self.matched = self.matched * before.delta_to(&self.local_from_robot);
         let [way, turn] = [self.config.way, self.config.turn];
         let is_due = self.scans.back().is_none_or(|last| {
             self.gone[0] - last.gone[0] >= way || self.gone[1] - last.gone[1] >= turn
@@ -184,6 +189,12 @@ impl Recent {
             kept.local_from_robot = to * kept.local_from_robot;
             self.surfels.insert(kept.placed_surfaces());
         }
+    }
+
+    /// Where the robot was at the last scan, from where it began: odometry, corrected by matching
+    /// each scan to those before. It drifts too, but does not slip.
+    pub(super) fn matched(&self) -> Pose2 {
+        self.matched
     }
 
     /// What was seen before says nothing of where the robot is now.
@@ -291,7 +302,8 @@ mod tests {
             recent.push(&seen_from(&Pose2::identity()));
         }
         assert_eq!(recent.scans.len(), 1);
-        let way = |i: i32| 0.1 * f64::from(i % 20);
+        // To and fro over a metre.
+        let way = |i: i32| 0.1 * f64::from(10 - (i % 20 - 10).abs());
         for i in 0..200 {
             let by = way(i + 1) - way(i);
             recent.predict(&moved(Pose2::new(by, 0.0, 0.0), 0.01));

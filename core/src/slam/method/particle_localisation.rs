@@ -1,7 +1,7 @@
 //! Localisation in a prior map by particles: from a known start, or from anywhere.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
-use crate::estimation::{Hypothesis, Localisation, MonteCarlo};
+use crate::estimation::{Hypothesis, MonteCarlo};
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
@@ -40,11 +40,7 @@ impl Estimator for ByParticles {
         self.hypotheses = self.localiser.hypotheses().collect();
         let (pose, map) = (self.estimate().pose, &scan.config.prior_map);
         self.fit.push(&scan.points, &pose, map);
-        // What is drawn from a pose that is not believed would have to be taken back.
-        Ok(Some(match self.localiser.quality().localisation {
-            Localisation::Localised => scan.evidence(),
-            Localisation::Ambiguous | Localisation::Lost => Evidence::default(),
-        }))
+        Ok(Some(scan.evidence()))
     }
 
     fn estimate(&self) -> PoseEstimate {
