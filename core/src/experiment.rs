@@ -42,8 +42,8 @@ const MOST_LOGGED: usize = 10_000_000;
 /// decisions.
 const READINGS: u32 = 5;
 
-/// Cells among which a place for a kidnapped robot is drawn, m; and how often, where people stand in
-/// the way.
+/// Cells among which a place for a kidnapped robot is drawn, m; and how often, where people stand
+/// in the way.
 const KIDNAP_CELL: f64 = 0.1;
 const KIDNAP_TRIES: usize = 100;
 

@@ -46,8 +46,8 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that a method finds the robot in ([`Method::needs_prior_map`]), placed by where the robot is when the
-    /// bridge names it; without one the line filter draws its own.
+    /// The map that a method finds the robot in ([`Method::needs_prior_map`]), placed by where the
+    /// robot is when the bridge names it; without one the line filter draws its own.
     pub prior_map: Option<PriorMap>,
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
     /// also where its sensor scans all the time.

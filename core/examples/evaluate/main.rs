@@ -48,8 +48,8 @@ struct Arguments {
     /// odometry, line-ekf, scan-matching, prior-map or particle-localisation.
     #[arg(long, default_value = "scan-matching")]
     method: String,
-    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS map_server, OGmap.txt,
-    /// floor plan (.svg) or world (.json).
+    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS
+    /// map_server, OGmap.txt, floor plan (.svg) or world (.json).
     #[arg(long)]
     prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.

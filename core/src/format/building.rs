@@ -111,8 +111,8 @@ fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
     Ok(())
 }
 
-/// The surfaces of what is occupied in a map, in the map's frame, with what is free on the left: what
-/// a robot can be localised by.
+/// The surfaces of what is occupied in a map, in the map's frame, with what is free on the left:
+/// what a robot can be localised by.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn surfaces_of_map(map: &OccupancyMap) -> Result<Vec<Segment>, BuildingError> {

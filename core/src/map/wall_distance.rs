@@ -5,8 +5,8 @@
 //!
 //! 1. The exact distance transform ([`DistanceField`]) of the cells that walls run through, from
 //!    middle to middle of cells.
-//! 2. Near a wall that is off by up to half a cell, so cells there take the distance of their middle
-//!    from the wall itself.
+//! 2. Near a wall that is off by up to half a cell, so cells there take the distance of their
+//!    middle from the wall itself.
 //! 3. What a ray meets is found in steps as long as the distance says that nothing can be met
 //!    (sphere tracing: Hart 1996).
 

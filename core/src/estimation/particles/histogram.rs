@@ -1,8 +1,8 @@
 //! Histogram localisation: the probability of every pose of a small map, by brute force.
 //!
-//! In: odometry, scans and the walls of a prior map, as for particles. Out: the whole posterior over
-//! cells of (x, y, θ). It is exact up to its cells, draws no numbers and forgets nothing, and costs
-//! as much as the map is large: a room is well, a building is too much.
+//! In: odometry, scans and the walls of a prior map, as for particles. Out: the whole posterior
+//! over cells of (x, y, θ). It is exact up to its cells, draws no numbers and forgets nothing, and
+//! costs as much as the map is large: good for a room, too much for a building.
 //!
 //! 1. **Predict**: the mass of each cell moves to where the odometry takes its middle, spread over
 //!    the eight cells around that place (linear interpolation), once for each point of a small grid

@@ -6,8 +6,8 @@
 //! 2. **Weigh**: by the distances of what was hit from the nearest wall (likelihood field).
 //! 3. **Search**, while the robot is not found: all places of the map are sought where what was
 //!    seen on the last metres fits ([`modes`](crate::registration::modes)), and some particles are
-//!    drawn there. Drawn anywhere, as in augmented Monte Carlo localisation, hardly one in a million
-//!    would be near enough in a large building.
+//!    drawn there. Drawn anywhere, as in augmented Monte Carlo localisation, hardly one in a
+//!    million would be near enough in a large building.
 //! 4. **Resample** where few particles have most of the weight; as many as their spread asks for
 //!    ([`KldConfig`]).
 //! 5. **Judge**: particles that hang together are a hypothesis. It is believed where it has nearly

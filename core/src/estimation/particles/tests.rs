@@ -128,10 +128,8 @@ fn particles_have_the_mean_and_covariance_of_the_posterior_by_brute_force() {
     for _ in 0..3 {
         let step = Pose2::new(0.15, 0.0, 0.1);
         at = at * step;
-        for reading in [moved(step)] {
-            particles.predict(&reading);
-            histogram.predict(&reading);
-        }
+        particles.predict(&moved(step));
+        histogram.predict(&moved(step));
         let points = seen_from(&at, &walls);
         particles.update(&points);
         histogram.update(&points);

@@ -1,8 +1,8 @@
 //! Localisation in a prior map, by its lines or by whole scans.
 //!
-//! Whole scans are followed by matching, which is exact; beside it particles watch whether the robot
-//! is where it is believed to be, and find it in all of the map where it is not, or where nobody
-//! knows where it begins.
+//! Whole scans are followed by matching, which is exact; beside it particles watch whether the
+//! robot is where it is believed to be, and find it in all of the map where it is not, or where
+//! nobody knows where it begins.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{
