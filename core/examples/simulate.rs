@@ -25,13 +25,12 @@ use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::floor_plan;
-use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
 use slamlab_core::slam::Method;
 
-use prior_map::load;
+use prior_map::{Start, load};
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
@@ -55,17 +54,23 @@ struct Args {
     /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
-    /// How the robot estimates its pose: odometry, line-ekf, scan-matching or prior-map.
+    /// How the robot estimates its pose: odometry, line-ekf, scan-matching, prior-map or
+    /// particle-localisation.
     #[arg(long, default_value = "line-ekf")]
     method: String,
-    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt,
-    /// floor plan (.svg) or world (.json). By default the walls of the world.
+    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS
+    /// map_server, OGmap.txt, floor plan (.svg) or world (.json). By default the walls of the
+    /// world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,
     /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where
-    /// it begins in the world.
-    #[arg(long, value_name = "X,Y,DEGREES", value_parser = prior_map::pose, requires = "prior_map", allow_hyphen_values = true)]
-    start: Option<Pose2>,
+    /// it begins in the world. `anywhere`: it has to be found, also among the walls of the world.
+    #[arg(long, value_name = "X,Y,DEGREES|anywhere", value_parser = prior_map::start, allow_hyphen_values = true)]
+    start: Option<Start>,
+    /// Carry the robot elsewhere without telling it, after so many simulated seconds; can be given
+    /// several times.
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
+    kidnap: Vec<f64>,
     /// Simulated seconds after which the run is given up.
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
@@ -130,15 +135,28 @@ fn run(args: &Args) -> Result<()> {
         ..ExperimentConfig::of(&settings, world, robot, seed)
     };
     if let Some(path) = &args.prior_map {
-        let start = args.start.unwrap_or(config.world.start);
-        config.slam.prior_map = prior_map::read(path, args.svg_unit, &start)?;
+        // The map's frame begins where the robot does, whether it knows or not: figures compare.
+        let start = match args.start {
+            Some(Start::At(start)) => start,
+            Some(Start::Anywhere) | None => config.world.start,
+        };
+        config.slam.prior_map = prior_map::read(path, args.svg_unit, &Start::At(start))?;
+    } else if let Some(Start::At(_)) = args.start {
+        bail!("--start: a pose is one in the map of --prior-map, which is not given");
     }
+    config.slam.prior_map.anywhere = matches!(args.start, Some(Start::Anywhere));
     let mut experiment = Experiment::new(config)?;
     let slam = experiment.session().slam();
     args.outputs.check_method(slam, method.name())?;
+    let mut kidnaps = args.kidnap.clone();
+    kidnaps.sort_by(f64::total_cmp);
+    let mut kidnaps = kidnaps.iter().peekable();
     let begin = Instant::now();
     while !experiment.session().status().is_over() && experiment.seconds() < args.max_seconds {
         experiment.step()?;
+        if kidnaps.next_if(|at| experiment.seconds() >= **at).is_some() {
+            experiment.kidnap(None)?;
+        }
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
     write_files(args, &experiment)?;
@@ -178,6 +196,9 @@ fn run(args: &Args) -> Result<()> {
         "distance_m": figures.distance,
         "state_hash": format!("{:016x}", figures.state_hash),
     });
+    if let Some(quality) = experiment.session().slam().view().pose_quality {
+        report["localisation"] = quality.localisation.name().into();
+    }
     let cov = experiment.session().estimate().cov;
     let cov = cov.fixed_view::<2, 2>(0, 0).into_owned();
     // Along the most uncertain direction, as the filter itself says.

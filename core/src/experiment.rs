@@ -13,6 +13,11 @@ mod figures;
 #[cfg(test)]
 mod tests;
 
+use std::f64::consts::PI;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -20,7 +25,7 @@ use crate::pilot::{Mode, Stage};
 use crate::robot::{Command, OdometryCalibration, Scan};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
-use crate::sim::{NoDoor, SimError, Simulation};
+use crate::sim::{Blocked, NoDoor, SimError, Simulation, reachable_area};
 use crate::slam::SlamError;
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
@@ -36,6 +41,11 @@ const MOST_LOGGED: usize = 10_000_000;
 /// Odometry readings in one step. A turning sensor is de-skewed by them, so they come faster than
 /// decisions.
 const READINGS: u32 = 5;
+
+/// Cells among which a place for a kidnapped robot is drawn, m; and how often, where people stand
+/// in the way.
+const KIDNAP_CELL: f64 = 0.1;
+const KIDNAP_TRIES: usize = 100;
 
 /// Why an experiment cannot begin.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,6 +70,8 @@ pub struct Experiment {
     has_decided: bool,
     /// Scans with the odometry at which they were taken, as long as there is room.
     log: CarmenLog,
+    /// Numbers of its own: a kidnapping must not change the noise of the sensors.
+    kidnapper: ChaCha8Rng,
 }
 
 impl Experiment {
@@ -97,6 +109,7 @@ impl Experiment {
             record: Record::default(),
             has_decided: false,
             log: CarmenLog::empty(),
+            kidnapper: ChaCha8Rng::seed_from_u64(!config.seed),
         })
     }
 
@@ -255,6 +268,36 @@ impl Experiment {
     /// A twin with this calibration runs beside the robot from here on, or no longer.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);
+    }
+
+    /// Carries the robot elsewhere: to a pose in the world's frame, or to a free place that the
+    /// seed draws. It does not notice, nor does anything that it knows change.
+    ///
+    /// # Errors    [`Blocked`]: something stands at the pose; of a drawn place, people everywhere.
+    pub fn kidnap(&mut self, world_from_robot: Option<&Pose2>) -> Result<(), Blocked> {
+        match world_from_robot {
+            Some(pose) => self.sim.kidnap(pose),
+            None => self.kidnap_anywhere(),
+        }
+    }
+
+    fn kidnap_anywhere(&mut self) -> Result<(), Blocked> {
+        let radius = self.sim.robot().radius();
+        let area = reachable_area(self.sim.world(), radius, KIDNAP_CELL);
+        let places: Vec<_> = area.places().collect();
+        let mut blocked = Ok(());
+        for _ in 0..KIDNAP_TRIES {
+            let turn = self.kidnapper.random_range(-PI..PI);
+            let place = self.kidnapper.random_range(0..places.len().max(1));
+            let Some(place) = places.get(place) else {
+                break;
+            };
+            blocked = self.sim.kidnap(&Pose2::new(place.x, place.y, turn));
+            if blocked.is_ok() {
+                break;
+            }
+        }
+        blocked
     }
 
     /// Opens or shuts a door of the world.

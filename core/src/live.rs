@@ -46,8 +46,8 @@ pub struct LiveConfig {
     pub token: Option<String>,
     /// How the pose is estimated.
     pub method: Method,
-    /// The map that [`Method::PriorMap`] finds the robot in, placed by where the robot is when the
-    /// bridge names it; without one the line filter draws its own.
+    /// The map that a method finds the robot in ([`Method::needs_prior_map`]), placed by where the
+    /// robot is when the bridge names it; without one the line filter draws its own.
     pub prior_map: Option<PriorMap>,
     /// Whether it drives by the cycle of TDK 2016 §6.3 (scan standing, plan, one turn, one leg)
     /// also where its sensor scans all the time.
@@ -432,7 +432,7 @@ fn session_for(
             Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
         ),
         // A bridge has no map to hand out.
-        (Some(_), Method::PriorMap, None) => (
+        (Some(_), method, None) if method.needs_prior_map() => (
             Method::LineEkf,
             Some("No map was given to find the robot in: the line filter draws one"),
         ),
@@ -444,7 +444,7 @@ fn session_for(
         seed: config.seed,
         ..SessionConfig::of(&settings, robot, on_command)
     };
-    if let (Method::PriorMap, Some(map)) = (method, &config.prior_map) {
+    if let (true, Some(map)) = (method.needs_prior_map(), &config.prior_map) {
         session.slam.prior_map.clone_from(map);
     }
     Ok((Session::new(session)?, instead))

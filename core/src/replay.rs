@@ -82,7 +82,7 @@ impl Replay {
         let log = log.into();
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
         if !log.has_odometry() {
-            if method == Method::PriorMap {
+            if method.needs_prior_map() {
                 return Err(ReplayError::NoOdometry);
             }
             notes.push("No robot is in this recording: it is mapped by scan matching".into());

@@ -9,6 +9,7 @@
 //! answers alike, so that they can be swapped and compared on the same run.
 
 mod config;
+mod drawn;
 mod method;
 mod prepared;
 mod prior_map;
@@ -30,6 +31,7 @@ use crate::map::{Grid, GridError, VectorMap};
 use crate::points::{BlindZone, MotionHistory, Points, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
 pub use config::SlamConfig;
+use drawn::Drawn;
 use method::Estimator;
 pub use method::{Method, UnknownMethod};
 use prepared::PreparedScan;
@@ -60,7 +62,7 @@ pub enum SlamError {
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
     /// A method that needs a map, and none is there.
-    #[error("prior-map needs a prior map with walls to find the robot in; none was given")]
+    #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
 }
 
@@ -72,7 +74,7 @@ pub struct Slam {
     history: MotionHistory,
     estimator: Box<dyn Estimator>,
     /// The map, for methods without one of their own.
-    grid: Grid,
+    drawn: Drawn,
     /// The pose at each scan, for methods without a map of their own.
     track: Vec<(Stamp, Pose2)>,
     points: Option<Points>,
@@ -97,7 +99,7 @@ impl Slam {
         Ok(Self {
             method,
             estimator: method.begin(&config)?,
-            grid: Grid::new(config.grid)?,
+            drawn: Drawn::new(config.grid)?,
             track: vec![],
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
@@ -133,7 +135,8 @@ impl Slam {
         let scan = PreparedScan::new(self.readable(scan), &self.history, &self.config);
         if let Some(evidence) = self.estimator.update(&scan)? {
             let pose = self.estimator.estimate().pose;
-            self.grid.draw(&evidence, &pose);
+            let quality = self.estimator.view().pose_quality;
+            self.drawn.grid_for(quality)?.draw(&evidence, &pose);
             self.track.push((scan.points.stamp, pose));
         }
         let points = scan.points;

@@ -50,6 +50,8 @@ pub struct PriorMapSetup {
     pub sigma: f64,
     /// Where the robot begins in it: x, y, heading.
     pub start: [f64; 3],
+    /// Whether it may begin anywhere instead, and is to find out where.
+    pub anywhere: bool,
 }
 
 /// A map to be found in as its file shows it.
@@ -119,6 +121,7 @@ impl PriorMapFile {
             faces: faces.iter().flat_map(flat).collect(),
             sigma,
             start: [start.x(), start.y(), start.heading()],
+            anywhere: false,
         };
         Ok(Self { prior_map, skipped })
     }
@@ -140,6 +143,7 @@ impl From<&PriorMapSetup> for PriorMap {
         let [x, y, heading] = prior_map.start;
         Self {
             start_sigmas: PLACED_SIGMAS,
+            anywhere: prior_map.anywhere,
             ..Self::of_faces(&faces, prior_map.sigma, &Pose2::new(x, y, heading))
         }
     }

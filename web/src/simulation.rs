@@ -84,6 +84,13 @@ impl WebRun {
         Ok(experiment.set_door(index as usize, open)?)
     }
 
+    /// Carries the robot to a random free place; it does not notice.
+    ///
+    /// # Errors    The source is no simulation, or people stand everywhere.
+    pub fn kidnap(&mut self) -> Result<(), WebError> {
+        Ok(self.simulated_mut()?.experiment.kidnap(None)?)
+    }
+
     /// x y radius of what walks about.
     #[must_use]
     pub fn movers(&self) -> Vec<f32> {

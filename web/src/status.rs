@@ -8,7 +8,7 @@ use slamlab_core::session::Session;
 use slamlab_core::slam::PriorMapFit;
 use tsify::Tsify;
 
-use crate::border::{DiagnosisName, Level, Mode, TaskState};
+use crate::border::{DiagnosisName, Level, LocalisationName, Mode, TaskState};
 
 /// The present numbers; poses in the map frame, m and rad. NaN where the source knows none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
@@ -76,6 +76,9 @@ pub struct RunStatus {
     pub prior_map_overlap: f64,
     /// So little that this is probably another map, or another start in it.
     pub prior_map_misfit: bool,
+    /// Whether the pose in the prior map is to be believed; `null` from a method that does not
+    /// tell.
+    pub localisation: Option<LocalisationName>,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
     /// Who decides where to go.
@@ -173,6 +176,7 @@ impl RunStatus {
             loop_closures: slam.view().loop_closures as u32,
             prior_map_overlap: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             prior_map_misfit: fit.is_some_and(PriorMapFit::is_misfit),
+            localisation: (slam.view().pose_quality).map(|quality| (&quality.localisation).into()),
             map_full: slam.grid().is_whole().is_err(),
             mode: (&pilot.mode()).into(),
             task: is_driven.then(|| Task::of(pilot)),

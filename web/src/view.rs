@@ -2,6 +2,7 @@
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::{Localisation, PoseQuality};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::CellState;
 use slamlab_core::pilot::Stage;
@@ -13,10 +14,14 @@ use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    BeamRow, Float32Array, Float64Array, Int32Array, LineRow, Typed, Uint8Array, flat, typed,
+    BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LineRow, Typed, Uint8Array,
+    flat, typed,
 };
 use crate::run::WebRun;
 
+/// Hypotheses and particles that a page is given at once.
+const MOST_HYPOTHESES: usize = 64;
+const MOST_PARTICLES: usize = 500;
 /// Cells along one side of a block of the grid.
 const BLOCK_CELLS: u32 = 64;
 
@@ -63,6 +68,35 @@ impl WebRun {
         };
         let ends = faces.iter().flat_map(|face| [face.a, face.b]);
         ends.flat_map(pair).collect()
+    }
+
+    /// Poses that the robot may have, see `HYPOTHESIS`, the likeliest first; empty where it knows,
+    /// and for methods that have one pose only.
+    #[must_use]
+    pub fn hypotheses(&self) -> Vec<f32> {
+        let view = self.slam().view();
+        let is_known = |quality: PoseQuality| quality.localisation == Localisation::Localised;
+        if view.pose_quality.is_none_or(is_known) {
+            return vec![];
+        }
+        flat(view.hypotheses.iter().take(MOST_HYPOTHESES).map(|each| {
+            let pose = each.estimate.pose;
+            HypothesisRow {
+                x: pose.x() as f32,
+                y: pose.y() as f32,
+                heading: pose.heading() as f32,
+                weight: each.weight as f32,
+            }
+        }))
+    }
+
+    /// x y of the particles behind them, at most some hundreds.
+    #[must_use]
+    pub fn particles(&self) -> Vec<f32> {
+        let particles = self.slam().view().particles;
+        let every = particles.len().div_ceil(MOST_PARTICLES).max(1);
+        let places = particles.iter().step_by(every).map(|p| p.pose.position());
+        places.flat_map(pair).collect()
     }
 
     /// Area known to be free, m². Costs more than a step.

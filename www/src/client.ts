@@ -4,6 +4,7 @@ import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
+import { needsPriorMap } from "./protocol/methods.js";
 import type { DeviceKind, Level, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
@@ -150,7 +151,7 @@ export class Client {
       its own. */
   #liveSetup(method: MethodName): LiveSetup {
     const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.store;
-    return { method: method === "prior-map" && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
+    return { method: needsPriorMap(method) && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
   }
 
   /** Takes the right to drive, or gives it back. */
@@ -166,6 +167,12 @@ export class Client {
     const { source, bridge } = this.store;
     const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
+  }
+
+  /** Carries the simulated robot elsewhere. */
+  kidnap(): void {
+    this.send({ kind: "kidnap" });
+    this.#wake();
   }
 
   /** A door of the simulated world; it moves with the next step, so a paused run goes on. */
@@ -269,10 +276,10 @@ export class Client {
   }
 
   /** The robot is to be found in this map from here on; none: among the walls of the world. */
-  localiseIn(priorMap: PriorMapSetup | null): void {
+  localiseIn(priorMap: PriorMapSetup | null, method?: MethodName): void {
     const { store } = this;
     store.set("run", { setup: { ...store.setup, priorMap } });
-    this.again("prior-map");
+    this.again(method ?? (needsPriorMap(store.method) ? store.method : "prior-map"));
   }
 
   async #read(kind: "build" | "read-prior-map", name: string, files: readonly File[]): Promise<void> {

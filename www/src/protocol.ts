@@ -83,6 +83,8 @@ export type Command =
   | { kind: "lease"; take: boolean; force: boolean }
   /** Opens or shuts a door of the simulated world, by its number. */
   | { kind: "door"; index: number; open: boolean }
+  /** Carries the simulated robot to a random place; it does not notice. */
+  | { kind: "kidnap" }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
   /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a

@@ -3,8 +3,8 @@
 //!
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
 //! [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--carmen
-//! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start
-//! X,Y,DEGREES]] [--json]`
+//! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml
+//! [--start X,Y,DEGREES|anywhere]] [--json]`
 //!
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
@@ -55,20 +55,20 @@ struct Arguments {
     /// Reference relations (.relations).
     #[arg(long)]
     relations: Option<PathBuf>,
-    /// odometry, line-ekf, scan-matching or prior-map.
+    /// odometry, line-ekf, scan-matching, prior-map or particle-localisation.
     #[arg(long, default_value = "scan-matching")]
     method: String,
-    /// The map that `--method prior-map` finds the robot in: YAML of ROS map_server, OGmap.txt,
-    /// floor plan (.svg) or world (.json).
+    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS
+    /// map_server, OGmap.txt, floor plan (.svg) or world (.json).
     #[arg(long)]
     prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
     #[arg(long, value_name = "METRES")]
     svg_unit: Option<f64>,
     /// Where the log begins in that map, as `x,y,heading` in metres and degrees. The default is
-    /// where a map begins that was made of the same log.
-    #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES", value_parser = prior_map::pose, allow_hyphen_values = true)]
-    start: Pose2,
+    /// where a map begins that was made of the same log. `anywhere`: it has to be found.
+    #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES|anywhere", value_parser = prior_map::start, allow_hyphen_values = true)]
+    start: prior_map::Start,
     #[command(flatten)]
     changes: options::Changes,
     #[command(flatten)]
@@ -112,12 +112,14 @@ fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     };
     arguments.changes.apply_to(&mut settings, &scope)?;
     match (&arguments.prior_map, method) {
-        (Some(path), Method::PriorMap) => {
+        (Some(path), method) if method.needs_prior_map() => {
             settings.slam.prior_map = prior_map::read(path, arguments.svg_unit, &arguments.start)?;
         }
-        (None, Method::PriorMap) => bail!("--method prior-map needs a map: --prior-map FILE"),
+        (None, method) if method.needs_prior_map() => {
+            bail!("--method {} needs a map: --prior-map FILE", method.name())
+        }
         (Some(_), _) => bail!(
-            "--prior-map needs --method prior-map, not {}",
+            "--prior-map needs --method prior-map or particle-localisation, not {}",
             arguments.method
         ),
         (None, _) => {}
@@ -139,6 +141,7 @@ fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
         let log = log_path.display();
         eprintln!("{log}: at its end, what is seen does not stand in the prior map");
     }
+    let pose_quality = replay.session().slam().view().pose_quality;
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let trajectory = replay.trajectory();
@@ -157,6 +160,7 @@ fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
         "prior_map_overlap": prior_map_overlap,
+        "localisation": pose_quality.map(|quality| quality.localisation.name()),
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),

@@ -1,7 +1,7 @@
 //! Measures what the project claims, one claim at a time.
 //!
 //! ```text
-//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N]
+//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N] [--data DIR]
 //! ```
 //!
 //! | NAME | standard output |
@@ -37,6 +37,7 @@ mod explore;
 mod graphs;
 mod grid;
 mod heading;
+mod kidnap;
 mod line_fit;
 #[path = "../shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -78,6 +79,7 @@ const REPORTS: &[Entry] = &[
     ("explore", explore::measure),
     ("graphs", graphs::measure),
     ("grid", grid::measure),
+    ("kidnap", kidnap::measure),
     ("line-fit", line_fit::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
@@ -93,6 +95,10 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
+    /// For `kidnap`: the folder of recorded data, with `intel/intel.clf` in it. Default
+    /// `SLAMLAB_DATA`, or else `shared/data` beside the repository.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,
@@ -103,7 +109,7 @@ struct Args {
     #[arg(long)]
     queries: Option<usize>,
     /// For `planners`, `explore`, `crowd` and `ekf-consistency`: only in this world; can be given
-    /// several times. Default all.
+    /// several times. Default all. For `kidnap`: in these logs. Default `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.
@@ -195,6 +201,13 @@ impl Args {
             Some((option, _)) => bail!("--{option} is 0, expected at least 1"),
             None => Ok(()),
         }
+    }
+
+    /// The folder of recorded data.
+    fn data(&self) -> PathBuf {
+        let named = || std::env::var_os("SLAMLAB_DATA").map(PathBuf::from);
+        let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data").into();
+        self.data.clone().or_else(named).unwrap_or_else(beside)
     }
 
     /// The seeds of a report that has so many where `--seeds` does not say otherwise.

@@ -11,16 +11,31 @@ use slamlab_core::format::map_server::MapInfo;
 use slamlab_core::geom::Pose2;
 use slamlab_core::slam::PriorMap;
 
+/// Where the robot begins in a map.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Start {
+    /// `map_from_robot`.
+    At(Pose2),
+    Anywhere,
+}
+
 /// A map to be found in. `svg_unit`: metres in a unit of a floor plan, where the drawing does not
-/// say. `start`: `map_from_robot` at the beginning.
-pub(crate) fn read(path: &Path, svg_unit: Option<f64>, start: &Pose2) -> Result<PriorMap> {
+/// say. One in which the robot begins anywhere keeps the frame of its file.
+pub(crate) fn read(path: &Path, svg_unit: Option<f64>, start: &Start) -> Result<PriorMap> {
     let walls = load(path, svg_unit)?
         .prior_walls()
         .with_context(|| format!("{} is no map", path.display()))?;
     for what in &walls.skipped {
         eprintln!("{}: skipped {what}", path.display());
     }
-    Ok(PriorMap::of_faces(&walls.faces, walls.sigma, start))
+    let (at, anywhere) = match start {
+        Start::At(pose) => (*pose, false),
+        Start::Anywhere => (Pose2::identity(), true),
+    };
+    Ok(PriorMap {
+        anywhere,
+        ..PriorMap::of_faces(&walls.faces, walls.sigma, &at)
+    })
 }
 
 /// What a file shows; the image that the YAML of a map names is read with it.
@@ -39,6 +54,14 @@ pub(crate) fn load(path: &Path, svg_unit: Option<f64>) -> Result<BuildingFile> {
     let bytes = files.iter().map(|(_, bytes)| bytes.as_slice());
     let files: Vec<(&str, &[u8])> = names.iter().map(AsRef::as_ref).zip(bytes).collect();
     BuildingFile::read(&files, svg_unit).with_context(is_none)
+}
+
+/// `anywhere`, or a pose as [`pose`] has it.
+pub(crate) fn start(text: &str) -> Result<Start> {
+    match text {
+        "anywhere" => Ok(Start::Anywhere),
+        text => Ok(Start::At(pose(text)?)),
+    }
 }
 
 /// A pose from `x,y,heading`, the heading in degrees.

@@ -13,6 +13,7 @@ mod line_localisation;
 mod line_model;
 mod measures;
 mod odometry_fit;
+mod particles;
 mod pose_graph;
 mod relations;
 mod scan_localisation;
@@ -32,6 +33,10 @@ pub use ekf_slam::{
 pub use line_localisation::LineLocaliser;
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
+pub use particles::{
+    Bin, HistogramConfig, HistogramLocaliser, Hypothesis, JudgementConfig, KldConfig, Localisation,
+    MonteCarlo, MonteCarloConfig, Particle, PoseQuality, RecentConfig,
+};
 pub use pose_graph::{Edge, EdgeId, Marginals, Optimization, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_localisation::ScanLocaliser;

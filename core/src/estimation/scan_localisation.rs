@@ -24,7 +24,7 @@ use crate::registration::{
 };
 
 /// Distance of the pieces into which walls are cut, m.
-const SPACING: f64 = 0.05;
+pub(super) const SPACING: f64 = 0.05;
 /// Odometry and the map together are never believed better than this from scan to scan, m and rad:
 /// neighbouring scans see the same errors of the map.
 const FLOOR: [f64; 2] = [0.01, 0.003];
@@ -89,6 +89,13 @@ impl ScanLocaliser {
         })
     }
 
+    /// Goes on from a pose that comes from elsewhere, and says nothing of the odometry.
+    pub fn restart(&mut self, state: &mut RobotState, found: &PoseEstimate) {
+        self.lost_for = 0;
+        state.pose = found.pose;
+        set_pose_cov(state, &found.cov, &Matrix2x3::zeros());
+    }
+
     /// Steps 2 and 3: corrects `state` by the surfaces of one scan, robot frame;
     /// `heading_variance` is what odometry gathered of it since they were seen, in the mean, rad².
     pub fn update(
@@ -112,7 +119,7 @@ impl ScanLocaliser {
         }
         let found = located.registration();
         match (located, found.verdict) {
-            (Located::Found(_), _) => restart(state, &found.estimate),
+            (Located::Found(_), _) => self.restart(state, &found.estimate),
             (_, Verdict::Converged | Verdict::Degenerate { .. }) => {
                 correct(state, &predicted, found, heading_variance);
             }
@@ -159,12 +166,6 @@ fn correct(
     symmetrize(&mut state.cov);
 }
 
-/// The pose comes from the scan alone, and says nothing of the odometry.
-fn restart(state: &mut RobotState, found: &PoseEstimate) {
-    state.pose = found.pose;
-    set_pose_cov(state, &found.cov, &Matrix2x3::zeros());
-}
-
 /// `cross` is the covariance of the odometry's errors with the pose.
 fn set_pose_cov(state: &mut RobotState, cov: &Matrix3<f64>, cross: &Matrix2x3<f64>) {
     let mut view = state.cov.fixed_view_mut::<3, 3>(0, 0);
@@ -176,7 +177,7 @@ fn set_pose_cov(state: &mut RobotState, cov: &Matrix3<f64>, cross: &Matrix2x3<f6
 }
 
 /// Before there are any pieces: a plan of a few kilobytes may show walls of a thousand kilometres.
-fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
+pub(super) fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
     let finite = faces.iter().filter(|face| face.length().is_finite());
     let count: f64 = finite.map(|face| (face.length() / SPACING).ceil()).sum();
     let ends = faces.iter().flat_map(|face| [face.a, face.b]);
@@ -201,7 +202,7 @@ fn are_thin(faces: &[Segment]) -> bool {
 }
 
 /// A face cut into pieces, in their middles.
-fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
+pub(super) fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
     let (a, along) = (face.a, face.vector());
     let length = along.norm();
     let count = match length > 0.0 && length.is_finite() {

@@ -2,7 +2,7 @@
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
 //!
-//! 1. Several motions since the last scan are tried (`hypotheses`), odometry's first; the scan's
+//! 1. Several motions since the last scan are tried (`guesses`), odometry's first; the scan's
 //!    oriented points are matched to the running submap from each, and the one that fits and is
 //!    plausible is taken (`tracking`). Along a direction that the scan says nothing of, a
 //!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction
@@ -22,7 +22,7 @@
 mod canvas;
 mod closures;
 mod config;
-mod hypotheses;
+mod guesses;
 mod keyframes;
 mod local;
 mod loops;

@@ -71,7 +71,7 @@ impl ExperimentConfig {
     /// The settings of estimation; for a prior map without one of its own, the walls of the world.
     pub(super) fn slam_with_walls(&self) -> SlamConfig {
         let mut slam = self.slam.clone();
-        if self.method == Method::PriorMap && slam.prior_map.faces.is_empty() {
+        if self.method.needs_prior_map() && slam.prior_map.faces.is_empty() {
             let walls = self.world.walls();
             let walls = walls.iter().map(|wall| wall.segment);
             slam.prior_map.faces = PriorMap::of_walls(walls, &self.world.start).faces;

@@ -2,6 +2,7 @@
 //! gets to its goal.
 
 mod beside;
+mod kidnap;
 mod outline;
 mod people;
 mod turning;

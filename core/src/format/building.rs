@@ -30,8 +30,8 @@ mod tests;
 use nalgebra::Point2;
 
 use crate::format::map_server::OccupancyMap;
-use crate::geom::{Pose2, Segment, sides_of};
-use crate::map::outlines;
+use crate::geom::{Pose2, Segment};
+use crate::map::{outlines, surfaces};
 use crate::sim::{Shape, World};
 use room::Room;
 
@@ -111,8 +111,24 @@ fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
     Ok(())
 }
 
+/// The surfaces of what is occupied in a map, in the map's frame, with what is free on the left:
+/// what a robot can be localised by.
+///
+/// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
+pub fn surfaces_of_map(map: &OccupancyMap) -> Result<Vec<Segment>, BuildingError> {
+    check_size(map)?;
+    let occupied: Vec<bool> = map.cells.iter().map(|&cell| cell > WALL_ABOVE).collect();
+    let in_cells = surfaces(map.width, &occupied, TOLERANCE);
+    if in_cells.is_empty() {
+        return Err(BuildingError::NoWalls);
+    }
+    let place = |corner: Point2<f64>| map.origin * (corner * map.resolution);
+    let placed = |side: Segment| Segment::new(place(side.a), place(side.b));
+    Ok(in_cells.into_iter().map(placed).collect())
+}
+
 /// The outlines of what is occupied in a map, in the map's frame, with what is free on the left of
-/// the way round: what a robot can be localised by.
+/// the way round: what stands in the way of a robot that drives in it.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, BuildingError> {
@@ -125,12 +141,6 @@ pub fn walls_of_map(map: &OccupancyMap) -> Result<Vec<Vec<Point2<f64>>>, Buildin
     let place = |corner: Point2<f64>| map.origin * (corner * map.resolution);
     let placed = |polygon: Vec<Point2<f64>>| polygon.into_iter().map(place).collect();
     Ok(in_cells.into_iter().map(placed).collect())
-}
-
-/// The sides of polygons, in the direction of their corners.
-pub fn sides(polygons: &[Vec<Point2<f64>>]) -> impl Iterator<Item = Segment> {
-    let sides = polygons.iter().flat_map(|polygon| sides_of(polygon));
-    sides.map(|(&a, &b)| Segment::new(a, b))
 }
 
 fn fenced(world: World, corners: [Point2<f64>; FENCE_SIDES]) -> World {

@@ -108,6 +108,19 @@ impl LikelihoodPyramid {
         )
     }
 
+    /// Columns and rows, from the lower left cell on.
+    #[must_use]
+    pub fn size(&self) -> (i32, i32) {
+        (self.cols, self.rows)
+    }
+
+    /// The middle of a cell.
+    #[must_use]
+    pub fn middle_of(&self, (col, row): (i32, i32)) -> Point2<f64> {
+        let at = |cell: i32, low: i32| (f64::from(cell) + f64::from(low) + 0.5) * self.cell;
+        Point2::new(at(col, self.low.0), at(row, self.low.1))
+    }
+
     /// The sum over cells that are shifted by `shift`, at a level.
     #[must_use]
     pub fn sum(&self, level: usize, cells: &[(i32, i32)], shift: (i32, i32)) -> u32 {

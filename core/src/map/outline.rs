@@ -28,15 +28,20 @@ const STEPS: [(i64, i64); 4] = [(1, 0), (0, 1), (-1, 0), (0, -1)];
 /// corners.
 #[must_use]
 pub fn outlines(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Vec<Point2<f64>>> {
+    let rings = rings(width, occupied).into_iter();
+    rings.map(|ring| simplified(&ring, tolerance)).collect()
+}
+
+/// The corners of all rings, as they are.
+pub(super) fn rings(width: usize, occupied: &[bool]) -> Vec<Vec<Point2<f64>>> {
     let mut edges = Edges::of(width, occupied);
-    let mut polygons = vec![];
+    let mut rings = vec![];
     for start in 0..edges.ways.len() {
         while let Some(ring) = edges.follow(start) {
-            let corners = simplified(&ring, tolerance);
-            polygons.push(corners);
+            rings.push(ring);
         }
     }
-    polygons
+    rings
 }
 
 /// For each corner of the raster the ways along which edges leave it, a bit each in the order of
@@ -123,6 +128,12 @@ fn simplified(corners: &[Point2<f64>], tolerance: f64) -> Vec<Point2<f64>> {
         return corners.to_vec();
     }
     let ring = middles(corners);
+    let kept = needed(&ring, tolerance);
+    kept.into_iter().map(|i| ring[i]).collect()
+}
+
+/// Which points of a ring are needed, in its order from one of them on.
+pub(super) fn needed(ring: &[Point2<f64>], tolerance: f64) -> Vec<usize> {
     let count = ring.len();
     let farthest_from = |from: Point2<f64>| {
         let off = |i: usize| (ring[i] - from).norm_squared();
@@ -152,7 +163,8 @@ fn simplified(corners: &[Point2<f64>], tolerance: f64) -> Vec<Point2<f64>> {
             pieces.push((middle, to));
         }
     }
-    (0..count).filter(|&i| kept[i]).map(at).collect()
+    let kept = (0..count).filter(|&i| kept[i]);
+    kept.map(|i| (first + i) % count).collect()
 }
 
 #[cfg(test)]

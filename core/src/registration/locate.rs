@@ -53,6 +53,26 @@ pub struct LocateConfig {
 }
 
 impl LocateConfig {
+    /// A scan among those of the last metres, where odometry is seldom far off: it is searched for
+    /// nearby, over fine cells.
+    #[must_use]
+    pub fn in_recent_scans() -> Self {
+        let window = SearchWindow {
+            shift: 0.6,
+            turn: 0.2,
+        };
+        Self {
+            matching: MatchConfig::default(),
+            lost_below: 0.55,
+            window,
+            widest: window,
+            widest_after: 1,
+            search: SearchConfig::IN_SUBMAP,
+            found_above: [0.0, 0.0],
+            min_gain: 0.1,
+        }
+    }
+
     /// A scan in a prior map, in which much may stand that is not drawn, and a robot may begin
     /// elsewhere than it was said: the longer nothing is found, the wider the search.
     #[must_use]

@@ -7,6 +7,7 @@
 mod correlative;
 mod gauss_newton;
 mod locate;
+mod modes;
 mod outcome;
 mod point_to_line;
 mod point_to_point;
@@ -18,6 +19,7 @@ pub use locate::{
     LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match,
     search_turned_and_match,
 };
+pub use modes::{ModesConfig, modes};
 pub use outcome::{Prior, Registration, Verdict};
 pub use target::Target;
 

@@ -89,6 +89,15 @@ impl Body {
         Pose2::new(self.position.x, self.position.y, self.heading)
     }
 
+    /// Stands elsewhere from here on, and touches nothing.
+    pub(super) fn place(&mut self, world_from_robot: &Pose2) {
+        self.position = world_from_robot.position();
+        self.heading = world_from_robot.heading();
+        self.touching = None;
+        self.lost = 0.0;
+        self.forget_free_room();
+    }
+
     /// Walls have changed: what was known of free room is void.
     pub(super) fn forget_free_room(&mut self) {
         self.free = (self.position, 0.0);

@@ -44,5 +44,5 @@ pub use doors::NoDoor;
 pub use motor::Motor;
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
-pub use simulation::{SimError, Simulation, TIME_STEP};
+pub use simulation::{Blocked, SimError, Simulation, TIME_STEP};
 pub use world::{Disc, Door, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

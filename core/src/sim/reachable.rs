@@ -79,6 +79,12 @@ impl ReachableArea {
         counting.map(|index| self.centre(index))
     }
 
+    /// Middles of the cells in which the robot's middle can be, world frame.
+    pub fn places(&self) -> impl Iterator<Item = Point2<f64>> {
+        let standing = (0..self.standing.len()).filter(|&index| self.standing[index]);
+        standing.map(|index| self.centre(index))
+    }
+
     /// Part of the area of which `is_known` says so, asked with the middle of each cell in the
     /// world frame; 1 where nothing can be reached.
     #[must_use]

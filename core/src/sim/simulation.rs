@@ -44,6 +44,20 @@ const DOOR_ROOM: f64 = 0.02;
 /// Scans that wait to be taken; more push out the oldest.
 const MOST_WAITING: usize = 16;
 
+/// A robot cannot stand at a place.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("a robot of radius {radius} m cannot stand at ({x}, {y}): there is room for {room:.3} m")]
+pub struct Blocked {
+    /// The place, world frame, m.
+    pub x: f64,
+    /// The place, world frame, m.
+    pub y: f64,
+    /// Distance of the place from the nearest wall or mover, m.
+    pub room: f64,
+    /// Radius of the robot, m.
+    pub radius: f64,
+}
+
 /// A robot in a world.
 #[derive(Clone, Debug)]
 pub struct Simulation {
@@ -149,6 +163,28 @@ impl Simulation {
     #[must_use]
     pub fn wear(&self) -> TrackWear {
         self.body.wear
+    }
+
+    /// Carries the robot elsewhere, while its tracks go on as before: it does not notice.
+    ///
+    /// # Errors    [`Blocked`]: something stands there; then the robot stays where it is.
+    pub fn kidnap(&mut self, world_from_robot: &Pose2) -> Result<(), Blocked> {
+        let (at, radius) = (world_from_robot.position(), self.robot.radius());
+        let walls = self.caster.clearance(at, radius);
+        let movers = self.movers.iter();
+        let movers = movers.map(|mover| (mover.centre - at).norm() - mover.radius);
+        let room = movers.fold(walls, f64::min);
+        // NaN is no room either.
+        if !world_from_robot.is_finite() || room.is_nan() || room < radius {
+            return Err(Blocked {
+                x: at.x,
+                y: at.y,
+                room,
+                radius,
+            });
+        }
+        self.body.place(world_from_robot);
+        Ok(())
     }
 
     /// A sensor that scans all the time is to be heard only after [`Command::Scan`], the robot

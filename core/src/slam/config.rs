@@ -1,7 +1,7 @@
 //! The settings of every stage, nested as the stages are.
 
 use super::{PriorMap, PriorMapMatching, SonarsConfig};
-use crate::estimation::{EkfConfig, ScanMatcherConfig};
+use crate::estimation::{EkfConfig, MonteCarloConfig, ScanMatcherConfig};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
@@ -27,11 +27,15 @@ pub struct SlamConfig {
     pub evidence: EvidenceConfig,
     /// Sonars beside the main sensor.
     pub sonars: SonarsConfig,
-    /// The map that [`Method::PriorMap`](super::Method::PriorMap) finds the robot in.
+    /// The map that a method finds the robot in ([`Method::needs_prior_map`]).
+    ///
+    /// [`Method::needs_prior_map`]: super::Method::needs_prior_map
     pub prior_map: PriorMap,
     /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in
     /// many places equally well, lines.
     pub prior_map_matching: PriorMapMatching,
+    /// The particles that find the robot in it, wherever it is.
+    pub particles: MonteCarloConfig,
 }
 
 impl SlamConfig {

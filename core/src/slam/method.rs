@@ -5,6 +5,7 @@
 
 mod line_ekf;
 mod odometry;
+mod particle_localisation;
 mod prior_map;
 mod scan_matching;
 
@@ -91,6 +92,16 @@ methods! {
         "Whole scans matched to submaps; loops are closed in a pose graph.";
     PriorMap, "prior-map", "Prior map", prior_map::begin,
         "Localisation in a map that is given before the run (TDK 2016 §3.2).";
+    ParticleLocalisation, "particle-localisation", "Particles", particle_localisation::begin,
+        "Monte Carlo localisation in a map that is given before the run, from anywhere in it.";
+}
+
+impl Method {
+    /// Whether it needs a map that is given before the run ([`SlamConfig::prior_map`]).
+    #[must_use]
+    pub fn needs_prior_map(self) -> bool {
+        matches!(self, Self::PriorMap | Self::ParticleLocalisation)
+    }
 }
 
 /// There is no method of that name.

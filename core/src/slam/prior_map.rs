@@ -57,6 +57,9 @@ config! {
         /// How far off the robot's first pose may be, m and rad: standard deviations. Default 0:
         /// the map is placed by where the robot is.
         pub start_sigmas: [f64; 2] = [0.0; 2],
+        /// Whether the robot may begin anywhere in it, so that its place has to be found. Default
+        /// false.
+        pub anywhere: bool = false,
     }
 }
 

@@ -72,7 +72,8 @@ fn a_map_that_was_saved_is_a_map_to_be_found_in() {
     let known = PriorMap::of_faces(&walls.faces, walls.sigma, &Pose2::identity());
     let (error, wheels, _) = drive(known, 120.0);
     // Cells are 5 cm, and the greatest error is that of a moment in which few walls are in sight.
-    assert!(wheels > 0.2 && error < 0.1, "{error} against {wheels}");
+    // With walls at the fronts of their cells it was 8 cm.
+    assert!(wheels > 0.2 && error < 0.04, "{error} against {wheels}");
 }
 
 /// The walls of a world, as a file with another origin has them: the robot begins there at

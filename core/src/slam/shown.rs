@@ -29,10 +29,11 @@ impl Slam {
         self.estimator.estimate()
     }
 
-    /// The occupancy grid.
+    /// The occupancy grid. While a robot is lost in its prior map: what it has drawn since.
     #[must_use]
     pub fn grid(&self) -> &Grid {
-        self.view().map.map_or(&self.grid, ScanMatcher::grid)
+        let drawn = self.drawn.grid();
+        self.view().map.map_or(drawn, ScanMatcher::grid)
     }
 
     /// The walls as segments with ends; empty for methods without lines.
@@ -97,7 +98,9 @@ impl Slam {
     /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
-        self.view().map.map_or(0, ScanMatcher::grid_version)
+        self.view()
+            .map
+            .map_or(self.drawn.changes(), ScanMatcher::grid_version)
     }
 
     /// Adds pose, walls and map to a hash.

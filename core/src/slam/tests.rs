@@ -29,11 +29,17 @@ fn methods_are_found_by_name() {
     let names = Method::ALL.map(Method::name);
     assert_eq!(
         names,
-        ["odometry", "line-ekf", "scan-matching", "prior-map"]
+        [
+            "odometry",
+            "line-ekf",
+            "scan-matching",
+            "prior-map",
+            "particle-localisation"
+        ]
     );
     let error = "teleport".parse::<Method>().unwrap_err().to_string();
     assert_eq!(
         error,
-        "there is no method `teleport`; expected odometry, line-ekf, scan-matching or prior-map"
+        "there is no method `teleport`; expected odometry, line-ekf, scan-matching, prior-map or particle-localisation"
     );
 }

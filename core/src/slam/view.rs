@@ -2,8 +2,8 @@
 
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, Landmark, Match, OdometryErrors, PoseGraph, ScanMatcher, SymmetricMatrix,
-    UpdateReport,
+    Correlations, Hypothesis, Landmark, Match, OdometryErrors, Particle, PoseGraph, PoseQuality,
+    ScanMatcher, SymmetricMatrix, UpdateReport,
 };
 use crate::features::LineFeature;
 
@@ -22,6 +22,12 @@ pub struct View<'a> {
     pub odometry_errors: Option<[OdometryErrors; 2]>,
     /// Whether what is seen stands in the prior map.
     pub prior_map_fit: Option<&'a PriorMapFit>,
+    /// Poses that the robot may have, the likeliest first.
+    pub hypotheses: &'a [Hypothesis],
+    /// The particles that stand for them.
+    pub particles: &'a [Particle],
+    /// Whether the pose is to be believed, of methods that know.
+    pub pose_quality: Option<PoseQuality>,
     /// Number of loops closed by the pose graph.
     pub loop_closures: usize,
     /// The pose graph of a method that keeps one.

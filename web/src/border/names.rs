@@ -82,6 +82,10 @@ names! {
         Collecting = "collecting", Blind = "blind", Honest = "honest", WrongMatch = "wrong-match",
         HiddenDrift = "hidden-drift", NoisySightings = "noisy-sightings", Cautious = "cautious",
     }
+    /// Whether the pose in a prior map is to be believed.
+    LocalisationName of slamlab_core::estimation::Localisation {
+        Localised = "localised", Ambiguous = "ambiguous", Lost = "lost",
+    }
     /// What became of a line of the scan.
     Decision {
         Matched = "matched", Added = "added", Ambiguous = "ambiguous", OutsideGate = "outside-gate", Taken = "taken",

@@ -45,6 +45,8 @@ rows! {
     /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one
     /// that is to shut waits while somebody stands in it.
     "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
+    /// A pose that the robot may have, map frame, m and rad, and its part of the weight, 0 to 1.
+    "HYPOTHESIS": HypothesisRow of f32 { x, y, heading, weight }
     /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
     /// and the ranges' (m).
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }

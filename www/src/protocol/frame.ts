@@ -62,6 +62,10 @@ export interface Change {
   materials: Uint8Array | null;
   /** x1 y1 x2 y2 of the walls of the prior map; empty for other methods. */
   priorMap: Float32Array | null;
+  /** Poses that the robot may have, see HYPOTHESIS; empty where it knows. */
+  hypotheses: Float32Array | null;
+  /** x y of the particles behind them. */
+  particles: Float32Array | null;
   /** x y radius of what walks about. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */

@@ -7,7 +7,7 @@ import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
 
-type Compared = "path" | "rawPath" | "tree" | "frontiers" | "doors";
+type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors";
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
@@ -23,7 +23,7 @@ export class Changes {
   #reportsSent = -1;
   #wholeSent = false;
   #planAt = -Infinity;
-  #sent: Record<Compared, Float32Array> = { path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
+  #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
   #trail = new Trail();
   #trailAt = -Infinity;
   #twin = { sent: 0, reset: false };
@@ -82,6 +82,8 @@ export class Changes {
       materials: whole ? module.materials() : null,
       // Doors move by their own times too, so they are compared rather than remembered.
       doors: this.#fresh("doors", module.doors()),
+      hypotheses: scanned ? this.#fresh("hypotheses", module.hypotheses()) : null,
+      particles: scanned ? this.#fresh("particles", module.particles()) : null,
       movers: module.movers(),
       path: this.#fresh("path", module.path()),
       rawPath: plan ? this.#fresh("rawPath", module.raw_path()) : null,

@@ -4,6 +4,7 @@
 import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
 import type { LiveSetup } from "../protocol.js";
+import { needsPriorMap } from "../protocol/methods.js";
 import type { SettingValues } from "../protocol/module.js";
 import type { Link, LinkEvents } from "./link.js";
 import type { Player } from "./player.js";
@@ -27,7 +28,7 @@ export class Conversation {
   constructor(private readonly player: Player, { title, token, method, priorMap, cycle, settings, twin }: ConversationSetup, wire: Wire) {
     this.#twin = twin;
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: method === "prior-map" ? priorMap : null, cycle, settings }));
+    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings }));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.

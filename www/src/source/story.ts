@@ -1,7 +1,7 @@
 // Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged
 // or closed. The same for every source.
 
-import type { Level, RunStatus, WebRun } from "../protocol/module.js";
+import type { Level, LocalisationName, RunStatus, WebRun } from "../protocol/module.js";
 import { sentence } from "../ui/format.js";
 
 export interface Note {
@@ -17,6 +17,13 @@ export interface Note {
 /** Parts of the reachable area worth a line when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
+/** What is said when it changes during a run. */
+const LOCALISATION: Record<LocalisationName, { level: Level; text: string } | null> = {
+  localised: { level: "good", text: "The robot knows where it is" },
+  ambiguous: null,
+  lost: { level: "warn", text: "The robot is lost: what it sees does not stand where it believes to be" },
+};
+
 export class Story {
   #notes: Note[] = [];
   #time = 0;
@@ -27,6 +34,7 @@ export class Story {
   #milestones = 0;
   #misfitNoted = false;
   #fullTold = false;
+  #localisation: LocalisationName | null = null;
   /** Commands so far: the legs of one task share one line. */
   #tasks = 0;
 
@@ -74,6 +82,11 @@ export class Story {
     if (s.priorMapMisfit && !this.#misfitNoted) {
       this.#misfitNoted = true;
       this.#alert(`The prior map does not fit: only ${Math.round(100 * s.priorMapOverlap)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Prior map.`);
+    }
+    if (s.localisation !== this.#localisation) {
+      const words = s.localisation && this.#localisation ? LOCALISATION[s.localisation] : null;
+      this.#localisation = s.localisation;
+      if (words) this.note(words.level, words.text, "localisation");
     }
     if (s.mapFull && !this.#fullTold) {
       this.#fullTold = true;

@@ -1,6 +1,7 @@
 // Every layer with its sign, what it means, and a switch.
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { needsPriorMap } from "../protocol/methods.js";
 import type { LayerName, Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
 import { SlamElement } from "./element.js";
@@ -45,6 +46,8 @@ const ENTRIES: readonly Entry[] = [
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
   { name: "twin", label: "Twin", meaning: "Where a simulated robot would be after the same motion of the wheels; switched on in Settings.", sign: stroke("twin", "7 2 1.5 2", 2), realOnly: true },
   { name: "priorMap", label: "Prior map", meaning: "The walls of the map that the robot finds itself in. Where what it sees does not lie on them, map or place is wrong.", sign: stroke("prior", "", 2), priorMapOnly: true },
+  { name: "hypotheses", label: "Where it may be", meaning: "Poses that fit what was seen, the likelier the darker, with the particles that stand for them; they go once the robot knows where it is.",
+    sign: svg`<path d="m12 9-7 4 1.5-4L5 5z" fill="var(--map-hypotheses)" stroke="none"/><path d="m25 9-7 4 1.5-4L18 5z" fill="var(--map-hypotheses)" fill-opacity=".4" stroke="none"/>`, priorMapOnly: true },
   { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
 ];
 
@@ -111,7 +114,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <h2>Layers</h2>
       <ul>
-        ${ENTRIES.filter((e) => !e.priorMapOnly || store.method === "prior-map").filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
+        ${ENTRIES.filter((e) => !e.priorMapOnly || needsPriorMap(store.method)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>

@@ -2,7 +2,8 @@
 // whether it fits.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { PriorMapSetup } from "../protocol/module.js";
+import type { LocalisationName, PriorMapSetup } from "../protocol/module.js";
+import { needsPriorMap } from "../protocol/methods.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -10,6 +11,12 @@ import { filesOf } from "./input.js";
 
 /** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
 const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
+
+const LOCALISATION_WORDS: Record<LocalisationName, string> = {
+  localised: "The robot knows where it is.",
+  ambiguous: "What it sees fits in several places, or not yet for long enough: let it drive on.",
+  lost: "What it sees fits nowhere where it believes to be: it is lost, and searches the map.",
+};
 
 export class SlamPriorMap extends SlamElement {
   static override styles = css`
@@ -20,6 +27,7 @@ export class SlamPriorMap extends SlamElement {
     .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
     .three { grid-template-columns: 1fr 1fr 1fr; }
     .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
+    .check { display: flex; gap: 8px; align-items: baseline; margin-bottom: 8px; font-size: 13px; }
     input[type="number"] { width: 100%; min-width: 0; }
   `;
 
@@ -28,7 +36,7 @@ export class SlamPriorMap extends SlamElement {
   override render(): TemplateResult {
     const { source, method, setup } = this.store;
     const { priorMap } = setup;
-    const isUsed = method === "prior-map";
+    const isUsed = needsPriorMap(method);
     return html`
       <h2 id="prior-map">Prior map</h2>
       ${isUsed ? this.#used(priorMap) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
@@ -47,12 +55,23 @@ export class SlamPriorMap extends SlamElement {
     return html`
       <p data-testid="prior-map-name">The robot finds itself ${priorMap ? html`in <b>${priorMap.name}</b>, drawn on the map as the layer Prior map.` : "among the true walls of its world."}</p>
       ${this.#fit()}
+      ${this.#localisation()}
       ${priorMap && this.store.source === "bridge" ? html`<p>Where the robot stood when it was given the map, in the frame of its file. Whoever changes that says where it stands now: leave it standing meanwhile.</p>` : nothing}
-      ${priorMap ? html`<div class="three" role="group" aria-label="Where the robot begins in the prior map, in the frame of its file">
+      ${priorMap ? html`<label class="check"><input type="checkbox" data-testid="prior-map-anywhere" .checked=${priorMap.anywhere} @change=${(e: Event) => this.client.localiseIn({ ...priorMap, anywhere: (e.target as HTMLInputElement).checked }, "particle-localisation")}> It may begin anywhere in it, and finds out where.</label>` : nothing}
+      ${priorMap && !priorMap.anywhere ? html`<div class="three" role="group" aria-label="Where the robot begins in the prior map, in the frame of its file">
         ${START.map(([name, words, unit], i) => html`<label>${i === 0 ? (this.store.source === "bridge" ? "Stands at " : "Begins at ") : ""}${words}
           <input type="number" inputmode="decimal" step="any" data-testid="prior-map-${name}" .value=${String(Number(((priorMap.start[i] ?? 0) * unit).toFixed(3)))}
             @change=${(e: Event) => this.#place(priorMap, i, unit, e.target as HTMLInputElement)}></label>`)}
       </div>` : nothing}`;
+  }
+
+  /** Whether it knows where it is, of a method that tells. */
+  #localisation(): TemplateResult | typeof nothing {
+    const { status, source } = this.store;
+    const words = status?.localisation ? LOCALISATION_WORDS[status.localisation] : null;
+    return html`
+      ${words ? html`<p class=${status?.localisation === "localised" ? "" : "bad"} data-testid="localisation">${words}</p>` : nothing}
+      ${source === "sim" ? html`<button data-testid="kidnap" title="Carry the robot to a random place, without telling it" @click=${() => this.client.kidnap()}>${icons.hand} Kidnap</button>` : nothing}`;
   }
 
   #fit(): TemplateResult {

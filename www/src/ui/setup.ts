@@ -2,6 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { SAVED } from "../protocol.js";
+import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -72,7 +73,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <label>Method
           <select data-testid="method" @change=${(e: Event) => this.client.again(valueOf(e) as MethodName)}>
-            ${methods.filter(({ name }) => name !== "prior-map" || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
+            ${methods.filter(({ name }) => !needsPriorMap(name) || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>
         ${recorded ? "" : html`<p class="wide about" data-testid="about-sensor">${SENSOR_WORDS[setup.sensor] ?? ""}${setup.calibration && setup.sensor === "rangers" ? html` <b>Own calibration.</b>` : ""}</p>`}

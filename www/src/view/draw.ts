@@ -7,6 +7,7 @@ import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
+import * as hypotheses from "./layers/hypotheses.js";
 import * as priorMap from "./layers/prior_map.js";
 import * as lines from "./layers/lines.js";
 import * as path from "./layers/path.js";
@@ -38,6 +39,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["truth", truth.drawMovers],
   ["truth", doors.draw],
   ["priorMap", priorMap.draw],
+  ["hypotheses", hypotheses.draw],
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],

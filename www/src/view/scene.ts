@@ -6,13 +6,13 @@ import { type Box, union } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
 
 /** What a frame replaces, if it has it. */
-const SHAPES = ["scan", "beams", "doors", "found", "truth", "priorMap", "path", "rawPath", "tree", "frontiers"] as const;
+const SHAPES = ["scan", "beams", "doors", "found", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers"] as const;
 
 export class Scene {
   readonly tiles = new Tiles();
@@ -29,6 +29,10 @@ export class Scene {
   materials: Uint8Array = new Uint8Array(0);
   /** Walls of the map that the robot is to be found in, x1 y1 x2 y2. */
   priorMap: Float32Array = EMPTY;
+  /** See HYPOTHESIS. */
+  hypotheses: Float32Array = EMPTY;
+  /** x y of the particles behind them. */
+  particles: Float32Array = EMPTY;
   movers: Float32Array = EMPTY;
   /** See DOOR. */
   doors: Float32Array = EMPTY;

@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Point2};
 
 use super::super::agreement::{Agreement, Says, says};
 use super::ScanMatcher;
-use super::hypotheses::Hypothesis;
+use super::guesses::Guess;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::points::OrientedPoint;
 use crate::registration::{Registration, SearchWindow, Verdict, register, search_and_match};
@@ -90,8 +90,8 @@ impl ScanMatcher {
         moved: Option<&Odometry>,
         stamp: Stamp,
     ) -> Tracked {
-        let hypotheses = self.hypotheses(moved, stamp);
-        let lead = hypotheses[0];
+        let guesses = self.guesses(moved, stamp);
+        let lead = guesses[0];
         let predicted = self.predicted(moved, &lead);
         if self.running.surfels().is_empty() {
             return Tracked {
@@ -104,7 +104,7 @@ impl ScanMatcher {
             };
         }
         let counted = moved.is_some();
-        let mut tried = self.tried(surfaces, &hypotheses, counted, stamp);
+        let mut tried = self.tried(surfaces, &guesses, counted, stamp);
         compare(surfaces, &mut tried);
         let best = best_of(&tried);
         let was_right = is_right(&lead.pose, &best.found.estimate.pose);
@@ -159,31 +159,31 @@ impl ScanMatcher {
     fn tried(
         &self,
         surfaces: &[OrientedPoint],
-        hypotheses: &[Hypothesis],
+        guesses: &[Guess],
         counted: bool,
         stamp: Stamp,
     ) -> Vec<Tried> {
-        let matched = |hypothesis: &Hypothesis| {
-            let prior = self.prior_of(hypothesis);
+        let matched = |guess: &Guess| {
+            let prior = self.prior_of(guess);
             let matching = &self.config.matching;
             let found = register(surfaces, &self.running, &prior.pose, &prior, matching);
-            self.weighed(surfaces, found, hypotheses, counted)
+            self.weighed(surfaces, found, guesses, counted)
         };
-        let lead = hypotheses[0];
+        let lead = guesses[0];
         let first = matched(&lead);
         if first.is_sure() {
             return vec![first];
         }
         let mut starts = vec![lead.pose];
         let mut others = vec![];
-        for hypothesis in &hypotheses[1..] {
+        for guess in &guesses[1..] {
             let is_same = |start: &Pose2| {
-                let way = start.delta_to(&hypothesis.pose);
+                let way = start.delta_to(&guess.pose);
                 way.position().coords.norm() < SAME_SHIFT && way.heading().abs() < SAME_TURN
             };
             if !starts.iter().any(is_same) {
-                starts.push(hypothesis.pose);
-                others.push(matched(hypothesis));
+                starts.push(guess.pose);
+                others.push(matched(guess));
             }
         }
         let overlap = |tried: &Tried| tried.agreement.overlap();
@@ -191,7 +191,7 @@ impl ScanMatcher {
         if largest < self.config.search_below
             && let Some(found) = self.search_around(surfaces, &lead, stamp)
         {
-            others.push(self.weighed(surfaces, found, hypotheses, counted));
+            others.push(self.weighed(surfaces, found, guesses, counted));
         }
         others.retain(|other| {
             let says_something = !matches!(other.found.verdict, Verdict::TooFewPoints { .. });
@@ -206,26 +206,26 @@ impl ScanMatcher {
         &self,
         surfaces: &[OrientedPoint],
         found: Registration,
-        hypotheses: &[Hypothesis],
+        guesses: &[Guess],
         counted: bool,
     ) -> Tried {
         let pose = found.estimate.pose;
         let of = |point| says(point, &pose, &self.running, &self.running_free);
         let said: Vec<Says> = surfaces.iter().map(of).collect();
-        let against = |hypothesis: &Hypothesis| {
-            let off = pose.minus(&hypothesis.pose);
-            let squared = off.dot(&(self.prior_of(hypothesis).information * off));
+        let against = |guess: &Guess| {
+            let off = pose.minus(&guess.pose);
+            let squared = off.dot(&(self.prior_of(guess).information * off));
             IMPLAUSIBLE * libm::log1p(squared / 3.0)
         };
         let cost = if counted {
-            let lead = &hypotheses[0];
+            let lead = &guesses[0];
             against(lead)
                 + match is_right(&lead.pose, &pose) {
                     true => 0.0,
                     false => self.motion.model.mistrust(),
                 }
         } else {
-            let costs = hypotheses.iter().map(|h| h.penalty + against(h));
+            let costs = guesses.iter().map(|guess| guess.penalty + against(guess));
             costs.fold(f64::INFINITY, f64::min)
         };
         Tried {
@@ -241,7 +241,7 @@ impl ScanMatcher {
     fn search_around(
         &self,
         surfaces: &[OrientedPoint],
-        lead: &Hypothesis,
+        lead: &Guess,
         stamp: Stamp,
     ) -> Option<Registration> {
         let [way, turn] = Self::fast(self.seconds_until(stamp).min(1.0));

@@ -4,9 +4,7 @@
 //! world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in, or walls to find a
 //! robot by, or both.
 
-use super::{
-    BuildingError, FENCE_SIDES, Imported, of_map, of_svg, sides, start_in_map, walls_of_map,
-};
+use super::{BuildingError, FENCE_SIDES, Imported, of_map, of_svg, start_in_map, surfaces_of_map};
 use crate::format::map_server::{self, MapServerError, OccupancyMap};
 use crate::format::world::{self, WorldFileError};
 use crate::format::{FieldError, og_map};
@@ -116,7 +114,7 @@ impl BuildingFile {
     pub fn prior_walls(&self) -> Result<PriorWalls, BuildingError> {
         match self {
             Self::Map(map) => Ok(PriorWalls {
-                faces: sides(&walls_of_map(map)?).collect(),
+                faces: surfaces_of_map(map)?,
                 sigma: GRID_SIGMA * map.resolution,
                 start: start_in_map(map)?,
                 skipped: vec![],

@@ -1,6 +1,6 @@
 //! How the grid is drawn.
 
-use super::{ANY, BY_LINES, Group};
+use super::{ANY, Group};
 use crate::map::{FreeCells, GridConfig};
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
@@ -14,7 +14,18 @@ const OF_MAP: Group = Group {
     ..ANY
 };
 /// Scan matching draws by figures of its own.
-const SCAN_BY_SCAN: &[Method] = &[Method::Odometry, Method::LineEkf, Method::PriorMap];
+const SCAN_BY_SCAN: &[Method] = &[
+    Method::Odometry,
+    Method::LineEkf,
+    Method::PriorMap,
+    Method::ParticleLocalisation,
+];
+/// Methods that draw only what a scan surely says.
+const BY_EVIDENCE: &[Method] = &[
+    Method::LineEkf,
+    Method::PriorMap,
+    Method::ParticleLocalisation,
+];
 
 rows! { MAP = OF_MAP;
     "grid.resolution", "Cell size", real(GridConfig::RESOLUTION, CENTIMETRES),
@@ -29,8 +40,8 @@ rows! { MAP = OF_MAP;
     "grid.sweep", "Cells that a scan frees", one_of::<FreeCells>(),
         [get |s| Some(s.slam.grid.free_cells.number()), set |s, v| { s.slam.grid.free_cells.put(v); s.slam.matcher.grid.free_cells.put(v); }].basic(),
         "Between the beams is fastest, and leaves no cells unseen where beams are far apart. Sonars beside the sensor keep theirs.";
-    "evidence.sigmas", "Width of a beam", real([0.0, 5.0], SIGMAS), [slam.evidence.sigmas].methods(BY_LINES).at_once(),
+    "evidence.sigmas", "Width of a beam", real([0.0, 5.0], SIGMAS), [slam.evidence.sigmas].methods(BY_EVIDENCE).at_once(),
         "In standard deviations of its direction. Larger: cleaner walls, less known from afar.";
-    "evidence.margin", "Margin of a beam", real([0.0, 5.0], si("cells")), [slam.evidence.margin_cells].methods(BY_LINES).at_once(),
+    "evidence.margin", "Margin of a beam", real([0.0, 5.0], si("cells")), [slam.evidence.margin_cells].methods(BY_EVIDENCE).at_once(),
         "What is cleared is free over so much more to either side. Larger: cleaner walls, less known in narrow places.";
 }

@@ -1,11 +1,17 @@
 //! Localisation in a prior map, by its lines or by whole scans.
+//!
+//! Whole scans are followed by matching, which is exact; beside it particles watch whether the
+//! robot is where it is believed to be, and find it in all of the map where it is not, or where
+//! nobody knows where it begins.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
-use crate::estimation::{LineLocaliser, RobotState, ScanLocaliser};
+use crate::estimation::{
+    Hypothesis, LineLocaliser, Localisation, MonteCarlo, RobotState, ScanLocaliser,
+};
 use crate::features::{LineExtractor, LineFeature};
-use crate::geom::PoseEstimate;
+use crate::geom::{PoseEstimate, wrap};
 use crate::map::Evidence;
-use crate::points::oriented_points;
+use crate::points::{Points, oriented_points};
 use crate::robot::Odometry;
 use crate::slam::{PriorMapFit, PriorMapMatching};
 
@@ -22,7 +28,14 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
                 Localiser::Lines(LineLocaliser::new(&map.faces, config.ekf.association)?)
             }
             PriorMapMatching::Surfaces => {
-                Localiser::Surfaces(Box::new(ScanLocaliser::new(&map.faces)?))
+                let start = (!map.anywhere).then(|| map.start());
+                let (sigma, particles) = (map.sigma, config.particles);
+                Localiser::Surfaces(Box::new(Watched {
+                    matching: ScanLocaliser::new(&map.faces)?,
+                    particles: MonteCarlo::new(&map.faces, sigma, start.as_ref(), particles)?,
+                    hypotheses: vec![],
+                    is_placed: start.is_some(),
+                }))
             }
         },
         extractor: LineExtractor::new(config.lines),
@@ -44,12 +57,55 @@ struct InPriorMap {
 #[derive(Debug)]
 enum Localiser {
     Lines(LineLocaliser),
-    Surfaces(Box<ScanLocaliser>),
+    Surfaces(Box<Watched>),
+}
+
+/// A robot that is followed by matching, with particles that watch.
+#[derive(Debug)]
+struct Watched {
+    matching: ScanLocaliser,
+    particles: MonteCarlo,
+    /// After the last scan.
+    hypotheses: Vec<Hypothesis>,
+    /// Whether the robot's place in the map was ever known.
+    is_placed: bool,
+}
+
+/// Matching and particles that are apart by more than this, m and rad, mean different places.
+const APART: [f64; 2] = [0.5, 0.3];
+
+impl Watched {
+    fn is_sure(&self) -> bool {
+        self.particles.quality().localisation == Localisation::Localised
+    }
+
+    /// `turned`: variance of the heading that odometry gathered since the scan was taken, in the
+    /// mean, rad².
+    fn update(&mut self, state: &mut RobotState, points: &Points, turned: f64) {
+        self.particles.update(points);
+        self.hypotheses = self.particles.hypotheses().collect();
+        let found = self.particles.estimate();
+        let off = found.pose.minus(&state.pose);
+        let is_apart = off.xy().norm() > APART[0] || wrap(off.z).abs() > APART[1];
+        if self.is_sure() && (is_apart || !self.is_placed) {
+            self.matching.restart(state, &found);
+        }
+        self.is_placed |= self.is_sure();
+        // A map that fits badly may be followed all the same; but only from a place in it.
+        if self.is_placed {
+            let surfaces = oriented_points(points);
+            self.matching.update(state, &surfaces, turned);
+        }
+    }
 }
 
 impl Estimator for InPriorMap {
     fn predict(&mut self, odometry: &Odometry) -> Result<(), SlamError> {
-        Ok(self.state.predict(odometry)?)
+        self.state.predict(odometry)?;
+        if let Localiser::Surfaces(watched) = &mut self.localiser {
+            watched.particles.predict(odometry);
+        }
+        Ok(())
     }
 
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
@@ -62,9 +118,8 @@ impl Estimator for InPriorMap {
                 localiser.update(&mut self.state, &loosened.collect::<Vec<_>>())?;
             }
             Localiser::Surfaces(localiser) => {
-                let surfaces = oriented_points(&scan.points);
                 let mean = turned.iter().sum::<f64>() / turned.len().max(1) as f64;
-                localiser.update(&mut self.state, &surfaces, mean);
+                localiser.update(&mut self.state, &scan.points, mean);
             }
         }
         self.fit.push(&scan.points, &self.estimate().pose, map);
@@ -76,10 +131,19 @@ impl Estimator for InPriorMap {
     }
 
     fn view(&self) -> View<'_> {
-        View {
+        let view = View {
             features: &self.features,
             prior_map_fit: Some(&self.fit),
             ..View::default()
+        };
+        match &self.localiser {
+            Localiser::Lines(_) => view,
+            Localiser::Surfaces(watched) => View {
+                hypotheses: &watched.hypotheses,
+                particles: watched.particles.particles(),
+                pose_quality: Some(watched.particles.quality()),
+                ..view
+            },
         }
     }
 

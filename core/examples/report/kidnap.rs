@@ -1,0 +1,89 @@
+//! `kidnap`: does a robot that was carried off find itself again, and one that begins anywhere?
+//!
+//! 1. [`simulated`]: in `office`, by lidar, it drives to random places, is carried to another one
+//!    after half a minute, and goes on driving; 50 seeds (`--seeds`).
+//! 2. [`recorded`]: in the map of Intel, from 100 places along the log (`--data DIR`, with
+//!    `intel/intel.clf` in it).
+//!
+//! Found means sure ([`Localisation::Localised`]) and right. Never may a robot that begins anywhere
+//! be sure and wrong; how long a kidnapped one takes to notice is reported. A few minutes of one
+//! core.
+//!
+//! [`Localisation::Localised`]: slamlab_core::estimation::Localisation::Localised
+
+mod recorded;
+mod simulated;
+
+use anyhow::Result;
+use slamlab_core::estimation::Localisation;
+use slamlab_core::geom::{Pose2, wrap};
+use slamlab_core::session::Session;
+
+use super::{Args, Outcome};
+
+/// A pose that is off by less than this is right, m and rad.
+const RIGHT: [f64; 2] = [0.3, 0.1];
+/// One that is off by more than this is wrong, m and rad.
+const WRONG: [f64; 2] = [0.5, 0.3];
+
+pub(crate) fn measure(args: &Args) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    simulated::measure(args, &mut outcome)?;
+    recorded::measure(args, &mut outcome)?;
+    Ok(outcome)
+}
+
+/// What a session believes, against the truth.
+struct Belief {
+    is_sure: bool,
+    off: [f64; 2],
+}
+
+impl Belief {
+    fn of(session: &Session, truth: &Pose2) -> Self {
+        let quality = session.slam().view().pose_quality;
+        let pose = session.estimate().pose;
+        let way = (pose.position() - truth.position()).norm();
+        Self {
+            is_sure: quality.is_some_and(|q| q.localisation == Localisation::Localised),
+            off: [way, wrap(pose.heading() - truth.heading()).abs()],
+        }
+    }
+
+    fn is_found(&self) -> bool {
+        self.is_sure && self.off[0] < RIGHT[0] && self.off[1] < RIGHT[1]
+    }
+
+    fn is_deceived(&self) -> bool {
+        self.is_sure && (self.off[0] > WRONG[0] || self.off[1] > WRONG[1])
+    }
+}
+
+/// Does each of the pieces of work on its own, on as many threads as there are processors.
+fn each<T: Send>(count: usize, work: impl Fn(usize) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let work = &work;
+    let own = |thread: usize| {
+        move || {
+            (thread..count)
+                .step_by(threads)
+                .map(|i| (i, work(i)))
+                .collect()
+        }
+    };
+    let mut done: Vec<(usize, Result<T>)> = std::thread::scope(|scope| {
+        let started: Vec<_> = (0..threads)
+            .map(|thread| scope.spawn(own(thread)))
+            .collect();
+        let joined = started.into_iter().map(|thread| {
+            let nothing: Vec<(usize, Result<T>)> = vec![];
+            thread.join().unwrap_or(nothing)
+        });
+        joined.flatten().collect()
+    });
+    done.sort_by_key(|(i, _)| *i);
+    if done.len() < count {
+        anyhow::bail!("{} of {count} runs broke off", count - done.len());
+    }
+    done.into_iter().map(|(_, result)| result).collect()
+}

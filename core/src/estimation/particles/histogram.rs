@@ -1,0 +1,246 @@
+//! Histogram localisation: the probability of every pose of a small map, by brute force.
+//!
+//! In: odometry, scans and the walls of a prior map, as for particles. Out: the whole posterior
+//! over cells of (x, y, θ). It is exact up to its cells, draws no numbers and forgets nothing, and
+//! costs as much as the map is large: good for a room, too much for a building.
+//!
+//! 1. **Predict**: the mass of each cell moves to where the odometry takes its middle, spread over
+//!    the eight cells around that place (linear interpolation), once for each point of a small grid
+//!    over the odometry's own uncertainty.
+//! 2. **Correct**: each cell is multiplied by what the scan says of its middle.
+//!
+//! Source: Thrun, Burgard & Fox (2005), "Probabilistic Robotics", table 8.1 (grid localisation).
+
+use std::f64::consts::TAU;
+
+use nalgebra::Point2;
+
+use super::recent::{Ray, rays};
+use super::wall_map::WallMap;
+use super::{MonteCarloConfig, Particle};
+use crate::bounds::config;
+use crate::estimation::EkfError;
+use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, wrap};
+use crate::points::Points;
+use crate::robot::Odometry;
+
+config! {
+    /// How finely poses are told apart.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct HistogramConfig {
+        /// Side of a cell, m. Default 0.1; smaller: finer, and slower with the square.
+        pub cell: f64 = 0.1,
+        /// Cells of the heading in a whole turn. Default 72, of 5° each.
+        pub turns: usize = 72,
+        /// Most cells of all. Default two million.
+        pub most: usize = 2_000_000,
+    }
+}
+
+/// Mass below which a cell counts for nothing and is not moved.
+const NOTHING: f64 = 1e-12;
+/// Points of the odometry's uncertainty to either side and in the middle, in standard deviations,
+/// with their weights: three-point Gauss-Hermite quadrature, exact to the fifth moment.
+const SPREAD: [(f64, f64); 3] = [
+    (-1.732_050_807_568_877_2, 1.0 / 6.0),
+    (0.0, 2.0 / 3.0),
+    (1.732_050_807_568_877_2, 1.0 / 6.0),
+];
+
+/// The probability of every pose.
+#[derive(Clone, Debug)]
+pub struct HistogramLocaliser {
+    config: MonteCarloConfig,
+    map: WallMap,
+    low: Point2<f64>,
+    cell: f64,
+    cols: usize,
+    rows: usize,
+    turns: usize,
+    /// Turn by turn, row by row; they sum up to 1.
+    mass: Vec<f64>,
+    moved: PoseEstimate,
+}
+
+impl HistogramLocaliser {
+    /// In a map of walls known to `map_sigma`, m; at first every pose in the rectangle around them
+    /// is as probable as any other.
+    ///
+    /// # Errors   [`EkfError::PriorMap`] where there are no walls, or they span more cells than may
+    /// be.
+    pub fn new(
+        faces: &[Segment],
+        map_sigma: f64,
+        config: MonteCarloConfig,
+        cells: HistogramConfig,
+    ) -> Result<Self, EkfError> {
+        let too_large = |value: f64| EkfError::PriorMap {
+            what: "number of cells of poses in the prior map",
+            value,
+            most: cells.most as f64,
+        };
+        let map = WallMap::new(faces, map_sigma, &config)?;
+        let corners = faces.iter().flat_map(|face| [face.a, face.b]);
+        let bounds = crate::geom::bounds(corners);
+        let ((low, high), map) = bounds.zip(map).ok_or_else(|| too_large(0.0))?;
+        let [cols, rows] = [high.x - low.x, high.y - low.y].map(|m| (m / cells.cell).ceil() + 1.0);
+        let count = cols * rows * cells.turns as f64;
+        // NaN is too large as well.
+        if !(count > 0.0 && count <= cells.most as f64) {
+            return Err(too_large(count));
+        }
+        let (cols, rows) = (cols as usize, rows as usize);
+        let count = cols * rows * cells.turns;
+        Ok(Self {
+            config,
+            map,
+            low,
+            cell: cells.cell,
+            cols,
+            rows,
+            turns: cells.turns,
+            mass: vec![1.0 / count as f64; count],
+            moved: PoseEstimate::exact(Pose2::identity()),
+        })
+    }
+
+    /// Begins with a Gaussian instead.
+    pub fn begin_at(&mut self, start: &PoseEstimate) {
+        let Some(information) = start.cov.try_inverse() else {
+            return;
+        };
+        for index in 0..self.mass.len() {
+            let mut off = self.pose(index).minus(&start.pose);
+            off.z = wrap(off.z);
+            self.mass[index] = libm::exp(-0.5 * off.dot(&(information * off)));
+        }
+        self.normalise();
+    }
+
+    /// Step 1, put off until there is a scan: takes the motion since the last call.
+    pub fn predict(&mut self, odometry: &Odometry) {
+        self.moved = odometry.after(&self.moved);
+    }
+
+    /// Steps 1 and 2: takes a scan, in the robot frame of now.
+    pub fn update(&mut self, points: &Points) {
+        self.shift();
+        let rays = rays(points, self.config.most_beams);
+        if rays.len() >= self.config.fewest_beams {
+            self.correct(&rays);
+        }
+    }
+
+    /// Mean and covariance of all poses, about the most probable one.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        let all: Vec<Particle> = self.weighted().collect();
+        let found = super::hypothesis::moments(&all);
+        found.map_or_else(
+            || PoseEstimate {
+                pose: Pose2::identity(),
+                cov: pose_cov(1e3, TAU),
+            },
+            |found| found.estimate,
+        )
+    }
+
+    /// Poses with their probabilities, without those that are next to impossible.
+    pub fn weighted(&self) -> impl Iterator<Item = Particle> + '_ {
+        let some = self.mass.iter().enumerate();
+        let some = some.filter(|(_, mass)| **mass > NOTHING);
+        some.map(|(index, &weight)| Particle {
+            pose: self.pose(index),
+            weight,
+        })
+    }
+
+    fn pose(&self, index: usize) -> Pose2 {
+        let (turn, at) = (
+            index / (self.cols * self.rows),
+            index % (self.cols * self.rows),
+        );
+        let (row, col) = (at / self.cols, at % self.cols);
+        Pose2::new(
+            self.low.x + col as f64 * self.cell,
+            self.low.y + row as f64 * self.cell,
+            wrap(TAU * turn as f64 / self.turns as f64),
+        )
+    }
+
+    fn shift(&mut self) {
+        let moved = std::mem::replace(&mut self.moved, PoseEstimate::exact(Pose2::identity()));
+        if moved.pose == Pose2::identity() && moved.cov == nalgebra::Matrix3::zeros() {
+            return;
+        }
+        let eigen = moved.cov.symmetric_eigen();
+        let sigmas = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let mut motions = vec![];
+        for (a, weight_a) in SPREAD {
+            for (b, weight_b) in SPREAD {
+                for (c, weight_c) in SPREAD {
+                    let along = nalgebra::Vector3::new(a, b, c).component_mul(&sigmas);
+                    let motion = moved.pose.plus(&(eigen.eigenvectors * along));
+                    motions.push((motion, weight_a * weight_b * weight_c));
+                }
+            }
+        }
+        let before = std::mem::replace(
+            &mut self.mass,
+            vec![0.0; self.cols * self.rows * self.turns],
+        );
+        for (index, mass) in before.into_iter().enumerate().filter(|(_, m)| *m > NOTHING) {
+            let pose = self.pose(index);
+            for (motion, weight) in &motions {
+                self.add(&(pose * *motion), mass * weight);
+            }
+        }
+        self.normalise();
+    }
+
+    /// Spreads mass over the cells around a pose; what leaves the map is lost.
+    fn add(&mut self, pose: &Pose2, mass: f64) {
+        let x = (pose.x() - self.low.x) / self.cell;
+        let y = (pose.y() - self.low.y) / self.cell;
+        let turn = pose.heading() / TAU * self.turns as f64;
+        let parts = |at: f64| {
+            [
+                (at.floor(), 1.0 - (at - at.floor())),
+                (at.floor() + 1.0, at - at.floor()),
+            ]
+        };
+        for (turn, of_turn) in parts(turn) {
+            let turn = (turn as i64).rem_euclid(self.turns as i64) as usize;
+            for (row, of_row) in parts(y) {
+                for (col, of_col) in parts(x) {
+                    let is_inside = row >= 0.0
+                        && col >= 0.0
+                        && row < self.rows as f64
+                        && col < self.cols as f64;
+                    if is_inside {
+                        let at = (turn * self.rows + row as usize) * self.cols + col as usize;
+                        self.mass[at] += mass * of_turn * of_row * of_col;
+                    }
+                }
+            }
+        }
+    }
+
+    fn correct(&mut self, rays: &[Ray]) {
+        let power = self.config.independent_beams.min(rays.len() as f64);
+        for index in 0..self.mass.len() {
+            if self.mass[index] > NOTHING {
+                let pose = self.pose(index);
+                self.mass[index] *= libm::exp(power * self.map.log_likelihood(&pose, rays));
+            }
+        }
+        self.normalise();
+    }
+
+    fn normalise(&mut self) {
+        let sum: f64 = self.mass.iter().sum();
+        if sum > 0.0 {
+            self.mass.iter_mut().for_each(|mass| *mass /= sum);
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! What was seen on the last metres, as one picture.
+//!
+//! In: scans, and the motion between them by odometry. Out: their beams in the frame of the robot
+//! now. One look into a corridor fits many places; what was seen on the way there fits few.
+//!
+//! The scans are joined by matching each to those before ([`locate`], as scan matching does), for
+//! odometry alone bends a picture of some metres until it fits nowhere.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Matrix3, Point2};
+
+use crate::bounds::config;
+use crate::geom::{Pose2, PoseEstimate, pose_cov};
+use crate::map::{SurfelConfig, SurfelMap};
+use crate::points::{OrientedPoint, Points, oriented_points};
+use crate::registration::{LocateConfig, Prior, Verdict, locate};
+use crate::robot::Odometry;
+
+config! {
+    /// What is kept of the last metres.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct RecentConfig {
+        /// A scan is kept after this way, m. Default 0.3.
+        pub way: f64 = 0.3,
+        /// And after this turn, rad. Default 0.3.
+        pub turn: f64 = 0.3,
+        /// Scans from farther back than this are forgotten, m. Default 5; larger: surer where much
+        /// looks alike, until odometry bends the picture.
+        pub length: f64 = 5.0,
+        /// Most scans. Default 24.
+        pub most_scans: usize = 24,
+        /// Most beams of a scan. Default 60.
+        pub most_beams: usize = 60,
+        /// How scans are matched to those before. Default [`LocateConfig::in_recent_scans`].
+        pub locate: LocateConfig = LocateConfig::in_recent_scans(),
+        /// Odometry is never believed better than this between two scans, m and rad: standard
+        /// deviations. Default 0.02 and 0.02.
+        pub odometry_sigmas: [f64; 2] = [0.02, 0.02],
+    }
+}
+
+/// Where a beam began and where it hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ray {
+    pub(super) from: Point2<f64>,
+    pub(super) to: Point2<f64>,
+}
+
+impl Ray {
+    fn moved(&self, by: &Pose2) -> Self {
+        Self {
+            from: *by * self.from,
+            to: *by * self.to,
+        }
+    }
+}
+
+/// Some beams that hit something, evenly chosen, robot frame.
+pub(super) fn rays(points: &Points, most: usize) -> Vec<Ray> {
+    let hits = points.beams.iter().filter(|beam| beam.is_hit);
+    let every = hits.clone().count().div_ceil(most.max(1)).max(1);
+    let ray = |beam: &crate::points::Beam| Ray {
+        from: beam.origin_in_robot,
+        to: beam.end_in_robot,
+    };
+    hits.step_by(every).map(ray).collect()
+}
+
+/// Scans of the last metres.
+#[derive(Clone, Debug)]
+pub(super) struct Recent {
+    config: RecentConfig,
+    scans: VecDeque<Kept>,
+    /// Surfaces of the scans, in a frame that is left for a new one now and then.
+    surfels: SurfelMap,
+    /// Scans in `surfels` that are kept no longer.
+    outdated: usize,
+    /// The pose among the surfels when the last scan came, and odometry since.
+    local_from_robot: Pose2,
+    moved: PoseEstimate,
+    /// The pose at the last scan by matching alone, from where the first one was taken.
+    matched: Pose2,
+    /// Travelled, m, and turned, rad, to whichever side.
+    gone: [f64; 2],
+}
+
+#[derive(Clone, Debug)]
+struct Kept {
+    local_from_robot: Pose2,
+    gone: [f64; 2],
+    rays: Vec<Ray>,
+    surfaces: Vec<OrientedPoint>,
+}
+
+impl Kept {
+    fn placed_surfaces(&self) -> impl Iterator<Item = OrientedPoint> + '_ {
+        let at = self.local_from_robot;
+        self.surfaces.iter().map(move |surface| OrientedPoint {
+            position: at * surface.position,
+            normal: at.rotate(surface.normal),
+        })
+    }
+}
+
+impl Recent {
+    pub(super) fn new(config: RecentConfig) -> Self {
+        Self {
+            config,
+            scans: VecDeque::new(),
+            surfels: SurfelMap::new(SurfelConfig::default()),
+            outdated: 0,
+            local_from_robot: Pose2::identity(),
+            moved: PoseEstimate::exact(Pose2::identity()),
+            matched: Pose2::identity(),
+            gone: [0.0; 2],
+        }
+    }
+
+    pub(super) fn predict(&mut self, odometry: &Odometry) {
+        self.moved = odometry.after(&self.moved);
+        self.gone[0] += odometry.motion.position().coords.norm();
+        self.gone[1] += odometry.motion.heading().abs();
+    }
+
+    /// Takes a scan; tells whether it is kept, being far enough from the last.
+    pub(super) fn push(&mut self, points: &Points) -> bool {
+        let surfaces = oriented_points(points);
+        let before = self.local_from_robot;
+        self.place(&surfaces);
+        self.matched = self.matched * before.delta_to(&self.local_from_robot);
+        let [way, turn] = [self.config.way, self.config.turn];
+        let is_due = self.scans.back().is_none_or(|last| {
+            self.gone[0] - last.gone[0] >= way || self.gone[1] - last.gone[1] >= turn
+        });
+        if is_due {
+            let kept = Kept {
+                local_from_robot: self.local_from_robot,
+                gone: self.gone,
+                rays: rays(points, self.config.most_beams),
+                surfaces,
+            };
+            self.surfels.insert(kept.placed_surfaces());
+            self.scans.push_back(kept);
+        }
+        self.drop_old();
+        is_due
+    }
+
+    /// Where the robot is among the surfels.
+    fn place(&mut self, surfaces: &[OrientedPoint]) {
+        let moved = std::mem::replace(&mut self.moved, PoseEstimate::exact(Pose2::identity()));
+        let pose = self.local_from_robot * moved.pose;
+        self.local_from_robot = pose;
+        if self.surfels.surfels().is_empty() {
+            return;
+        }
+        let turned = self.local_from_robot.rotation();
+        let [way, turn] = self.config.odometry_sigmas;
+        let cov = turned * moved.cov * turned.transpose() + pose_cov(way, turn);
+        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let prior = Prior { pose, information };
+        let located = locate(surfaces, &self.surfels, &prior, 0, &self.config.locate);
+        let found = located.registration();
+        if !matches!(found.verdict, Verdict::TooFewPoints { .. }) {
+            self.local_from_robot = found.estimate.pose;
+        }
+    }
+
+    fn drop_old(&mut self) {
+        let (gone, config) = (self.gone[0], &self.config);
+        let is_old = |kept: &Kept| gone - kept.gone[0] > config.length;
+        while self.scans.len() > config.most_scans || self.scans.front().is_some_and(is_old) {
+            self.scans.pop_front();
+            self.outdated += 1;
+        }
+        if self.outdated > config.most_scans {
+            self.begin_new_frame();
+        }
+    }
+
+    /// Begins at the robot, with the scans that are kept.
+    fn begin_new_frame(&mut self) {
+        let to = self.local_from_robot.inverse();
+        self.local_from_robot = Pose2::identity();
+        self.outdated = 0;
+        self.surfels = SurfelMap::new(SurfelConfig::default());
+        for kept in &mut self.scans {
+            kept.local_from_robot = to * kept.local_from_robot;
+            self.surfels.insert(kept.placed_surfaces());
+        }
+    }
+
+    /// Where the robot was at the last scan, from where it began: odometry, corrected by matching
+    /// each scan to those before. It drifts too, but does not slip.
+    pub(super) fn matched(&self) -> Pose2 {
+        self.matched
+    }
+
+    /// What was seen before says nothing of where the robot is now.
+    pub(super) fn forget(&mut self) {
+        self.scans.clear();
+        self.begin_new_frame();
+    }
+
+    /// Way that the scans span, m.
+    pub(super) fn way(&self) -> f64 {
+        let first = self.scans.front();
+        first.map_or(0.0, |first| self.gone[0] - first.gone[0])
+    }
+
+    /// All beams, in the frame of the robot at the last scan; the newest scan first.
+    pub(super) fn rays(&self) -> impl Iterator<Item = Ray> + '_ {
+        let robot_from_local = self.local_from_robot.inverse();
+        self.scans.iter().rev().flat_map(move |kept| {
+            let robot_from_then = robot_from_local * kept.local_from_robot;
+            kept.rays.iter().map(move |ray| ray.moved(&robot_from_then))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::geom::{Segment, unit_vector};
+    use crate::points::Beam;
+    use crate::robot::Stamp;
+
+    /// A room of 6 x 4 m, seen all round.
+    fn seen_from(at: &Pose2) -> Points {
+        let corners = [[-2.0, -1.5], [4.0, -1.5], [4.0, 2.5], [-2.0, 2.5]].map(Point2::from);
+        let walls = [0, 1, 2, 3].map(|i| Segment::new(corners[i], corners[(i + 1) % 4]));
+        let beam = |beam_idx: usize| {
+            let direction = unit_vector(0.0175 * beam_idx as f64);
+            let ahead = at.rotate(direction);
+            let hits = walls
+                .iter()
+                .filter_map(|w| w.hit_by_ray(at.position(), ahead));
+            let range = hits.fold(f64::INFINITY, f64::min);
+            Beam {
+                beam_idx,
+                origin_in_robot: Point2::origin(),
+                end_in_robot: Point2::from(direction * range),
+                range,
+                sigma: 0.01,
+                is_hit: true,
+                quality: None,
+            }
+        };
+        Points {
+            stamp: Stamp(0),
+            sensor_in_robot: Point2::origin(),
+            bearing_sigma: 0.0,
+            beams: (0..360).map(beam).collect(),
+        }
+    }
+
+    fn moved(motion: Pose2, sigma: f64) -> Odometry {
+        Odometry {
+            motion,
+            cov: Matrix3::from_diagonal_element(sigma * sigma),
+            ..Odometry::standing(Stamp(0))
+        }
+    }
+
+    #[test]
+    fn the_picture_is_straight_where_odometry_is_bent() {
+        let mut recent = Recent::new(RecentConfig::default());
+        let mut pose = Pose2::new(-1.0, -0.5, 0.0);
+        let step = Pose2::new(0.1, 0.0, 0.05);
+        for _ in 0..40 {
+            // Bent by 0.15 rad/m: after 4 m it is off by more than a metre.
+            recent.predict(&moved(Pose2::new(0.1, 0.0, 0.065), 0.02));
+            pose = pose * step;
+            recent.push(&seen_from(&pose));
+        }
+        assert!(recent.scans.len() > 5);
+        let on_wall = |p: Vector2<f64>| {
+            let off = [
+                (p.x + 2.0).abs(),
+                (p.x - 4.0).abs(),
+                (p.y + 1.5).abs(),
+                (p.y - 2.5).abs(),
+            ];
+            off.into_iter().fold(f64::INFINITY, f64::min)
+        };
+        for ray in recent.rays() {
+            let off = on_wall((pose * ray.to).coords);
+            assert!(off < 0.05, "{off}");
+        }
+        assert!(recent.way() > 2.0);
+        recent.forget();
+        assert_eq!((recent.rays().count(), recent.way()), (0, 0.0));
+    }
+
+    #[test]
+    fn only_the_last_metres_are_kept_and_of_a_standing_robot_one_scan() {
+        let mut recent = Recent::new(RecentConfig::default());
+        for _ in 0..10 {
+            recent.push(&seen_from(&Pose2::identity()));
+        }
+        assert_eq!(recent.scans.len(), 1);
+        // To and fro over a metre.
+        let way = |i: i32| 0.1 * f64::from(10 - (i % 20 - 10).abs());
+        for i in 0..200 {
+            let by = way(i + 1) - way(i);
+            recent.predict(&moved(Pose2::new(by, 0.0, 0.0), 0.01));
+            recent.push(&seen_from(&Pose2::new(way(i + 1), 0.0, 0.0)));
+        }
+        let config = recent.config;
+        assert!(recent.way() <= config.length && recent.way() > config.length - 0.5);
+        assert!(recent.scans.len() <= config.most_scans);
+        assert!(recent.outdated <= config.most_scans);
+    }
+}

@@ -1,0 +1,136 @@
+//! The motions since the last scan that are tried.
+//!
+//! In: what odometry says, if anybody counts the motion, and the scans before. Out: guesses, the
+//! likeliest first.
+//!
+//! 1. Where there is odometry it leads. It may be wrong: then the robot stood still, or went on as
+//!    before; or odometry came late, so that the matches of the scans before hold a part of it
+//!    already, and it is to be counted from one of those.
+//! 2. Without odometry the robot goes on as before: a carried sensor keeps its speed from scan to
+//!    scan.
+//! 3. In either case it may have turned by more or less: a fan of headings.
+//!
+//! Source of step 2: Vizzo et al. (2023), "KISS-ICP: in defense of point-to-point ICP".
+
+use nalgebra::Matrix3;
+
+use super::ScanMatcher;
+use crate::geom::{Pose2, PoseEstimate, pose_cov};
+use crate::registration::Prior;
+use crate::robot::{Odometry, Stamp};
+
+/// A motion that may have happened.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guess {
+    /// Where it leads, in the running submap.
+    pub(super) pose: Pose2,
+    /// What is not known of the motion itself.
+    pub(super) cov: Matrix3<f64>,
+    /// What speaks against it beforehand, in parts of the scan's points.
+    pub(super) penalty: f64,
+}
+
+/// A speed and a turn rate that robots in buildings seldom exceed, m/s and rad/s.
+const FAST: f64 = 1.5;
+const FAST_TURN: f64 = 1.5;
+/// Changes of speed that are usual, m/s² and rad/s².
+const ACCELERATION: f64 = 1.0;
+const TURN_ACCELERATION: f64 = 3.0;
+/// Longer ago than this, s, nothing is known of a motion that nobody counted.
+const LONG_AGO: f64 = 10.0;
+/// What speaks against having stopped, and against having turned, where nobody counts the motion.
+const STOPPED: f64 = 0.05;
+const TURNED: f64 = 0.1;
+/// The fan of headings, rad.
+const FAN: [f64; 8] = [0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 0.9, -0.9];
+
+impl ScanMatcher {
+    /// The motions that are tried, the likeliest first.
+    pub(super) fn guesses(&self, moved: Option<&Odometry>, stamp: Stamp) -> Vec<Guess> {
+        let seconds = self.seconds_until(stamp);
+        let freely = |pose: Pose2, penalty: f64| Guess {
+            pose,
+            cov: self.unguided_cov(seconds),
+            penalty,
+        };
+        let here = self.local.pose;
+        let [as_before, as_fast] = self.motion.speed.map_or([here; 2], |(past, motion)| {
+            // Stamps may jitter: between half and twice the last motion.
+            let part = (seconds.max(1e-6) / past.max(1e-6)).clamp(0.5, 2.0);
+            [here * motion, here * motion.fraction(part)]
+        });
+        let lead = match moved {
+            Some(moved) => {
+                let turned = here.rotation();
+                Guess {
+                    pose: here * moved.motion,
+                    cov: turned * moved.cov * turned.transpose(),
+                    penalty: 0.0,
+                }
+            }
+            None => freely(as_before, 0.0),
+        };
+        let mut list = vec![lead, freely(as_fast, 0.0), freely(here, STOPPED)];
+        if moved.is_some() {
+            list.push(freely(as_before, 0.0));
+            list.extend(self.motion.pasts.iter().rev().skip(1).map(|past| {
+                let since = past.odom_from_robot.delta_to(&self.motion.odom_from_robot);
+                freely(past.submap_from_robot * since, 0.0)
+            }));
+        }
+        let most = FAST_TURN * seconds.clamp(0.1, 1.0);
+        let fan = FAN.into_iter().filter(|turn| turn.abs() <= most);
+        list.extend(fan.map(|turn| freely(lead.pose * Pose2::new(0.0, 0.0, turn), TURNED)));
+        list
+    }
+
+    /// Where the motion that is tried first leads, with all that is not known of the pose there.
+    pub(super) fn predicted(&self, moved: Option<&Odometry>, lead: &Guess) -> PoseEstimate {
+        match moved {
+            Some(moved) => moved.after(&self.local),
+            None => PoseEstimate {
+                pose: lead.pose,
+                cov: self.local.cov + lead.cov,
+            },
+        }
+    }
+
+    /// What is believed of a motion while it is matched: the pose at the last match is the map's,
+    /// and not doubted here.
+    pub(super) fn prior_of(&self, guess: &Guess) -> Prior {
+        let mut cov = guess.cov + self.odometry_floor();
+        if self.is_blind {
+            cov += self.local.cov;
+        }
+        // A covariance that odometry spoilt says nothing.
+        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
+        Prior {
+            pose: guess.pose,
+            information,
+        }
+    }
+
+    /// From the last scan to this one, s.
+    pub(super) fn seconds_until(&self, stamp: Stamp) -> f64 {
+        self.motion
+            .pasts
+            .back()
+            .map_or(0.0, |p| stamp.since(p.stamp))
+    }
+
+    /// How far a fast robot goes and turns within a time, m and rad.
+    pub(super) fn fast(seconds: f64) -> [f64; 2] {
+        [FAST * seconds, FAST_TURN * seconds]
+    }
+
+    /// How well the motion of so many seconds is known where nobody counts it.
+    fn unguided_cov(&self, seconds: f64) -> Matrix3<f64> {
+        let seconds = seconds.clamp(0.0, LONG_AGO);
+        let half_square = 0.5 * seconds * seconds;
+        let [way, turn] = Self::fast(seconds);
+        pose_cov(
+            self.config.odometry_sigma + way.min(ACCELERATION * half_square),
+            self.config.odometry_turn_sigma + turn.min(TURN_ACCELERATION * half_square),
+        )
+    }
+}

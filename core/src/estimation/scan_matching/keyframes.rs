@@ -1,0 +1,132 @@
+//! Scans that the map keeps, and the submaps that they make.
+//!
+//! In: a scan with its place. Out: the running submap grown, the grid drawn; after some keyframes,
+//! or where a scan does not belong to the submap, a new one.
+
+use nalgebra::Vector2;
+
+use super::super::submap::ClosedSubmap;
+use super::tracking::Tracked;
+use super::{Recent, ScanMatcher, Submap};
+use crate::geom::Pose2;
+use crate::map::SurfelMap;
+use crate::points::{OrientedPoint, Points};
+use crate::registration::Verdict;
+
+/// Cosine between the way ahead and a degenerate direction, below which the way ahead is seen.
+const SEES_WAY: f64 = 0.3;
+
+impl ScanMatcher {
+    /// Where little of the scan is known already, as behind a door, the map must grow sooner.
+    pub(super) fn is_new_place(&self, overlap: f64) -> bool {
+        let part = if overlap < self.config.new_below {
+            self.config.new_part
+        } else {
+            1.0
+        };
+        self.last_keyframe.is_none_or(|last| {
+            let moved = last.delta_to(&self.local.pose);
+            moved.position().coords.norm() > part * self.config.keyframe_distance
+                || moved.heading().abs() > part * self.config.keyframe_turn
+        })
+    }
+
+    /// Draws a scan into submap and grid. One that does not belong to the running submap begins
+    /// another.
+    pub(super) fn add_keyframe(
+        &mut self,
+        points: &Points,
+        sigmas: &[f64],
+        surfaces: Vec<OrientedPoint>,
+        tracked: &Tracked,
+    ) {
+        self.learn_odometry(tracked);
+        let own = self.submaps.last().map_or(0, |s| s.own_keyframes);
+        if tracked.is_loose || own >= self.config.submap_keyframes {
+            self.begin_submap(tracked.is_loose);
+        }
+        let at = self.local.pose;
+        self.running.insert(moved(&surfaces, at));
+        self.recent.push_back(Recent {
+            submap_from_robot: at,
+            surfaces,
+        });
+        while self.recent.len() > self.config.overlap_keyframes {
+            self.recent.pop_front();
+        }
+        let keyframe = self.keyframe_of(points, sigmas);
+        self.running_free.mark(keyframe.rays());
+        let map_from_robot = self.map_from_running() * at;
+        keyframe.draw(&mut self.grid, &map_from_robot);
+        self.keyframes.push(keyframe);
+        self.last_keyframe = Some(at);
+        // Carried on by odometry, the local covariance holds the whole way since the last match
+        // already.
+        if !self.is_blind {
+            self.way_cov += std::mem::take(&mut self.local.cov);
+        }
+        if let Some(submap) = self.submaps.last_mut() {
+            submap.own_keyframes += 1;
+        }
+    }
+
+    fn learn_odometry(&mut self, tracked: &Tracked) {
+        let ahead = self.local.pose.rotate(Vector2::x());
+        let sees_way = tracked.found.is_some_and(|found| match found.verdict {
+            Verdict::Degenerate { direction } => direction.dot(&ahead).abs() < SEES_WAY,
+            _ => true,
+        });
+        let matched = self
+            .last_keyframe
+            .map(|last| last.delta_to(&self.local.pose));
+        let is_sure = tracked.is_sure && !tracked.is_loose;
+        self.motion.keyframe(matched, is_sure, sees_way);
+    }
+
+    /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.
+    pub(super) fn begin_submap(&mut self, is_loose: bool) {
+        if is_loose {
+            self.recent.clear();
+        }
+        let old_from_new = self.local.pose;
+        let map_from_submap = self.map_from_running() * old_from_new;
+        let new_from_old = old_from_new.inverse();
+        let begun = SurfelMap::new(self.config.surfels);
+        let surfels = std::mem::replace(&mut self.running, begun).into_surfels();
+        for recent in &mut self.recent {
+            recent.submap_from_robot = new_from_old * recent.submap_from_robot;
+            self.running
+                .insert(moved(&recent.surfaces, recent.submap_from_robot));
+        }
+        self.motion.rebase(&new_from_old);
+        let free = std::mem::take(&mut self.running_free);
+        for keyframe in self.keyframes.iter().rev().take(self.recent.len()) {
+            let rays = keyframe.rays_from(&(new_from_old * keyframe.submap_from_robot));
+            self.running_free.mark(rays);
+        }
+        let old = self.submaps.len() - 1;
+        let closed = ClosedSubmap::new(surfels, free);
+        if let Some(submap) = self.submaps.last_mut() {
+            submap.closed = closed;
+        }
+        if self.is_blind || is_loose {
+            self.way_cov += std::mem::take(&mut self.local.cov);
+        }
+        self.join_to_next(old, &old_from_new, map_from_submap);
+        self.submaps.push(Submap::begun_at(map_from_submap));
+        self.local.pose = Pose2::identity();
+        if self.config.close_loops {
+            self.plan_comparisons(old);
+        }
+    }
+}
+
+fn moved(
+    surfaces: &[OrientedPoint],
+    to_from_robot: Pose2,
+) -> impl Iterator<Item = OrientedPoint> + '_ {
+    surfaces.iter().map(move |s| OrientedPoint {
+        position: to_from_robot * s.position,
+        normal: to_from_robot.rotate(s.normal),
+    })
+}

@@ -1,0 +1,14 @@
+// What the page has to know of a method beyond its name.
+
+import type { MethodName } from "./module.js";
+
+/** Whether a method needs a map that is given before the run. */
+const NEEDS_PRIOR_MAP: Record<MethodName, boolean> = {
+  "odometry": false,
+  "line-ekf": false,
+  "scan-matching": false,
+  "prior-map": true,
+  "particle-localisation": true,
+};
+
+export const needsPriorMap = (method: MethodName): boolean => NEEDS_PRIOR_MAP[method];
