@@ -36,7 +36,7 @@ const MOST_TIME: f64 = 0.5;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let mut outcome = Outcome::default();
-    let folder = args.data.clone().unwrap_or_else(recorded);
+    let folder = args.data();
     let peers = args.peers.as_deref().map(Peers::read).transpose()?;
     for (name, expected) in GRAPHS {
         let graph = read(&folder.join(format!("posegraphs/{name}.g2o")))?;
@@ -57,12 +57,6 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         outcome.figure("peers", "not compared: no --peers FILE");
     }
     Ok(outcome)
-}
-
-/// Recorded data beside the repository, or where `SLAMLAB_DATA` says.
-fn recorded() -> PathBuf {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
-    std::env::var_os("SLAMLAB_DATA").map_or_else(|| beside.into(), PathBuf::from)
 }
 
 fn read(path: &Path) -> Result<PoseGraph> {

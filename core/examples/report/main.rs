@@ -95,7 +95,7 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
-    /// For `kidnap`: the folder of recorded data, with `intel/intel.clf` in it. Default
+    /// For `kidnap` and `graphs`: the folder of recorded data, as its README lays it out. Default
     /// `SLAMLAB_DATA`, or else `shared/data` beside the repository.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -127,10 +127,6 @@ struct Args {
     /// `posegraph_intel` and `posegraph_m3500`; its own time it takes itself.
     #[arg(long)]
     peers: Option<PathBuf>,
-    /// For `graphs`: the folder of recorded data. Default that beside the repository, or
-    /// `SLAMLAB_DATA`.
-    #[arg(long)]
-    data: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
