@@ -10,7 +10,7 @@
 //!    ends where the best of them does; of GTSAM's the best. GTSAM takes the logarithm of an
 //!    error, g2o its (x, y, θ): their χ² agree as far as errors are small, and are compared so.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use slamlab_core::estimation::PoseGraph;
