@@ -47,7 +47,7 @@ pub fn relation_errors(
 ) -> RelationErrors {
     let relations: Vec<_> = relations.into_iter().collect();
     let stamps = relations.iter().flat_map(|&(from, to, _)| [from, to]);
-    let same = rounding(stamps) + SAME_STAMP;
+    let same = rounding(&stamps) + SAME_STAMP;
     let errors: Vec<(f64, f64)> = relations
         .iter()
         .filter_map(|&(from, to, truth)| {
@@ -71,7 +71,7 @@ pub fn relation_errors(
 }
 
 /// A unit of the last decimal that any of the stamps has, s: they are rounded, or cut off there.
-fn rounding(stamps: impl Iterator<Item = f64> + Clone) -> f64 {
+fn rounding(stamps: &(impl Iterator<Item = f64> + Clone)) -> f64 {
     let has = |decimals: i32| {
         let unit = libm::pow(10.0, f64::from(-decimals));
         let mut rest = stamps

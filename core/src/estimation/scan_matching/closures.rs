@@ -172,3 +172,92 @@ fn places_proof(doubt: &Doubt) -> f64 {
     let places = along * about;
     LEAST_PROOF + PROOF_FOR_PLACES * libm::log(places)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    /// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap.
+    struct Straight;
+
+    impl Ways for Straight {
+        fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
+            let apart = to as f64 - from as f64;
+            let doubt = Doubt {
+                shift: 0.05 * apart.abs(),
+                turn: 0.001 * apart.abs(),
+            };
+            (Pose2::new(5.0 * apart, 0.0, 0.0), doubt)
+        }
+    }
+
+    /// Submap `new` beside `old`, so far off to the side.
+    fn beside(old: usize, new: usize, y: f64) -> Candidate {
+        Candidate {
+            old,
+            new,
+            closure: Closure {
+                motion: Pose2::new(0.0, y, 0.0),
+                information: Matrix3::identity(),
+                is_searched: true,
+                overlap: 0.7,
+                part: 0.95,
+            },
+            doubt: Doubt {
+                shift: 30.0,
+                turn: 0.3,
+            },
+        }
+    }
+
+    fn taken(candidates: &[Candidate]) -> Vec<(usize, usize)> {
+        let mut waiting = Waiting::default();
+        let mut taken = vec![];
+        for of_one in candidates.chunk_by(|a, b| a.new == b.new) {
+            of_one.iter().for_each(|candidate| waiting.push(*candidate));
+            let proved = waiting.take_proved(of_one[0].new, &Straight, 1.0);
+            taken.extend(proved.iter().map(|c| (c.old, c.new)));
+        }
+        taken.sort_unstable();
+        taken
+    }
+
+    #[test]
+    fn one_placement_in_a_wide_window_waits_and_three_that_agree_are_believed() {
+        assert_eq!(taken(&[beside(2, 40, 1.0)]), []);
+        let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
+        assert_eq!(taken(&agreeing), [(2, 40), (3, 41), (4, 42)]);
+    }
+
+    #[test]
+    fn one_placement_where_little_was_searched_is_believed_alone() {
+        let mut near = beside(2, 40, 0.2);
+        near.doubt = Doubt {
+            shift: 0.15,
+            turn: 0.03,
+        };
+        assert_eq!(taken(&[near]), [(2, 40)]);
+    }
+
+    #[test]
+    fn rivals_that_are_as_well_proved_keep_each_other_waiting() {
+        // The same corridor again 20 m on: each new submap fits in either.
+        let twice = |new: usize| [beside(new - 38, new, 1.0), beside(new - 34, new, 1.0)];
+        let alike: Vec<Candidate> = (40..46).flat_map(twice).collect();
+        assert_eq!(taken(&alike), []);
+        // What comes after fits in one of them alone.
+        let mut decided = alike.clone();
+        decided.extend((46..52).map(|new| beside(new - 38, new, 1.0)));
+        let found = taken(&decided);
+        assert!(found.len() >= 6, "{found:?}");
+        assert!(found.iter().all(|(old, new)| new - old == 38), "{found:?}");
+    }
+
+    #[test]
+    fn those_that_contradict_each_other_prove_nothing_together() {
+        let scattered = [beside(2, 40, 1.0), beside(3, 41, 9.0), beside(4, 42, -7.0)];
+        assert_eq!(taken(&scattered), []);
+    }
+}

@@ -70,16 +70,20 @@ impl ScanMatcher {
         }
     }
 
-    fn learn_odometry(&mut self, tracked: &Tracked) {
+    /// Whether the match fixes how far the robot went ahead.
+    fn sees_way(&self, tracked: &Tracked) -> bool {
         let ahead = self.local.pose.rotate(Vector2::x());
-        let sees_way = tracked.found.is_some_and(|found| match found.verdict {
+        tracked.found.is_some_and(|found| match found.verdict {
             Verdict::Degenerate { direction } => direction.dot(&ahead).abs() < SEES_WAY,
             _ => true,
-        });
-        let matched = self
-            .last_keyframe
-            .map(|last| last.delta_to(&self.local.pose));
+        })
+    }
+
+    fn learn_odometry(&mut self, tracked: &Tracked) {
+        let to_here = |last: Pose2| last.delta_to(&self.local.pose);
+        let matched = self.last_keyframe.map(to_here);
         let is_sure = tracked.is_sure && !tracked.is_loose;
+        let sees_way = self.sees_way(tracked);
         self.motion.keyframe(matched, is_sure, sees_way);
     }
 

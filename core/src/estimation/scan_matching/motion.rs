@@ -34,7 +34,9 @@ const FIRST_NOISE: f64 = 10.0;
 const NOISE_GAIN: f64 = 0.03;
 /// Noise is never believed smaller or larger than by these factors.
 const NOISE_BOUNDS: [f64; 2] = [0.1, 30.0];
-/// The bias stays the same over so many metres: its doubt adds up over them.
+/// What is not known of the bias counts as if each motion were one of so many metres with the same
+/// bias. That is much for a short way: a prior that is held to be exact, and is not, harms every
+/// match, and one that is held to be loose harms none that sees walls.
 const BIAS_LENGTH: f64 = 20.0;
 /// An error of more than this many standard deviations is that of a slip, or of a match.
 const MOST_SIGMAS: f64 = 4.0;
@@ -150,15 +152,16 @@ impl Default for OdometryModel {
 
 impl OdometryModel {
     /// The odometry without its bias, with the covariance of its errors.
-    pub(super) fn corrected(&self, odometry: &Odometry) -> Odometry {
+    fn corrected(&self, odometry: &Odometry) -> Odometry {
         let raw = &odometry.motion;
         let (way, turn) = (raw.x(), raw.heading());
         let [shift, angle] = self.noise;
         let scale = Matrix3::from_diagonal(&Vector3::new(shift.sqrt(), shift.sqrt(), angle.sqrt()));
         let mut cov = scale * odometry.cov * scale;
         let length = raw.position().coords.norm();
-        cov[(0, 0)] += self.cov[(0, 0)] * length * BIAS_LENGTH;
-        cov[(2, 2)] += self.cov[(1, 1)] * length * BIAS_LENGTH + self.cov[(2, 2)] * turn * turn;
+        let squares = length * BIAS_LENGTH;
+        cov[(0, 0)] += self.cov[(0, 0)] * squares;
+        cov[(2, 2)] += self.cov[(1, 1)] * squares + self.cov[(2, 2)] * turn * turn;
         symmetrize(&mut cov);
         let stretched = 1.0 + self.bias.x;
         Odometry {
@@ -229,5 +232,95 @@ impl OdometryModel {
         self.bias += gain * error;
         self.cov -= gain * by_bias * self.cov;
         symmetrize(&mut self.cov);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::points::fixture::normal;
+
+    /// Odometry of drives with these errors, each a way and a turn, and the motion that it was.
+    fn drives(bias: [f64; 3], sigma: [f64; 2], seed: u64) -> Vec<(Odometry, Pose2)> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let drive = |_| {
+            let (way, turn) = (0.25 + 0.1 * normal(&mut rng), 0.2 * normal(&mut rng));
+            let motion = Pose2::new(way, 0.0, turn);
+            let [of_way, for_way, of_turn] = bias;
+            let shift = (sigma[0] * sigma[0] + 2.0 * MATCH_SHIFT * MATCH_SHIFT).sqrt();
+            let angle = (sigma[1] * sigma[1] + 2.0 * MATCH_TURN * MATCH_TURN).sqrt();
+            let matched = Pose2::new(
+                way * (1.0 + of_way) + shift * normal(&mut rng),
+                0.0,
+                turn * (1.0 + of_turn) + for_way * way + angle * normal(&mut rng),
+            );
+            let odometry = Odometry {
+                motion,
+                cov: Matrix3::from_diagonal(&Vector3::new(4e-4, 4e-4, 1e-4)),
+                ..Odometry::standing(Stamp(0))
+            };
+            (odometry, matched)
+        };
+        (0..400).map(drive).collect()
+    }
+
+    #[test]
+    fn a_bias_is_found_to_within_what_is_said_of_it() {
+        for (seed, bias) in [[-0.08, 0.06, 0.1], [0.05, -0.08, -0.05], [0.0; 3]]
+            .into_iter()
+            .enumerate()
+        {
+            let mut model = OdometryModel::default();
+            for (odometry, matched) in drives(bias, [0.02, 0.01], seed as u64) {
+                model.learn(&odometry, &matched, true);
+            }
+            for (axis, truth) in bias.into_iter().enumerate() {
+                let sigma = model.cov[(axis, axis)].sqrt();
+                let error = model.bias[axis] - truth;
+                assert!(error.abs() < 3.5 * sigma, "{seed} {axis}: {error} {sigma}");
+                assert!(sigma < 0.3 * FIRST_SIGMAS[axis], "{seed} {axis}: {sigma}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_becomes_as_large_as_it_is() {
+        for (sigma, factor) in [([0.02, 0.01], 1.0), ([0.06, 0.03], 9.0)] {
+            let mut model = OdometryModel::default();
+            for (odometry, matched) in drives([0.0; 3], sigma, 7) {
+                model.learn(&odometry, &matched, true);
+            }
+            for noise in model.noise {
+                // The newest thirty or so count.
+                assert!(
+                    noise > 0.4 * factor && noise < 2.2 * factor,
+                    "{noise} {factor}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_corridor_teaches_nothing_of_the_way() {
+        let mut model = OdometryModel::default();
+        for (odometry, matched) in drives([0.05, 0.05, 0.0], [0.02, 0.01], 1) {
+            model.learn(&odometry, &matched, false);
+        }
+        assert!(model.bias.x.abs() < 1e-6, "{}", model.bias);
+        assert!((model.bias.y - 0.05).abs() < 0.01, "{}", model.bias);
+    }
+
+    #[test]
+    fn odometry_that_was_often_wrong_is_doubted_sooner() {
+        let (mut good, mut bad) = (OdometryModel::default(), OdometryModel::default());
+        for at in 0..200 {
+            good.note(true);
+            bad.note(at % 4 != 0);
+        }
+        assert!(good.mistrust() > 2.0 * bad.mistrust());
+        assert!(bad.mistrust() > 0.0);
     }
 }

@@ -77,6 +77,15 @@ fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) ->
 /// Twice around the ring at 0.1 m and 6° a scan, with odometry that turns 3 % too far and slips:
 /// the true poses and the matcher.
 fn run(config: ScanMatcherConfig, seed: u64) -> (Vec<Pose2>, Pose2, ScanMatcher) {
+    run_with(config, seed, |_, measured| Some(measured))
+}
+
+/// The same with odometry as `heard` of the number of the scan and what was measured.
+fn run_with(
+    config: ScanMatcherConfig,
+    seed: u64,
+    mut heard: impl FnMut(usize, Pose2) -> Option<Pose2>,
+) -> (Vec<Pose2>, Pose2, ScanMatcher) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let walls = ring();
     let mut matcher = ScanMatcher::new(config).unwrap();
@@ -94,12 +103,14 @@ fn run(config: ScanMatcherConfig, seed: u64) -> (Vec<Pose2>, Pose2, ScanMatcher)
             motion.heading() * 1.03 + 0.004 * normal(rng),
         );
         odometry = odometry * measured;
-        matcher.odometry(&Odometry {
-            from,
-            to: stamp,
-            motion: measured,
-            cov: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4)),
-        });
+        if let Some(motion) = heard(truth.len(), measured) {
+            matcher.odometry(&Odometry {
+                from,
+                to: stamp,
+                motion,
+                cov: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4)),
+            });
+        }
         update(&mut matcher, &points_of(&scan_at(&walls, pose, stamp, rng)));
         truth.push(start.delta_to(pose));
     };
@@ -149,6 +160,56 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
         assert!(off.amax() < 1e-12, "{off}");
         assert!(estimate.cov.cholesky().is_some());
     }
+}
+
+/// The largest error of a trajectory, m and rad.
+fn worst(truth: &[Pose2], matcher: &ScanMatcher) -> [f64; 2] {
+    let errors = matcher.trajectory().zip(truth).map(|((_, found), truth)| {
+        let off = found.minus(truth);
+        [off.xy().norm(), off.z.abs()]
+    });
+    errors.fold([0.0; 2], |w, e| [w[0].max(e[0]), w[1].max(e[1])])
+}
+
+#[test]
+fn nobody_counts_the_motion_and_the_ring_closes_all_the_same() {
+    for seed in 0..2 {
+        let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), seed, |_, _| None);
+        let [shift, turn] = worst(&truth, &matcher);
+        assert!(shift < 0.15 && turn < 0.03, "{seed}: {shift} m, {turn} rad");
+    }
+}
+
+#[test]
+fn odometry_that_stands_still_and_then_catches_up_is_counted_once() {
+    // Every forty scans it says nothing of eight, and then all at once: turns of up to 0.8 rad.
+    let mut held = Pose2::identity();
+    let late = move |scan: usize, measured: Pose2| {
+        held = held * measured;
+        let says_nothing = scan % 40 >= 32 && scan % 40 < 39;
+        Some(match says_nothing {
+            true => Pose2::identity(),
+            false => std::mem::take(&mut held),
+        })
+    };
+    let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), 3, late);
+    let [shift, turn] = worst(&truth, &matcher);
+    assert!(shift < 0.1 && turn < 0.03, "{shift} m, {turn} rad");
+}
+
+#[test]
+fn wheels_that_err_by_a_tenth_and_pull_to_a_side_do_no_harm() {
+    let bent = |_: usize, measured: Pose2| {
+        let way = measured.x();
+        Some(Pose2::new(
+            way * 1.1,
+            measured.y(),
+            measured.heading() + 0.09 * way,
+        ))
+    };
+    let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), 4, bent);
+    let [shift, turn] = worst(&truth, &matcher);
+    assert!(shift < 0.1 && turn < 0.03, "{shift} m, {turn} rad");
 }
 
 #[test]
@@ -211,7 +272,8 @@ fn scans_without_a_return_leave_odometry_to_itself_and_its_doubts_grow() {
         let way = 0.1 * f64::from(u32::try_from(i).unwrap() + 1);
         let claimed = driven.cov.diagonal();
         let believed = estimate.cov.diagonal();
-        let most = claimed * 12.0 + Vector3::from_element(0.02 + 0.01 * way * way);
+        let bias = 0.02 + 0.1 * way + 0.05 * way * way * way;
+        let most = claimed * 12.0 + Vector3::from_element(bias);
         assert!(
             (believed - claimed).min() > -1e-9,
             "{i}: {believed} {claimed}"

@@ -80,9 +80,9 @@ fn not_falling(stamps: &[f64]) -> Vec<f64> {
     }
     for pair in run.windows(2) {
         let (from, to) = (pair[0], pair[1]);
-        for at in from + 1..to {
-            let part = (at - from) as f64 / (to - from) as f64;
-            times[at] = stamps[from] + part * (stamps[to] - stamps[from]);
+        for (step, time) in times[from..to].iter_mut().enumerate().skip(1) {
+            let part = step as f64 / (to - from) as f64;
+            *time = stamps[from] + part * (stamps[to] - stamps[from]);
         }
     }
     times
