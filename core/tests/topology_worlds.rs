@@ -107,6 +107,7 @@ fn halls_are_one_room_whatever_stands_in_them() {
 fn bare_corridors_are_one_corridor() {
     check("corridor", 0, 1, &[]);
     check("loop", 0, 1, &[]);
+    check("parallel", 0, 1, &[]);
 }
 
 #[test]
@@ -117,6 +118,11 @@ fn doors_has_four_rooms() {
 #[test]
 fn office_has_eight_rooms_along_a_corridor() {
     check("office", 8, 1, &[1.0; 10]);
+}
+
+#[test]
+fn look_alikes_has_ten_rooms_within_a_ring() {
+    check("look-alikes", 10, 1, &[1.0; 10]);
 }
 
 #[test]

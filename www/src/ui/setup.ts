@@ -21,6 +21,8 @@ const WORLD_WORDS: Readonly<Record<string, string>> = {
   lab: "Lab: glass and dark walls",
   crowd: "Crowd: ten people walk about",
   warehouse: "Warehouse: racks and aisles, 40 m",
+  "look-alikes": "Look-alikes: ten equal rooms",
+  parallel: "Parallel: four equal corridors",
   campus: "Campus: 120 houses, for speed",
 };
 

@@ -309,7 +309,7 @@ fn world() -> impl Strategy<Value = World> {
 }
 
 /// Worlds whose files are damaged a few hundred times: all but `campus`, which is 2 MB.
-const SMALL: [&str; 9] = [
+const SMALL: [&str; 11] = [
     "arena",
     "doors",
     "office",
@@ -319,6 +319,8 @@ const SMALL: [&str; 9] = [
     "lab",
     "warehouse",
     "crowd",
+    "look-alikes",
+    "parallel",
 ];
 
 proptest! {

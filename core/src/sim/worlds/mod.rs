@@ -11,6 +11,8 @@
 //! | `lab` | a corridor and a laboratory (Celej §3), with walls of glass and dark cupboards |
 //! | `warehouse` | 1 000 walls: racks in rows that repeat, black pallets, a showcase of glass |
 //! | `crowd` | a hall in which ten people walk and stop |
+//! | `look-alikes` | ten equal rooms within a ring: no place looks unlike all others |
+//! | `parallel` | four equal corridors side by side: from within one nothing tells which it is |
 //! | `campus` | 50 000 walls: for the speed of the sensors |
 //!
 //! Partitions have two faces 0.10 m apart, door gaps are at least 0.9 m wide.
@@ -21,8 +23,10 @@ mod corridor;
 mod crowd;
 mod doors;
 mod lab;
+mod look_alikes;
 mod maze;
 mod office;
+mod parallel;
 mod ring;
 #[cfg(test)]
 mod tests;
@@ -35,7 +39,7 @@ use crate::geom::Pose2;
 type Entry = (&'static str, fn() -> World);
 
 /// The one list of built-in worlds; commands, page and tests take their names from it.
-const BUILTIN: [Entry; 10] = [
+const BUILTIN: [Entry; 12] = [
     ("arena", arena::world),
     ("doors", doors::world),
     ("office", office::world),
@@ -45,6 +49,8 @@ const BUILTIN: [Entry; 10] = [
     ("lab", lab::world),
     ("warehouse", warehouse::world),
     ("crowd", crowd::world),
+    ("look-alikes", look_alikes::world),
+    ("parallel", parallel::world),
     ("campus", campus::world),
 ];
 
