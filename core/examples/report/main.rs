@@ -39,6 +39,7 @@ mod grid;
 mod heading;
 mod kidnap;
 mod line_fit;
+mod look_alikes;
 #[path = "../shared/mapped_filter.rs"]
 mod mapped_filter;
 mod memory;
@@ -53,6 +54,7 @@ mod scenes;
 mod score;
 mod split_merge;
 mod statistics;
+mod threads;
 mod tour;
 mod vector_map;
 
@@ -81,6 +83,7 @@ const REPORTS: &[Entry] = &[
     ("grid", grid::measure),
     ("kidnap", kidnap::measure),
     ("line-fit", line_fit::measure),
+    ("look-alikes", look_alikes::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
     ("rounding", rounding::measure),
@@ -108,8 +111,8 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd` and `ekf-consistency`: only in this world; can be given
-    /// several times. Default all. For `kidnap`: in these logs. Default `intel`.
+    /// For `planners`, `explore`, `crowd`, `look-alikes` and `ekf-consistency`: only in this world;
+    /// can be given several times. Default all. For `kidnap`: in these logs. Default `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

@@ -225,6 +225,19 @@ impl ScanMatcher {
         })
     }
 
+    /// The first scan in each submap, in their order: its stamp, and where in the submap the robot
+    /// was. A submap that was begun last may have none yet.
+    pub fn submap_starts(&self) -> impl Iterator<Item = (Stamp, Pose2)> {
+        let mut next = 0;
+        let mut is_first = move |submap| {
+            let is_next = submap == next;
+            next += usize::from(is_next);
+            is_next
+        };
+        let tracked = self.trajectory.iter().filter(move |t| is_first(t.submap));
+        tracked.map(|t| (t.stamp, t.submap_from_robot))
+    }
+
     /// The submaps, and the motions measured between them.
     #[must_use]
     pub fn graph(&self) -> &PoseGraph {

@@ -72,6 +72,8 @@ pub(super) const TABLE: &[Entry] = &[
         "A recorded building, Freiburg 079, mapped by the same method with the same parameters."),
     entry("explore", Report, Slow, CORE,
         "A robot dropped into an unknown building sees all of it by itself; its way, by strategy."),
+    entry("look-alikes", Report, Slow, CORE,
+        "Scan matching closes no loop falsely, however much two places look alike, and its walls are where they stand."),
     entry("ekf-consistency", Report, Slow, CORE,
         "The line filter is as uncertain as it claims."),
     entry("ekf-cost", Report, Quick, &["core/src/lanes", "core/src/association", "core/src/estimation"],

@@ -16,8 +16,9 @@ use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, Replay};
 use slamlab_core::slam::{Method, PriorMap};
 
-use super::{Belief, each};
+use super::Belief;
 use crate::statistics::{median, quantile};
+use crate::threads::each;
 use crate::{Args, Outcome};
 
 /// Of the logs in the folder of recorded data; what is required of it holds for the first.

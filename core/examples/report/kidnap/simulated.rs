@@ -12,10 +12,11 @@ use slamlab_core::pilot::Mode;
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
 
-use super::{Belief, each};
+use super::Belief;
 use crate::errand::errand;
 use crate::ride::world_named;
 use crate::statistics::{median, quantile};
+use crate::threads::each;
 use crate::{Args, Outcome};
 
 const WORLD: &str = "office";
