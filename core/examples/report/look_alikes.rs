@@ -100,6 +100,7 @@ fn row(runs: &[Run], wall_error: f64) -> Value {
         "wall_error_m_p95": wall_error,
         "wall_error_aligned_m_p95": quantile(runs.iter().flat_map(|run| &run.aligned), PART),
         "wall_error_m_p95_worst_run": most(Run::wall_error),
+        "map_turned_rad_worst_run": most(|run| run.turned),
         "trajectory_error_m_median": median(runs.iter().map(|run| run.trajectory_error)),
         "trajectory_error_m_worst_run": most(|run| run.trajectory_error),
     })
@@ -131,6 +132,8 @@ struct Run {
     wall_errors: Vec<f64>,
     /// The same of the map as the trajectory is aligned.
     aligned: Vec<f64>,
+    /// The turn by which it is aligned, rad.
+    turned: f64,
     trajectory_error: f64,
 }
 
@@ -166,6 +169,7 @@ impl Run {
             submaps: matcher.graph().poses().len(),
             closures: closures_of(&matcher, &truth)?,
             wall_errors: errors(world_from_map),
+            turned: truth_from_map.heading().abs(),
             aligned: errors(world_from_map * truth_from_map),
             trajectory_error: ate_rmse(&true_way, &estimated).unwrap_or(f64::NAN),
         })
@@ -181,12 +185,13 @@ impl Run {
 
     fn tell(&self, name: &str, seed: u64) {
         eprintln!(
-            "{name} seed {seed}: {}{} submaps, {} closures, {} false; 95 % of the walls within {:.3} m, aligned {:.3} m; trajectory {:.3} m",
+            "{name} seed {seed}: {}{} submaps, {} closures, {} false; 95 % of the walls within {:.3} m, turned by {:.3} rad {:.3} m; trajectory {:.3} m",
             if self.is_done { "" } else { "not done, " },
             self.submaps,
             self.closures.len(),
             self.wrong().count(),
             self.wall_error(),
+            self.turned,
             quantile(&self.aligned, PART),
             self.trajectory_error,
         );
