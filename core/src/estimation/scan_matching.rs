@@ -225,17 +225,10 @@ impl ScanMatcher {
         })
     }
 
-    /// The first scan in each submap, in their order: its stamp, and where in the submap the robot
-    /// was. A submap that was begun last may have none yet.
-    pub fn submap_starts(&self) -> impl Iterator<Item = (Stamp, Pose2)> {
-        let mut next = 0;
-        let mut is_first = move |submap| {
-            let is_next = submap == next;
-            next += usize::from(is_next);
-            is_next
-        };
-        let tracked = self.trajectory.iter().filter(move |t| is_first(t.submap));
-        tracked.map(|t| (t.stamp, t.submap_from_robot))
+    /// Each scan: its stamp, its submap, and where in that the robot was.
+    pub fn scans_in_submaps(&self) -> impl Iterator<Item = (Stamp, usize, Pose2)> {
+        let tracked = self.trajectory.iter();
+        tracked.map(|t| (t.stamp, t.submap, t.submap_from_robot))
     }
 
     /// The submaps, and the motions measured between them.

@@ -49,6 +49,10 @@ enum Relation {
 /// The error that placements may have themselves, m and rad.
 const PLACED_SHIFT: f64 = 0.08;
 const PLACED_TURN: f64 = 0.015;
+/// Placements that lead apart by more than this, m and rad, do not prove each other, however badly
+/// the ways are known: buildings repeat themselves every few metres.
+const AGREES_SHIFT: f64 = 0.75;
+const AGREES_TURN: f64 = 0.15;
 /// Ways that are known worse than this say nothing, m.
 const MOST_DOUBT: f64 = 3.0;
 /// The evidence that is asked for where hardly anything was searched, in submaps that lie wholly on
@@ -97,9 +101,12 @@ impl Waiting {
                 .iter()
                 .map(|&r| self.evidence(&self.sides(r, ways).0))
                 .fold(0.0, f64::max);
-            let asked = proof * places_proof(&self.list[seed].doubt);
-            let proved = evidence >= asked && evidence >= LEAD_OVER_RIVALS * rival;
-            if proved && best.as_ref().is_none_or(|(e, _)| evidence > *e) {
+            let proves = |&i: &usize| evidence >= proof * places_proof(&self.list[i].doubt);
+            let leads = evidence >= LEAD_OVER_RIVALS * rival;
+            let is_better = best.as_ref().is_none_or(|(e, _)| evidence > *e);
+            if leads && is_better && proves(&seed) {
+                // Each for its own doubt: those that are known better do not vouch for the others.
+                let members = members.into_iter().filter(proves).collect();
                 best = Some((evidence, members));
             }
         }
@@ -145,11 +152,13 @@ impl Waiting {
         let by_a = a.closure.motion * new_from_other;
         let by_b = old_from_other * b.closure.motion;
         let off = by_a.delta_to(&by_b);
-        let agree = off.position().coords.norm() < 3.0 * shift && off.heading().abs() < 3.0 * turn;
-        if agree {
+        let (far, about) = (off.position().coords.norm(), off.heading().abs());
+        if far > 3.0 * shift || about > 3.0 * turn {
+            Relation::Contradict
+        } else if far < AGREES_SHIFT && about < AGREES_TURN {
             Relation::Agree
         } else {
-            Relation::Contradict
+            Relation::Unknown
         }
     }
 
@@ -253,6 +262,17 @@ mod tests {
         let found = taken(&decided);
         assert!(found.len() >= 6, "{found:?}");
         assert!(found.iter().all(|(old, new)| new - old == 38), "{found:?}");
+    }
+
+    #[test]
+    fn what_is_known_well_does_not_vouch_for_what_is_known_badly() {
+        let known_to = |shift: f64, candidate: Candidate| Candidate {
+            doubt: Doubt { shift, turn: 0.03 },
+            ..candidate
+        };
+        let near = known_to(0.1, beside(38, 40, 0.1));
+        let far = known_to(30.0, beside(2, 40, 0.1));
+        assert_eq!(taken(&[near, far]), [(38, 40)]);
     }
 
     #[test]
