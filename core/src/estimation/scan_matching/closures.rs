@@ -271,7 +271,8 @@ mod tests {
             ..candidate
         };
         let near = known_to(0.1, beside(38, 40, 0.1));
-        let far = known_to(30.0, beside(2, 40, 0.1));
+        let mut far = known_to(30.0, beside(2, 40, 0.1));
+        far.closure.motion = Pose2::new(36.0 * 5.0 + 0.3, 0.1, 0.0);
         assert_eq!(taken(&[near, far]), [(38, 40)]);
     }
 
