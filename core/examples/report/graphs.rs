@@ -5,8 +5,8 @@
 //!    the graph is solved after each; and what covariances cost, from the newest pose to all.
 //! 3. With `--peers FILE`, from the same machine and hour: the same χ² as g2o's and GTSAM's lines,
 //!    in at most half of g2o's time. Ours is the median of some runs, each with a new order. FILE
-//!    has lines `peer workload median_ms chi2=…` of peers that begin with `g2o` and `gtsam`, for the
-//!    workloads `posegraph_intel` and `posegraph_m3500`. Of g2o's lines the fastest counts that
+//!    has lines `peer workload median_ms chi2=…` of peers that begin with `g2o` and `gtsam`, for
+//!    the workloads `posegraph_intel` and `posegraph_m3500`. Of g2o's lines the fastest counts that
 //!    ends where the best of them does; of GTSAM's the best. GTSAM takes the logarithm of an
 //!    error, g2o its (x, y, θ): their χ² agree as far as errors are small, and are compared so.
 

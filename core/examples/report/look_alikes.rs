@@ -8,12 +8,13 @@
 //!    pose that it claims differs from the true one by more than [`MOST_SHIFT`] or [`MOST_TURN`]. A
 //!    submap truly lies where its scans say: each by where the robot truly was and where in the
 //!    submap it was put, in the mean. Its first scan alone does not do: taken in a quick turn it is
-//!    a tenth of a radian off among the others. What is doubted by its kernel afterwards was accepted all the same.
+//!    a tenth of a radian off among the others. What is doubted by its kernel afterwards was
+//!    accepted all the same.
 //! 3. The error of a wall is the distance of the middle of an occupied cell from the nearest true
-//!    wall. The map begins where the robot did, so that an error of the first heading grows with the
-//!    distance from there; `aligned` is the error that is left of it when the map is moved by the
-//!    rigid motion that aligns the trajectory. The quantiles are over the cells of all runs of a
-//!    world; both are given, that of the map as it lies is judged.
+//!    wall. The map begins where the robot did, so that an error of the first heading grows with
+//!    the distance from there; `aligned` is the error that is left of it when the map is moved by
+//!    the rigid motion that aligns the trajectory. The quantiles are over the cells of all runs of
+//!    a world; both are given, that of the map as it lies is judged.
 //!
 //! Which closure of which run is false, and when its submaps began, goes to standard error.
 

@@ -5,8 +5,8 @@
 //! 1. Several motions since the last scan are tried (`guesses`), odometry's first; the scan's
 //!    oriented points are matched to the running submap from each, and the one that fits and is
 //!    plausible is taken (`tracking`). Along a direction that the scan says nothing of, a
-//!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the direction
-//!    again. How this robot's odometry errs is learned from what is sure (`motion`).
+//!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the
+//!    direction again. How this robot's odometry errs is learned from what is sure (`motion`).
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into
 //!    the grid (`keyframes`).
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last

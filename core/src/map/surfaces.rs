@@ -6,9 +6,9 @@
 //! 1. A surface lies within cells, not at their border: its hits fall a little before it and a
 //!    little behind, and one that runs along a border between cells makes both occupied. Of a wall
 //!    that is one cell thick it is the middle; of a thicker one it lies half a cell behind the
-//!    front at the least, and a cell where the hits of both sides of a border are in it. A wall taken at
-//!    its front is too near by that, and so is the one opposite: a room then is narrower than the
-//!    robot sees it.
+//!    front at the least, and a cell where the hits of both sides of a border are in it. A wall
+//!    taken at its front is too near by that, and so is the one opposite: a room then is narrower
+//!    than the robot sees it.
 //! 2. So the middles of the cells' sides are moved inwards by half of what is occupied behind them,
 //!    at most by a cell.
 //! 3. They are cut into straight pieces ([`super::outlines`] has it for polygons), and a line is

@@ -65,8 +65,8 @@ impl Couplings {
 
     /// An order that fills in little: approximate minimum degree (Amestoy, Davis & Duff 1996).
     pub(super) fn least_fill(&self) -> Vec<usize> {
-        // With the diagonal, which means nothing to it: a check of the crate's, in debug builds only,
-        // subtracts the number of blocks from that of entries.
+        // With the diagonal, which means nothing to it: a check of the crate's, in debug builds
+        // only, subtracts the number of blocks from that of entries.
         let size = self.size();
         let mut entries: Vec<isize> = Vec::with_capacity(self.others.len() + size);
         let mut starts: Vec<isize> = vec![0];
