@@ -16,8 +16,7 @@
 //! best kept in Rust, knows nothing of blocks: of `m3500.g2o` it took 18 ms for a factor, where
 //! this one takes 1.2, and 14 for its pattern, where this one takes 2; g2o solves that graph
 //! in 38. Where a machine has it, it uses fused multiply-add, so that its bits are not those of
-//! the browser; and
-//! it takes two minutes to compile.
+//! the browser; and it takes two minutes to compile.
 
 mod couplings;
 mod dense;
