@@ -195,8 +195,7 @@ impl ClosedSubmap {
         }
     }
 
-    /// Where the new submap `other` may lie in this one, the best place first; `guess` is
-    /// `self_from_other`.
+    /// Where the new submap `other` lies in this one; `guess` is `self_from_other`.
     pub(super) fn find(
         &self,
         other: &Self,
@@ -205,7 +204,7 @@ impl ClosedSubmap {
         surfels: &SurfelConfig,
         matching: &MatchConfig,
         config: &ClosureConfig,
-    ) -> Vec<Closure> {
+    ) -> Option<Closure> {
         let window = config.window(doubt);
         let reach = &config.match_reach;
         let searched = window.shift > reach.shift || window.turn > reach.turn;
@@ -220,12 +219,9 @@ impl ClosedSubmap {
                 Verdict::Converged | Verdict::Degenerate { .. }
             );
             is_fixed.then_some(found)
-        };
+        }?;
         let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
-        let closure = |found: &Registration| {
-            self.closure(other, found, (&map, &reverse), &points, searched, config)
-        };
-        found.iter().filter_map(closure).collect()
+        self.closure(other, &found, (&map, &reverse), &points, searched, config)
     }
 
     /// The best place of `other` in the window of the doubt, matched.

@@ -94,19 +94,17 @@ impl ScanMatcher {
             &self.config.matching,
             &self.config.closure,
         );
-        let doubt = doubts[old];
-        for closure in found {
-            let candidate = Candidate {
-                old,
-                new,
-                closure,
-                doubt,
-            };
-            if closure.is_searched {
-                self.waiting.push(candidate);
-            } else {
-                self.believe(&candidate);
-            }
+        let Some(closure) = found else { return };
+        let candidate = Candidate {
+            old,
+            new,
+            closure,
+            doubt: doubts[old],
+        };
+        if closure.is_searched {
+            self.waiting.push(candidate);
+        } else {
+            self.believe(&candidate);
         }
     }
 

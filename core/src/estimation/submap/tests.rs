@@ -60,8 +60,6 @@ fn find(old: &ClosedSubmap, new: &ClosedSubmap, guess: &Pose2, doubt: Doubt) -> 
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let config = ClosureConfig::default();
     old.find(new, guess, &doubt, &surfels, &matching, &config)
-        .into_iter()
-        .next()
 }
 
 #[test]
