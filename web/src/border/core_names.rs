@@ -93,7 +93,10 @@ mod tests {
 
     #[test]
     fn the_page_knows_every_name_of_the_core() {
-        let names = " | \"odometry\" | \"line-ekf\" | \"scan-matching\" | \"prior-map\"";
+        let names: String = Method::ALL
+            .iter()
+            .map(|method| format!(" | \"{}\"", method.name()))
+            .collect();
         assert_eq!(
             MethodName::UNION,
             format!("export type MethodName ={names};")
