@@ -22,6 +22,7 @@
 mod canvas;
 mod closures;
 mod config;
+mod gathering;
 mod guesses;
 mod keyframes;
 mod local;
@@ -37,13 +38,14 @@ use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
 use self::closures::Waiting;
+use self::gathering::Gathering;
 use self::motion::Motion;
 use super::free_space::FreeSpace;
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
-use crate::points::{OrientedPoint, Points, oriented_points};
+use crate::points::{OrientedPoint, Points, oriented_cloud, oriented_points};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
@@ -63,6 +65,7 @@ pub struct ScanMatcher {
     /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
     motion: Motion,
+    gathering: Gathering,
     recent: VecDeque<Recent>,
     keyframes: Vec<Keyframe>,
     last_keyframe: Option<Pose2>,
@@ -92,6 +95,8 @@ struct Submap {
     map_from_submap: Pose2,
     /// Where it lies in the grid that is drawn, or being drawn.
     drawn_at: Pose2,
+    /// Whether it shares nothing with the one before, and little is known of the way between.
+    is_loose: bool,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
     closed: ClosedSubmap,
@@ -131,9 +136,10 @@ impl ScanMatcher {
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),
+            gathering: Gathering::default(),
             graph_changed: false,
             pending: None,
-            submaps: vec![Submap::begun_at(Pose2::identity())],
+            submaps: vec![Submap::begun_at(Pose2::identity(), false)],
             running: SurfelMap::new(config.surfels),
             running_free: FreeSpace::default(),
             local: PoseEstimate::exact(Pose2::identity()),
@@ -159,9 +165,51 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
-        let surfaces = oriented_points(points);
         let moved = self.pending.take().map(|moved| self.motion.moved(moved));
-        let tracked = self.track(&surfaces, moved.as_ref(), points.stamp);
+        if !self.gathering.is_sparse(points) {
+            self.place(points, sigmas, oriented_points(points), moved.as_ref());
+        } else {
+            self.gathering.push(points, sigmas, moved);
+            self.note_place(points.stamp, self.local.pose * self.gathering.here());
+            if self.gathering.is_enough() {
+                self.place_gathered();
+            }
+        }
+        self.work_off(1);
+    }
+
+    /// Places what was gathered of scans of few beams, and them with it.
+    fn place_gathered(&mut self) {
+        let Some(complete) = self.gathering.take() else {
+            return;
+        };
+        // Where they were by odometry alone, the last of them too.
+        let gathered = complete.places.len() + 1;
+        self.trajectory
+            .truncate(self.trajectory.len().saturating_sub(gathered));
+        let (points, surfaces) = (
+            &complete.points,
+            oriented_cloud(&complete.points, &complete.before),
+        );
+        self.place(points, &complete.sigmas, surfaces, complete.moved.as_ref());
+        let Some(end) = self.trajectory.pop() else {
+            return;
+        };
+        for (stamp, end_from_robot) in complete.places {
+            self.note_place(stamp, self.local.pose * end_from_robot);
+        }
+        self.trajectory.push(end);
+    }
+
+    /// Places what was seen; `moved` is what odometry says since the last time.
+    fn place(
+        &mut self,
+        points: &Points,
+        sigmas: &[f64],
+        surfaces: Vec<OrientedPoint>,
+        moved: Option<&Odometry>,
+    ) {
+        let tracked = self.track(&surfaces, moved, points.stamp);
         if moved.is_some() && tracked.is_sure {
             self.motion.model.note(tracked.was_right);
         }
@@ -171,16 +219,20 @@ impl ScanMatcher {
         if tracked.is_loose || self.is_new_place(tracked.agreement.overlap()) {
             self.add_keyframe(points, sigmas, surfaces, &tracked);
         }
+        self.note_place(points.stamp, self.local.pose);
+    }
+
+    fn note_place(&mut self, stamp: Stamp, submap_from_robot: Pose2) {
         self.trajectory.push(TrackPoint {
-            stamp: points.stamp,
+            stamp,
             submap: self.submaps.len() - 1,
-            submap_from_robot: self.local.pose,
+            submap_from_robot,
         });
-        self.work_off(1);
     }
 
     /// Completes all work that was put off.
     pub fn finish(&mut self) {
+        self.place_gathered();
         if self.submaps.last().is_some_and(|s| s.own_keyframes > 0) {
             self.begin_submap(false);
         }
@@ -195,6 +247,8 @@ impl ScanMatcher {
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let at_scan = self.estimate_at_scan();
+        let gathered = self.gathering.moved;
+        let at_scan = gathered.map_or(at_scan, |since| since.after(&at_scan));
         self.pending.map_or(at_scan, |since| since.after(&at_scan))
     }
 
@@ -300,8 +354,9 @@ fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matr
 }
 
 impl Submap {
-    fn begun_at(map_from_submap: Pose2) -> Self {
+    fn begun_at(map_from_submap: Pose2, is_loose: bool) -> Self {
         Self {
+            is_loose,
             map_from_submap,
             drawn_at: map_from_submap,
             own_keyframes: 0,

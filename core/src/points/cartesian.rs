@@ -60,6 +60,18 @@ pub struct Beam {
     pub quality: Option<u8>,
 }
 
+impl Beam {
+    /// The beam in another frame.
+    #[must_use]
+    pub fn moved(&self, to_from_this: &Pose2) -> Self {
+        Self {
+            origin_in_robot: *to_from_this * self.origin_in_robot,
+            end_in_robot: *to_from_this * self.end_in_robot,
+            ..*self
+        }
+    }
+}
+
 impl Points {
     /// Converts a scan; `motion` is the robot's motion during the sweep
     /// (`robot_at_first_from_robot_at_last`). The points stand in the robot frame at the stamp of
@@ -145,13 +157,22 @@ impl Points {
         }
     }
 
-    /// Angles between neighbouring beams, rad; next to a beam that was dropped there is none.
+    /// Angles between neighbouring beams, rad; across beams that were dropped, the mean.
     pub(super) fn beam_angles(&self) -> impl Iterator<Item = f64> {
         self.beams.windows(2).filter_map(|pair| {
             let [a, b] = pair else { return None };
             let [u, v] = [a, b].map(|beam| beam.end_in_robot - beam.origin_in_robot);
-            (b.beam_idx == a.beam_idx + 1).then(|| libm::atan2(u.perp(&v), u.dot(&v)).abs())
+            let steps = b.beam_idx.checked_sub(a.beam_idx)?;
+            (steps > 0).then(|| libm::atan2(u.perp(&v), u.dot(&v)).abs() / steps as f64)
         })
+    }
+
+    /// The angle between neighbouring beams, rad: the median. `None` of fewer than two beams.
+    #[must_use]
+    pub fn beam_spacing(&self) -> Option<f64> {
+        let mut angles: Vec<f64> = self.beam_angles().collect();
+        let middle = angles.len() / 2;
+        (!angles.is_empty()).then(|| *angles.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
     /// Beams on which something came back.

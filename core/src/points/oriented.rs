@@ -10,13 +10,16 @@
 //! 4. Of the points nearer than [`SPACING`] to the last one kept, none is kept: close walls, seen
 //!    by many beams, would else outvote far ones.
 //!
+//! Scans of few beams have no neighbours on one surface. Gathered along the way they have
+//! ([`oriented_cloud`]), in any order: there neighbours are those that lie near.
+//!
 //! Why surface directions: matching a point to a line converges in a third of the iterations of
 //! matching it to a point, and lets the point slide along a wall, which no scan can measure (Censi
 //! 2008, "An ICP variant using a point-to-line metric").
 
 use nalgebra::{Point2, Vector2};
 
-use super::Points;
+use super::{Beam, Points};
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +36,10 @@ const MAX_RANGE: f64 = 40.0;
 const SPACING: f64 = 0.04;
 /// Half of the piece of surface that gives a direction, m; larger smooths noise and rounds corners.
 const REACH: f64 = 0.12;
+/// The same among scans that were gathered, ...
+const CLOUD_REACH: f64 = 0.3;
+/// ... and the least points in it.
+const CLOUD_NEIGHBOURS: f64 = 4.0;
 /// A surface counts as a line while the scatter across is less than this part of that along.
 const MAX_FLATNESS: f64 = 0.1;
 /// Most neighbours on either side.
@@ -45,7 +52,8 @@ pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
         .hits()
         .filter(|beam| beam.range <= MAX_RANGE)
         .collect();
-    let angle = beam_angle(points);
+    // Of one beam alone: about the 1° of most lidars, and no neighbours to be misled by it.
+    let angle = points.beam_spacing().unwrap_or(0.02);
     let mut kept: Vec<OrientedPoint> = vec![];
     for (at, beam) in hits.iter().enumerate() {
         let position = beam.end_in_robot;
@@ -75,29 +83,45 @@ pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
         };
         walk(&mut hits.iter().skip(at + 1).map(|b| b.end_in_robot));
         walk(&mut hits.iter().take(at).rev().map(|b| b.end_in_robot));
-        if let Some(normal) = scatter.normal() {
-            let to_sensor = beam.origin_in_robot - position;
-            let normal = if normal.dot(&to_sensor) < 0.0 {
-                -normal
-            } else {
-                normal
-            };
-            kept.push(OrientedPoint { position, normal });
-        }
+        kept.extend(scatter.normal().map(|normal| seen(beam, normal)));
     }
     kept
 }
 
-/// The angle between neighbouring beams as most pairs have it: the median over the pairs without a
-/// gap.
-fn beam_angle(points: &Points) -> f64 {
-    // Every seventh is enough for a median.
-    let mut angles: Vec<f64> = points.beam_angles().step_by(7).collect();
-    let middle = angles.len() / 2;
-    if angles.is_empty() {
-        return 0.02; // no two neighbours: about the 1° of most lidars, and no neighbours to be misled by it
+/// Finds the surfaces in what several scans saw from several places, in the frame and order that
+/// `points` has. What `before` saw, in the same frame, counts as neighbours alone.
+#[must_use]
+pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<OrientedPoint> {
+    let hits: Vec<_> = points
+        .hits()
+        .filter(|beam| beam.range <= MAX_RANGE)
+        .collect();
+    let mut kept: Vec<OrientedPoint> = vec![];
+    for beam in &hits {
+        let position = beam.end_in_robot;
+        let is_near = |other: &Point2<f64>, reach: f64| (other - position).norm() < reach;
+        if kept.iter().any(|k| is_near(&k.position, SPACING)) {
+            continue;
+        }
+        let mut scatter = Scatter::default();
+        let ends = hits.iter().map(|b| b.end_in_robot);
+        let ends = ends.chain(before.iter().copied());
+        for end in ends.filter(|end| is_near(end, CLOUD_REACH)) {
+            scatter.add(end - position);
+        }
+        let normal = (scatter.count >= CLOUD_NEIGHBOURS).then(|| scatter.normal());
+        kept.extend(normal.flatten().map(|normal| seen(beam, normal)));
     }
-    *angles.select_nth_unstable_by(middle, f64::total_cmp).1
+    kept
+}
+
+/// Where a beam ends, the normal of the surface towards the side from which it was seen.
+fn seen(beam: &Beam, normal: Vector2<f64>) -> OrientedPoint {
+    let is_behind = normal.dot(&(beam.origin_in_robot - beam.end_in_robot)) < 0.0;
+    OrientedPoint {
+        position: beam.end_in_robot,
+        normal: if is_behind { -normal } else { normal },
+    }
 }
 
 /// Sums of a set of points, enough for their principal directions.
@@ -202,6 +226,21 @@ mod tests {
                 .map(|w| (w[0].position - w[1].position).norm());
             assert!(near.fold(f64::INFINITY, f64::min) >= 0.04);
         }
+    }
+
+    #[test]
+    fn a_wall_that_was_gathered_has_its_normals_whatever_the_order() {
+        let ends = (0..40).map(|i| Point2::new(2.0, -0.1 + 0.05 * f64::from(i * 7 % 40)));
+        let found = oriented_cloud(&scan_of_hits(ends), &[]);
+        assert!(found.len() > 30, "{}", found.len());
+        for point in &found {
+            assert!((point.normal + Vector2::x()).norm() < 1e-9, "{point:?}");
+        }
+        // One more point on it has a normal by those that were there before.
+        let before: Vec<_> = found.iter().map(|point| point.position).collect();
+        let one = scan_of_hits([Point2::new(2.0, 0.52)].into_iter());
+        assert!(oriented_cloud(&one, &[]).is_empty());
+        assert_eq!(oriented_cloud(&one, &before).len(), 1);
     }
 
     #[test]

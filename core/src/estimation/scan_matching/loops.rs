@@ -49,7 +49,7 @@ impl ScanMatcher {
             .iter()
             .zip(&doubts)
             .enumerate()
-            .take(new.saturating_sub(1))
+            .take(new)
             .filter_map(|(old, (submap, doubt))| {
                 let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
                 let reach = submap.closed.radius.max(this.closed.radius)
@@ -156,10 +156,11 @@ impl ScanMatcher {
     }
 
     fn are_joined(&self, a: usize, b: usize) -> bool {
-        self.graph
-            .edges()
-            .iter()
-            .any(|e| (e.from == a && e.to == b) || (e.from == b && e.to == a))
+        self.graph.edges().iter().any(|e| {
+            let joins = (e.from == a && e.to == b) || (e.from == b && e.to == a);
+            // A loose join says little: what both sides show says more.
+            joins && !(e.cauchy.is_none() && self.submaps[a.max(b)].is_loose)
+        })
     }
 
     /// How well each submap's pose is known relative to submap `from`: along the best way through

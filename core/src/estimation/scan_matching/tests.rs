@@ -84,7 +84,17 @@ fn run(config: ScanMatcherConfig, seed: u64) -> (Vec<Pose2>, Pose2, ScanMatcher)
 fn run_with(
     config: ScanMatcherConfig,
     seed: u64,
+    heard: impl FnMut(usize, Pose2) -> Option<Pose2>,
+) -> (Vec<Pose2>, Pose2, ScanMatcher) {
+    run_seeing(config, seed, heard, |scan| scan)
+}
+
+/// The same with a sensor that sees what it `sees` of a scan of 180 beams.
+fn run_seeing(
+    config: ScanMatcherConfig,
+    seed: u64,
     mut heard: impl FnMut(usize, Pose2) -> Option<Pose2>,
+    sees: impl Fn(Scan) -> Scan,
 ) -> (Vec<Pose2>, Pose2, ScanMatcher) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let walls = ring();
@@ -111,7 +121,8 @@ fn run_with(
                 cov: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4)),
             });
         }
-        update(&mut matcher, &points_of(&scan_at(&walls, pose, stamp, rng)));
+        let scan = sees(scan_at(&walls, pose, stamp, rng));
+        update(&mut matcher, &points_of(&scan));
         truth.push(start.delta_to(pose));
     };
     visit(&pose, Pose2::identity(), &mut rng);
@@ -177,6 +188,35 @@ fn nobody_counts_the_motion_and_the_ring_closes_all_the_same() {
         let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), seed, |_, _| None);
         let [shift, turn] = worst(&truth, &matcher);
         assert!(shift < 0.15 && turn < 0.03, "{seed}: {shift} m, {turn} rad");
+    }
+}
+
+#[test]
+fn eleven_beams_of_five_metres_are_gathered_until_they_show_walls() {
+    let few = |scan: Scan| {
+        let kept = |beam: &usize| beam % 18 == 0 || *beam == 179;
+        let beams: Vec<usize> = (0..scan.len()).filter(kept).collect();
+        Scan {
+            bearings: beams.iter().map(|&beam| scan.bearings[beam]).collect(),
+            ranges: beams.iter().map(|&beam| scan.ranges[beam]).collect(),
+            sigmas: beams.iter().map(|&beam| scan.sigmas[beam]).collect(),
+            max_range: 5.0,
+            ..scan
+        }
+    };
+    for seed in 0..2 {
+        let heard = |_: usize, measured| Some(measured);
+        let (truth, odometry, matcher) = run_seeing(ScanMatcherConfig::default(), seed, heard, few);
+        let odometry_error = (odometry.position() - truth.last().unwrap().position()).norm();
+        assert_eq!(matcher.trajectory().count(), truth.len());
+        let stamps: Vec<Stamp> = matcher.trajectory().map(|(stamp, _)| stamp).collect();
+        assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
+        let [shift, turn] = worst(&truth, &matcher);
+        assert!(
+            shift < 0.35 * odometry_error,
+            "{shift} m of {odometry_error} m"
+        );
+        assert!(shift < 0.3 && turn < 0.08, "{seed}: {shift} m, {turn} rad");
     }
 }
 

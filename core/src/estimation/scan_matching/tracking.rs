@@ -62,6 +62,9 @@ const SAME_SHIFT: f64 = 0.06;
 const SAME_TURN: f64 = 0.06;
 /// How a point that contradicts counts beside one that agrees.
 const CONTRADICTION: f64 = 2.0;
+/// Of a scan of fewer points than this, what agrees counts as a part of this number: a few points
+/// agree somewhere by chance.
+const FULL_SCAN: f64 = 100.0;
 /// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
 const IMPLAUSIBLE: f64 = 0.02;
 /// Motions of which one is this much better, in parts of the points, are e times as likely.
@@ -298,7 +301,7 @@ fn compare(surfaces: &[OrientedPoint], tried: &mut [Tried]) {
             .zip(said)
             .map(|(point, (before, after))| leaves(point) * (value(after) - value(before)))
             .sum();
-        other.score = gain / surfaces.len().max(1) as f64 - (other.cost - first.cost);
+        other.score = gain / (surfaces.len() as f64).max(FULL_SCAN) - (other.cost - first.cost);
     }
 }
 
