@@ -27,6 +27,8 @@ mod keyframes;
 mod local;
 mod loops;
 mod motion;
+mod records;
+mod shown;
 #[cfg(test)]
 mod tests;
 mod tracking;
@@ -38,6 +40,7 @@ use nalgebra::{Matrix3, Vector2};
 use self::canvas::{Keyframe, Redraw};
 use self::closures::Waiting;
 use self::motion::Motion;
+use self::records::Records;
 use super::free_space::FreeSpace;
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
@@ -46,7 +49,10 @@ use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
 use crate::robot::{Odometry, Stamp};
 
+pub use self::closures::Proof;
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
+pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
+pub use self::shown::{Residual, ShownSubmap};
 
 /// SLAM by scan matching.
 #[derive(Clone, Debug)]
@@ -79,6 +85,7 @@ pub struct ScanMatcher {
     jobs: VecDeque<(usize, usize)>,
     closures: usize,
     waiting: Waiting,
+    records: Records,
     /// The doubt, m, at which pairs of submaps were compared.
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
@@ -94,6 +101,8 @@ struct Submap {
     drawn_at: Pose2,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
+    /// Whether it took nothing over from the one before.
+    is_loose: bool,
     closed: ClosedSubmap,
 }
 
@@ -128,12 +137,13 @@ impl ScanMatcher {
             jobs: VecDeque::new(),
             closures: 0,
             waiting: Waiting::default(),
+            records: Records::default(),
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),
             graph_changed: false,
             pending: None,
-            submaps: vec![Submap::begun_at(Pose2::identity())],
+            submaps: vec![Submap::begun_at(Pose2::identity(), false)],
             running: SurfelMap::new(config.surfels),
             running_free: FreeSpace::default(),
             local: PoseEstimate::exact(Pose2::identity()),
@@ -300,11 +310,12 @@ fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matr
 }
 
 impl Submap {
-    fn begun_at(map_from_submap: Pose2) -> Self {
+    fn begun_at(map_from_submap: Pose2, is_loose: bool) -> Self {
         Self {
             map_from_submap,
             drawn_at: map_from_submap,
             own_keyframes: 0,
+            is_loose,
             closed: ClosedSubmap::default(),
         }
     }

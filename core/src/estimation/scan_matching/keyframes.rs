@@ -117,7 +117,8 @@ impl ScanMatcher {
             self.way_cov += std::mem::take(&mut self.local.cov);
         }
         self.join_to_next(old, &old_from_new, map_from_submap);
-        self.submaps.push(Submap::begun_at(map_from_submap));
+        self.submaps
+            .push(Submap::begun_at(map_from_submap, is_loose));
         self.local.pose = Pose2::identity();
         if self.config.close_loops {
             self.plan_comparisons(old);
