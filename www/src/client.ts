@@ -11,6 +11,7 @@ import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
+import { LEAST_MOVE } from "./view/submaps.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -357,8 +358,9 @@ export class Client {
     frame: (frame) => {
       if (frame.run !== this.#run) return;
       this.#undrawn = true;
-      this.scene.take(frame);
+      const moved = this.scene.take(frame, Date.now());
       this.store.take(frame);
+      if (moved >= LEAST_MOVE) this.store.set("moved", { moved });
     },
     reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
     playing: ({ playing }) => {

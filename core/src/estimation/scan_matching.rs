@@ -86,6 +86,8 @@ pub struct ScanMatcher {
     closures: usize,
     waiting: Waiting,
     records: Records,
+    /// How often all submaps were placed anew.
+    optimizations: u64,
     /// The doubt, m, at which pairs of submaps were compared.
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
@@ -138,6 +140,7 @@ impl ScanMatcher {
             closures: 0,
             waiting: Waiting::default(),
             records: Records::default(),
+            optimizations: 0,
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),

@@ -154,6 +154,7 @@ impl ScanMatcher {
     pub(super) fn optimize(&mut self) {
         self.graph_changed = false;
         self.graph.optimize(self.config.closure.max_iterations);
+        self.optimizations += 1;
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
         }

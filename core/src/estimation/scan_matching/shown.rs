@@ -46,10 +46,10 @@ impl ScanMatcher {
         self.records.iter()
     }
 
-    /// Grows whenever a record of [`Self::closure_records`] does or changes.
+    /// Grows whenever [`Self::submaps`] or [`Self::closure_records`] change.
     #[must_use]
-    pub fn closure_changes(&self) -> u64 {
-        self.records.changes()
+    pub fn submaps_version(&self) -> u64 {
+        self.records.changes() + self.optimizations + self.submaps.len() as u64
     }
 
     /// How far a placement is from where its submaps lie now.

@@ -1,0 +1,150 @@
+// Submaps as they are drawn: where a loop closure moves them, they glide, and so does all that
+// stands on them.
+
+import { turnBetween } from "../angle.js";
+import { type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
+
+/** What became of a placement, as people tell them apart. */
+export type Fate = "accepted" | "waiting" | "refused";
+export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
+  "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", rivals: "waiting",
+  "placed-elsewhere": "refused", "never-proved": "refused",
+};
+
+/** How long they glide, wall milliseconds. */
+const GLIDE_MILLIS = 600;
+/** The map is drawn again beside the one that is shown. Walls stand where they will be until then,
+    but no longer than this, wall milliseconds. */
+const REDRAW_MILLIS = 3000;
+/** What moves by less is no news, m. */
+export const LEAST_MOVE = 0.05;
+
+const EMPTY = new Float32Array(0);
+
+/** x y heading. */
+type Place = readonly [number, number, number];
+/** A turn and a shift: x' = cos x - sin y + dx, y' = sin x + cos y + dy. */
+export interface Shift { readonly cos: number; readonly sin: number; readonly dx: number; readonly dy: number }
+
+export class Submaps {
+  /** See SUBMAP: as known now, and where they glide from. */
+  #poses: Float32Array = EMPTY;
+  #from: Float32Array = EMPTY;
+  #began = -Infinity;
+  #part = 1;
+  #awaitsGrid = false;
+  /** x y of the walls of each, in its own frame. */
+  readonly surfaces: Float32Array[] = [];
+  /** See CLOSURE. */
+  closures: Float32Array = EMPTY;
+  outcomes: readonly ClosureOutcome[] = [];
+
+  clear(): void {
+    [this.#poses, this.#from, this.closures] = [EMPTY, EMPTY, EMPTY];
+    [this.#began, this.#part, this.#awaitsGrid] = [-Infinity, 1, false];
+    this.outcomes = [];
+    this.surfaces.length = 0;
+  }
+
+  get count(): number {
+    return this.#poses.length / SUBMAP_STRIDE;
+  }
+
+  /** Whether they are on their way. */
+  get glides(): boolean {
+    return this.#part < 1;
+  }
+
+  /** Whether the grid shows walls where they were: on the way, and until it is drawn again. */
+  get ahead(): boolean {
+    return this.glides || this.#awaitsGrid;
+  }
+
+  /** Takes a change at a wall time; returns by how much it moves what was there, m. */
+  take({ poses, lengths, surfaces, closures, outcomes }: Change, wall: number): number {
+    let at = 0;
+    for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
+    const before = this.#poses;
+    const shown = Float32Array.from(poses);
+    // New ones are where they are.
+    for (let i = 0; i * SUBMAP_STRIDE < before.length; i += 1) shown.set(this.shown(i), i * SUBMAP_STRIDE);
+    [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
+    let moved = 0;
+    for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
+      moved = Math.max(moved, Math.hypot((poses[i] ?? 0) - (before[i] ?? 0), (poses[i + 1] ?? 0) - (before[i + 1] ?? 0)));
+    }
+    this.#from = shown;
+    if (moved < LEAST_MOVE) return moved;
+    [this.#began, this.#part, this.#awaitsGrid] = [wall, 0, true];
+    return moved;
+  }
+
+  /** The grid was drawn again. */
+  redrawn(): void {
+    this.#awaitsGrid = false;
+  }
+
+  /** Moves them to where they are at a wall time; at once where nothing is to move. */
+  animate(wall: number, still: boolean): void {
+    const passed = wall - this.#began;
+    const part = still ? 1 : Math.min(passed / GLIDE_MILLIS, 1);
+    this.#part = part * part * (3 - 2 * part);
+    if (still || passed > REDRAW_MILLIS) this.#awaitsGrid = false;
+  }
+
+  /** Where a submap is drawn now. */
+  shown(submap: number): Place {
+    const known = placeOf(this.#poses, submap);
+    if (!this.glides) return known;
+    const from = placeOf(this.#from, submap);
+    const mix = (a: number, b: number): number => a + (b - a) * this.#part;
+    return [mix(from[0], known[0]), mix(from[1], known[1]), from[2] + turnBetween(known[2], from[2]) * this.#part];
+  }
+
+  isLoose(submap: number): boolean {
+    return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.loose] === 1;
+  }
+
+  keyframes(submap: number): number {
+    return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.keyframes] ?? 0;
+  }
+
+  /** From where all that stands on a submap is known to be to where it is drawn; null where that is
+      the same. */
+  shift(submap: number): Shift | null {
+    return this.glides && submap < this.count ? between(placeOf(this.#poses, submap), this.shown(submap)) : null;
+  }
+
+  /** The same from where another set of poses has it. */
+  shiftFrom(before: Float32Array, submap: number): Shift | null {
+    if ((submap + 1) * SUBMAP_STRIDE > before.length) return null;
+    return between(placeOf(before, submap), placeOf(this.#poses, submap));
+  }
+
+  /** As known now, see SUBMAP. */
+  get poses(): Float32Array {
+    return this.#poses;
+  }
+}
+
+function placeOf(poses: Float32Array, submap: number): Place {
+  const at = submap * SUBMAP_STRIDE;
+  return [poses[at + SUBMAP.x] ?? NaN, poses[at + SUBMAP.y] ?? NaN, poses[at + SUBMAP.heading] ?? NaN];
+}
+
+/** The motion of the map that takes `from` to `to`. */
+function between(from: Place, to: Place): Shift {
+  const turn = to[2] - from[2];
+  const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+  return { cos, sin, dx: to[0] - cos * from[0] + sin * from[1], dy: to[1] - sin * from[0] - cos * from[1] };
+}
+
+export function moved({ cos, sin, dx, dy }: Shift, x: number, y: number): [number, number] {
+  return [cos * x - sin * y + dx, sin * x + cos * y + dy];
+}
+
+/** Where a pose `x y heading` in the frame of `place` lies in the map. */
+export function within(place: Place, x: number, y: number): [number, number] {
+  const [cos, sin] = [Math.cos(place[2]), Math.sin(place[2])];
+  return [place[0] + cos * x - sin * y, place[1] + sin * x + cos * y];
+}
