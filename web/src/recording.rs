@@ -100,10 +100,11 @@ impl WebRun {
         let map = self.slam().view().map;
         let submaps = map.into_iter().flat_map(ScanMatcher::scans_in_submaps);
         let submaps = submaps.map(|(_, submap, _)| submap).chain(repeat(0));
+        let mut begin = None;
         flat(
             poses
                 .zip(submaps)
-                .map(|((odometry, (_, pose)), submap)| TrailRow {
+                .map(|((odometry, (seconds, pose)), submap)| TrailRow {
                     truth_x: f32::NAN,
                     truth_y: f32::NAN,
                     odometry_x: odometry.x() as f32,
@@ -111,6 +112,7 @@ impl WebRun {
                     x: pose.x() as f32,
                     y: pose.y() as f32,
                     submap: submap as f32,
+                    time: (seconds - *begin.get_or_insert(seconds)) as f32,
                 }),
         )
     }

@@ -26,6 +26,7 @@ import "./ui/legend.js";
 import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/matches.js";
+import "./ui/methods.js";
 import "./ui/moved.js";
 import "./ui/plots.js";
 import "./ui/rooms.js";

@@ -10,6 +10,7 @@ import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
+import type { Compared } from "./compared.js";
 import { numbered } from "./room_numbers.js";
 
 export type Theme = "system" | "light" | "dark";
@@ -116,6 +117,8 @@ export class Store {
   roomSpot: readonly [number, number] | null = null;
   /** The loop closure that was chosen on the map. */
   closure: ClosureName | null = null;
+  /** What other methods made of the recording that is shown. */
+  compared: readonly Compared[] = [];
   /** By how much the last loop closure moved the map, m. */
   moved = 0;
   log: LogEntry[] = [];

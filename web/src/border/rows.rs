@@ -38,9 +38,9 @@ rows! {
     "LINE": LineRow of f64 {
         alpha, r, var_alpha, cov_alpha_r, var_r, x1, y1, x2, y2, matched, confirmed, id,
     }
-    /// A point of the trails, m: truth, dead reckoning, estimate, and the submap in which the estimate
-    /// is known; 0 for methods without.
-    "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap }
+    /// A point of the trails, m: truth, dead reckoning, estimate, the submap in which the estimate is
+    /// known (0 for methods without), and when, s since the first.
+    "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap, time }
     /// A submap: its pose in the map (m, rad), whether it is joined loosely to the one before, and
     /// the number of its keyframes.
     "SUBMAP": SubmapRow of f32 { x, y, heading, loose, keyframes }

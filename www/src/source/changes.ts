@@ -48,7 +48,7 @@ export class Changes {
   }
 
   follow(s: RunStatus): void {
-    if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y, s.submap]);
+    if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y, s.submap, s.time]);
   }
 
   /** `version` grows with what may change scan and lines, `isLast` has the run as it ended. */

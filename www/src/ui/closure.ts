@@ -24,7 +24,7 @@ const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
   "not-judged": () => "It was found just now and is not judged yet.",
   "too-little-proof": (f) => `Too little proof so far: this place and those that agree with it are worth ${submaps(f.evidence)}, and ${fixed(f.asked, 1)} are asked for. So wide a search finds something that fits by chance.`,
   rivals: (f) => `The building looks alike here: this place is worth ${submaps(f.evidence)}, and one that contradicts it ${fixed(f.rival, 1)}. What comes next decides.`,
-  "placed-elsewhere": () => "The submap was placed elsewhere, with more proof.",
+  "placed-elsewhere": () => "Others place this submap with more proof, and this place does not go with theirs.",
   "never-proved": () => "It waited for proof until newer places took its room.",
 };
 

@@ -16,6 +16,8 @@ interface Entry {
   simOnly?: boolean;
   /** Of a real or a recorded robot only. */
   realOnly?: boolean;
+  /** Of a log that several methods have mapped only. */
+  comparedOnly?: boolean;
   /** Of a method with submaps only. */
   submapsOnly?: boolean;
   /** Of a robot that is to be found in a map only. */
@@ -46,6 +48,8 @@ const ENTRIES: readonly Entry[] = [
   { name: "rawPath", label: "Path as found", meaning: "Before shortening, as the random tree found it.", sign: stroke("path", "1 5", 2), simOnly: true },
   { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
+  { name: "compared", label: "Other methods", meaning: "The ways that other methods found on the same log; which is which, and how far they lie apart, stands under Status.", comparedOnly: true,
+    sign: svg`<path d="M2 6h24" stroke="var(--map-contest2)" stroke-width="2.2" stroke-dasharray="7 3"/><path d="M2 12h24" stroke="var(--map-contest4)" stroke-width="2.2" stroke-dasharray="2 3"/>` },
   { name: "closures", label: "Loop closures", meaning: "Places recognised, or thought to be. Solid: accepted, and the map is bent by it. Dotted: it waits for proof. Dashed: refused. A click says why.", submapsOnly: true,
     sign: svg`<path d="M2 4h24" stroke="var(--map-accepted)" stroke-width="2.4"/><path d="M2 9h24" stroke="var(--map-waiting)" stroke-width="2.4" stroke-dasharray=".5 4"/><path d="M2 14h24" stroke="var(--map-refused)" stroke-width="1.8" stroke-dasharray="6 4"/>` },
   { name: "graph", label: "Pose graph", meaning: "Where each submap begins, joined to the next. Dashed: the scan that began it did not belong to the one before.", submapsOnly: true,
@@ -122,7 +126,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <h2>Layers</h2>
       <ul>
-        ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
+        ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>

@@ -2,7 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { SlamElement } from "./element.js";
-import { length } from "./format.js";
+import { fixed } from "./format.js";
 
 const SHOWN_MILLIS = 4000;
 
@@ -21,8 +21,8 @@ export class SlamMoved extends SlamElement {
     super.connectedCallback();
     this.store.on("moved", () => {
       clearTimeout(this.#timer);
-      const { value, unit } = length(this.store.moved);
-      this.#text = this.store.moved > 0 ? `Loop closed: the map moved by up to ${value} ${unit}` : "";
+      const { moved } = this.store;
+      this.#text = moved > 0 ? `Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
       this.#timer = window.setTimeout(() => {
         this.#text = "";
         this.requestUpdate();

@@ -2,6 +2,7 @@
 
 import type { LayerName } from "./scene.js";
 import * as closures from "./layers/closures.js";
+import * as compared from "./layers/compared.js";
 import * as contest from "./layers/contest.js";
 import * as doors from "./layers/doors.js";
 import * as found from "./layers/found.js";
@@ -52,6 +53,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["rawPath", path.drawRaw],
   ["path", path.draw],
   ["submaps", submaps.draw],
+  ["compared", compared.draw],
   ["trails", trails.draw],
   ["graph", graph.draw],
   ["closures", closures.draw],

@@ -230,7 +230,7 @@ export class SlamMap extends SlamElement {
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
-      closure === null ? "" : ` · submap ${closure[1]} in ${closure[0]}, click to ask why`,
+      closure === null ? "" : ` · closure ${closure[0]}–${closure[1]}`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
@@ -349,7 +349,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.ahead) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

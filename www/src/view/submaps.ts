@@ -2,7 +2,7 @@
 // stands on them.
 
 import { turnBetween } from "../angle.js";
-import { type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
 
 /** What became of a placement, as people tell them apart. */
 export type Fate = "accepted" | "waiting" | "refused";
@@ -16,6 +16,8 @@ const GLIDE_MILLIS = 600;
 /** The map is drawn again beside the one that is shown. Walls stand where they will be until then,
     but no longer than this, wall milliseconds. */
 const REDRAW_MILLIS = 3000;
+/** How long closures stand out that were accepted just now, wall milliseconds. */
+const FRESH_MILLIS = 2500;
 /** What moves by less is no news, m. */
 export const LEAST_MOVE = 0.05;
 
@@ -35,6 +37,12 @@ export class Submaps {
   #awaitsGrid = false;
   /** x y of the walls of each, in its own frame. */
   readonly surfaces: Float32Array[] = [];
+  /** Names of the closures that are accepted, of those that were last, and when. */
+  #accepted: ReadonlySet<string> = new Set();
+  #news: ReadonlySet<string> = new Set();
+  #acceptedAt = -Infinity;
+  /** Rows of the closures that were accepted just now, and how much they stand out yet, 1 to 0. */
+  fresh: { rows: readonly number[]; part: number } = { rows: [], part: 0 };
   /** See CLOSURE. */
   closures: Float32Array = EMPTY;
   outcomes: readonly ClosureOutcome[] = [];
@@ -43,6 +51,8 @@ export class Submaps {
     [this.#poses, this.#from, this.closures] = [EMPTY, EMPTY, EMPTY];
     [this.#began, this.#part, this.#awaitsGrid] = [-Infinity, 1, false];
     this.outcomes = [];
+    [this.#accepted, this.#news] = [new Set(), new Set()];
+    this.fresh = { rows: [], part: 0 };
     this.surfaces.length = 0;
   }
 
@@ -68,6 +78,7 @@ export class Submaps {
     const shown = Float32Array.from(poses);
     // New ones are where they are.
     for (let i = 0; i * SUBMAP_STRIDE < before.length; i += 1) shown.set(this.shown(i), i * SUBMAP_STRIDE);
+    this.#markFresh(closures, outcomes, wall);
     [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
     let moved = 0;
     for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
@@ -79,6 +90,14 @@ export class Submaps {
     return moved;
   }
 
+  #markFresh(closures: Float32Array, outcomes: readonly ClosureOutcome[], wall: number): void {
+    const accepted = outcomes.flatMap((outcome, row) => (FATE[outcome] === "accepted" ? [[nameOf(closures, row), row] as const] : []));
+    const news = accepted.map(([name]) => name).filter((name) => !this.#accepted.has(name));
+    if (news.length > 0) [this.#acceptedAt, this.#news] = [wall, new Set(news)];
+    this.#accepted = new Set(accepted.map(([name]) => name));
+    this.fresh = { ...this.fresh, rows: accepted.filter(([name]) => this.#news.has(name)).map(([, row]) => row) };
+  }
+
   /** The grid was drawn again. */
   redrawn(): void {
     this.#awaitsGrid = false;
@@ -86,6 +105,7 @@ export class Submaps {
 
   /** Moves them to where they are at a wall time; at once where nothing is to move. */
   animate(wall: number, still: boolean): void {
+    this.fresh = { ...this.fresh, part: still ? 0 : Math.max(0, 1 - (wall - this.#acceptedAt) / FRESH_MILLIS) };
     const passed = wall - this.#began;
     const part = still ? 1 : Math.min(passed / GLIDE_MILLIS, 1);
     this.#part = part * part * (3 - 2 * part);
@@ -125,6 +145,12 @@ export class Submaps {
   get poses(): Float32Array {
     return this.#poses;
   }
+}
+
+/** A closure by its two submaps. */
+function nameOf(closures: Float32Array, row: number): string {
+  const at = row * CLOSURE_STRIDE;
+  return `${closures[at + CLOSURE.old]} ${closures[at + CLOSURE.new]}`;
 }
 
 function placeOf(poses: Float32Array, submap: number): Place {

@@ -10,8 +10,14 @@ import { type Brush, disc, nearestSegment, type Pen, stroke } from "./layer.js";
 export const CLOSURE_PENS: Readonly<Record<Fate, { readonly colour: PaletteName } & Omit<Pen, "colour">>> = {
   refused: { colour: "refused", width: 1.4, alpha: 0.65, dash: [7, 5] },
   waiting: { colour: "waiting", width: 1.8, alpha: 0.9, dash: [1.5, 4] },
-  accepted: { colour: "accepted", width: 2.2, alpha: 0.95, dash: [] },
+  accepted: { colour: "accepted", width: 1.8, alpha: 0.95, dash: [] },
 };
+/** So many can be told apart; more are drawn the fainter the more there are, but not fainter than
+    this. */
+const FEW = 80;
+const FAINTEST = 0.3;
+/** What was accepted just now stands out, by so many pixels at first. */
+const FRESH_WIDTH = 3;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette: { css }, scene: { submaps }, closure } = brush;
@@ -21,9 +27,13 @@ export function draw(brush: Brush): void {
     context.moveTo(lines[4 * row] ?? 0, lines[4 * row + 1] ?? 0);
     context.lineTo(lines[4 * row + 2] ?? 0, lines[4 * row + 3] ?? 0);
   };
+  const crowd = Math.max(FAINTEST, Math.min(1, Math.sqrt(FEW / submaps.outcomes.length)));
   for (const [fate, pen] of Object.entries(CLOSURE_PENS)) {
-    stroke(brush, { ...pen, colour: css[pen.colour] }, () => submaps.outcomes.forEach((outcome, row) => FATE[outcome] === fate && add(row)));
+    const alpha = fate === "accepted" ? crowd : 1;
+    stroke(brush, { ...pen, width: pen.width * (0.5 + 0.5 * alpha), alpha: alpha * (pen.alpha ?? 1), colour: css[pen.colour] }, () => submaps.outcomes.forEach((outcome, row) => FATE[outcome] === fate && add(row)));
   }
+  const { rows, part } = submaps.fresh;
+  if (part > 0) stroke(brush, { colour: css.accepted, width: 1.8 + FRESH_WIDTH * part, alpha: part }, () => rows.forEach(add));
   const row = closure === null ? null : rowOf(submaps, closure);
   if (row === null) return;
   const outcome = submaps.outcomes[row];

@@ -1,6 +1,7 @@
 // What every layer is given.
 
 import type { ContestState, Rooms, Sighting } from "../../protocol/module.js";
+import type { Compared } from "../../compared.js";
 import type { Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
@@ -25,6 +26,8 @@ export interface Brush {
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
+  /** What other methods made of the same log. */
+  readonly compared: readonly Compared[];
   /** The loop closure that was chosen. */
   readonly closure: ClosureName | null;
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
