@@ -12,7 +12,7 @@ use crate::run::WebRun;
 use crate::view::{flag, polyline};
 
 /// Points of the surfaces of a submap that a page is given: enough to see its walls.
-const MOST_SURFACES: usize = 200;
+const MOST_SURFACES: usize = 120;
 
 /// Submaps and loop closures. Surfaces are in the frame of their submap, so that they cross once,
 /// wherever it moves.

@@ -347,7 +347,7 @@ export class SlamMap extends SlamElement {
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
-    const alive = (store.playing || scene.submaps.ahead) && !this.#still.matches;
+    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
     const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {

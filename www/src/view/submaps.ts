@@ -70,6 +70,11 @@ export class Submaps {
     return this.glides || this.#awaitsGrid;
   }
 
+  /** Whether the next picture differs, also while nothing else does. */
+  get isLively(): boolean {
+    return this.ahead || this.fresh.part > 0;
+  }
+
   /** Takes a change at a wall time; returns by how much it moves what was there, m. */
   take({ poses, lengths, surfaces, closures, outcomes }: Change, wall: number): number {
     let at = 0;
