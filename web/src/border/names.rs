@@ -77,8 +77,8 @@ names! {
     /// Where planners search: among the true walls, on the map with the unknown taken to be free,
     /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
-    /// What became of a placement of one submap in another, and why: accepted without a search or by
-    /// proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused.
+    /// What became of a placement of one submap in another, and why: accepted without a search or
+    /// by proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused.
     ClosureOutcome {
         KnownBefore = "known-before", Proved = "proved",
         NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals",

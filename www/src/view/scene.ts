@@ -75,7 +75,8 @@ export class Scene {
     if (grid) this.field.tiles.take(grid);
   }
 
-  /** Takes a frame that came at a wall time; returns by how much a loop closure moves the map, m. */
+  /** Takes a frame that came at a wall time; returns by how much a loop closure moves the map,
+      m. */
   take(frame: Frame, wall: number): number {
     this.#motion.take(frame);
     if (frame.gridReset) {

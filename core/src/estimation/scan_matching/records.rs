@@ -31,8 +31,8 @@ pub struct ClosureRecord {
     pub overlap: f64,
     /// Of the surfaces that are compared, the part that agrees.
     pub part: f64,
-    /// What it had for itself when it was judged last; `None` before, and where it needed no search:
-    /// then nothing is asked for.
+    /// What it had for itself when it was judged last; `None` before, and where it needed no
+    /// search: then nothing is asked for.
     pub proof: Option<Proof>,
     /// What became of it.
     pub fate: ClosureFate,
