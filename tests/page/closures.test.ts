@@ -1,6 +1,7 @@
 // Submaps, pose graph and loop closures: layers, a map that is pulled straight, a click that says
 // why; and two methods on one log.
 import { apart } from '../../www/src/compared.ts';
+import { Submaps } from '../../www/src/view/submaps.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { record, RING } from './recording.ts';
@@ -128,4 +129,35 @@ test('ways are compared at the same times, as long as both go', () => {
   expect(rms).toBeCloseTo(0.5, 6);
   expect(most).toBeCloseTo(0.5, 6);
   expect(apart(trail(0, 0, 1), new Float32Array(0)).rms).toBeNaN();
+});
+
+/** Submaps at these places, x y heading. */
+function placed(...poses: [number, number, number][]): Parameters<Submaps['take']>[0] {
+  const none = new Float32Array(0);
+  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1])), lengths: new Uint32Array(0), surfaces: none, closures: none, outcomes: [] };
+}
+
+test('submaps glide from where they were drawn, and a new one comes along', () => {
+  const submaps = new Submaps();
+  expect(submaps.take(placed([0, 0, 0], [2, 0, 0]), 0)).toBe(0);
+  // The second turns to the left about the first; a third was begun a metre ahead of it.
+  expect(submaps.take(placed([0, 0, 0], [0, 2, Math.PI / 2], [0, 3, Math.PI / 2]), 1000)).toBeCloseTo(Math.sqrt(8), 5);
+  const at = (wall: number, submap: number): number[] => {
+    submaps.animate(wall, false);
+    return submaps.shown(submap).map((number) => Math.round(number * 1000) / 1000 + 0);
+  };
+  expect(at(1000, 1)).toEqual([2, 0, 0]);
+  expect(at(1000, 2)).toEqual([3, 0, 0]);
+  expect(at(1300, 1)).toEqual([1, 1, Math.round(Math.PI * 250) / 1000]);
+  expect(submaps.ahead, 'the grid still shows the old place').toBe(true);
+  // Too little to be news, on the way: it goes on from there.
+  submaps.take(placed([0, 0, 0], [0, 2.01, Math.PI / 2], [0, 3, Math.PI / 2]), 1300);
+  expect(at(1300, 1)[0]).toBe(1);
+  expect(at(1900, 1).slice(0, 2)).toEqual([0, 2.01]);
+  submaps.redrawn();
+  expect(submaps.ahead).toBe(false);
+  // Where nothing is to move, it is there at once.
+  submaps.take(placed([0, 0, 0], [5, 5, 0], [0, 3, 0]), 5000);
+  submaps.animate(5000, true);
+  expect([submaps.glides, ...submaps.shown(1)]).toEqual([false, 5, 5, 0]);
 });

@@ -80,19 +80,31 @@ export class Submaps {
     let at = 0;
     for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
     const before = this.#poses;
-    const shown = Float32Array.from(poses);
-    // New ones are where they are.
-    for (let i = 0; i * SUBMAP_STRIDE < before.length; i += 1) shown.set(this.shown(i), i * SUBMAP_STRIDE);
+    const from = this.#placesOf(poses);
     this.#markFresh(closures, outcomes, wall);
     [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
     let moved = 0;
     for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
       moved = Math.max(moved, Math.hypot((poses[i] ?? 0) - (before[i] ?? 0), (poses[i + 1] ?? 0) - (before[i + 1] ?? 0)));
     }
-    this.#from = shown;
-    if (moved < LEAST_MOVE) return moved;
-    [this.#began, this.#part, this.#awaitsGrid] = [wall, 0, true];
+    // What is on its way already goes on from there.
+    if (moved >= LEAST_MOVE || this.glides) [this.#from, this.#began, this.#part] = [from, wall, 0];
+    this.#awaitsGrid ||= moved >= LEAST_MOVE;
     return moved;
+  }
+
+  /** Where all are drawn now; those that are new come along with the last that is known. */
+  #placesOf(next: Float32Array): Float32Array {
+    const places = Float32Array.from(next);
+    const last = this.count - 1;
+    if (last < 0) return places;
+    const [at, shown] = [placeOf(next, last), this.shown(last)];
+    const along = between(at, shown);
+    for (let i = 0; i * SUBMAP_STRIDE < next.length; i += 1) {
+      const [x, y, heading] = placeOf(next, i);
+      places.set(i <= last ? this.shown(i) : [...moved(along, x, y), heading + shown[2] - at[2]], i * SUBMAP_STRIDE);
+    }
+    return places;
   }
 
   #markFresh(closures: Float32Array, outcomes: readonly ClosureOutcome[], wall: number): void {
