@@ -1,5 +1,4 @@
-// A CARMEN log with known truth: a robot drives laps in a room of 8 x 6 m with two boxes, and its
-// wheels err.
+// A CARMEN log with known truth: a robot drives laps in a building, and its wheels err.
 
 interface Pose {
   x: number;
@@ -16,6 +15,8 @@ export interface Recording {
 }
 
 const BEAMS = 180;
+/** What a beam without a return says, m. */
+const NOTHING = 81.9;
 const RATE = 5;
 /** Way between two scans, m, and turn in a corner, rad. */
 const STEP = 0.09;
@@ -26,16 +27,37 @@ type Wall = readonly [number, number, number, number];
 const box = (x1: number, y1: number, x2: number, y2: number): Wall[] => [
   [x1, y1, x2, y1], [x2, y1, x2, y2], [x2, y2, x1, y2], [x1, y2, x1, y1],
 ];
-const WALLS: Wall[] = [...box(0, 0, 8, 6), ...box(3, 2.4, 4.4, 3.6), ...box(6.9, 0, 8, 0.7), ...box(0, 5.1, 1.6, 6), ...box(4.5, 5.6, 5.2, 6)];
 
-/** The same number of scans gives the same text. */
-export function record(scans: number): Recording {
+/** Walls, m; where the laps begin, along x; their four legs, each with a turn to the left after it;
+    and how far the sensor sees. */
+interface Building {
+  walls: readonly Wall[];
+  start: readonly [number, number];
+  legs: readonly number[];
+  reach: number;
+}
+
+/** A room of 8 x 6 m with two boxes: what is seen is always known already. */
+const ROOM: Building = {
+  walls: [...box(0, 0, 8, 6), ...box(3, 2.4, 4.4, 3.6), ...box(6.9, 0, 8, 0.7), ...box(0, 5.1, 1.6, 6), ...box(4.5, 5.6, 5.2, 6)],
+  start: [1.2, 1.2], legs: [5.4, 3.6, 5.4, 3.6], reach: Infinity,
+};
+
+/** A ring of corridors, 2 m wide and longer than the sensor sees: by the end of a lap the estimate
+    has gone astray, and the place where it began tells. */
+export const RING: Building = {
+  walls: [...box(0, 0, 24, 14), ...box(2, 2, 22, 12), ...box(2.6, 0, 3.4, 0.4), ...box(23.5, 3.5, 24, 4.6), ...box(19, 13.6, 20.2, 14), ...box(0, 8.8, 0.4, 9.4), ...box(22, 8, 22.4, 8.5)],
+  start: [1, 1], legs: [22, 12, 22, 12], reach: 6,
+};
+
+/** The same number of scans in the same building gives the same text. */
+export function record(scans: number, { walls, start: [x, y], legs, reach }: Building = ROOM): Recording {
   const random = generator(7);
   const lines = ['# message_name [message contents] ipc_timestamp ipc_hostname logger_timestamp', 'PARAM robot_front_laser_max 81.90'];
-  let truth: Pose = { x: 1.2, y: 1.2, heading: 0 };
+  let truth: Pose = { x, y, heading: 0 };
   let wheels: Pose = { ...truth };
   const start = { ...truth };
-  const motions = laps();
+  const motions = laps(legs);
   for (let i = 0; i < scans; i += 1) {
     if (i > 0) {
       const [forward, turn] = motions.next().value;
@@ -44,8 +66,8 @@ export function record(scans: number): Recording {
       wheels = move(wheels, forward * 1.03, turn + forward * 0.012 + 0.002 * random());
     }
     const ranges = Array.from({ length: BEAMS }, (_, k) => {
-      const range = cast(truth, -Math.PI / 2 + (k * Math.PI) / BEAMS) + 0.01 * random();
-      return range.toFixed(2);
+      const range = cast(walls, truth, -Math.PI / 2 + (k * Math.PI) / BEAMS) + 0.01 * random();
+      return (range > reach ? NOTHING : range).toFixed(2);
     });
     const pose = `${wheels.x.toFixed(6)} ${wheels.y.toFixed(6)} ${wheels.heading.toFixed(6)}`;
     const time = (1000 + i / RATE).toFixed(6);
@@ -54,10 +76,10 @@ export function record(scans: number): Recording {
   return { text: `${lines.join('\n')}\n`, end: relative(start, truth), wheelsEnd: relative(start, wheels) };
 }
 
-/** Motions along a rectangle around the middle box: straight legs, quarter turns. */
-function* laps(): Generator<[number, number], never> {
+/** Motions along a rectangle: straight legs, quarter turns. */
+function* laps(legs: readonly number[]): Generator<[number, number], never> {
   for (;;) {
-    for (const leg of [5.4, 3.6, 5.4, 3.6]) {
+    for (const leg of legs) {
       const steps = Math.round(leg / STEP);
       for (let i = 0; i < steps; i += 1) yield [leg / steps, 0];
       for (let i = 0; i < 15; i += 1) yield [0, TURN];
@@ -81,10 +103,10 @@ function wrap(angle: number): number {
 }
 
 /** Distance to the nearest wall in a direction of the robot. */
-function cast(pose: Pose, bearing: number): number {
+function cast(walls: readonly Wall[], pose: Pose, bearing: number): number {
   const [dx, dy] = [Math.cos(pose.heading + bearing), Math.sin(pose.heading + bearing)];
   let nearest = Infinity;
-  for (const [x1, y1, x2, y2] of WALLS) {
+  for (const [x1, y1, x2, y2] of walls) {
     const [ex, ey] = [x2 - x1, y2 - y1];
     const cross = dx * ey - dy * ex;
     if (Math.abs(cross) < 1e-12) continue;

@@ -25,6 +25,7 @@ mod setup;
 mod sigma;
 mod simulation;
 mod status;
+mod submaps;
 mod view;
 
 pub use bench::{BenchResponse, BenchTrial};
@@ -49,6 +50,7 @@ pub use settings::{PresetInfo, SettingInfo};
 pub use setup::{Setup, SetupError};
 pub use sigma::{SigmaBin, SigmaCurve};
 pub use status::{RunStatus, Task};
+pub use submaps::Submaps;
 pub use view::{GridChange, SlamView};
 
 /// A panic is thrown with its text, so that the page can say what happened instead of "unreachable

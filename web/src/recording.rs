@@ -1,6 +1,9 @@
 //! Reads a log, of CARMEN or of the bridge, piece by piece, and begins the run that maps it.
 
+use std::iter::repeat;
+
 use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::ScanMatcher;
 use slamlab_core::replay::{Log, LogReader, Replay};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{self, Settings};
@@ -85,8 +88,8 @@ impl WebLogReader {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// For each scan of a recording so far: NaN NaN (no truth), odometry x y, estimate x y. Of
-    /// others the page follows the poses.
+    /// For each scan of a recording so far, see `TRAIL`; there is no truth. Of others the page
+    /// follows the poses.
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
         let Source::Recording(replay) = &self.source else {
@@ -94,14 +97,24 @@ impl WebRun {
         };
         let odometry = replay.odometry_trajectory();
         let poses = odometry.zip(replay.trajectory());
-        flat(poses.map(|(odometry, (_, pose))| TrailRow {
-            truth_x: f32::NAN,
-            truth_y: f32::NAN,
-            odometry_x: odometry.x() as f32,
-            odometry_y: odometry.y() as f32,
-            x: pose.x() as f32,
-            y: pose.y() as f32,
-        }))
+        let map = self.slam().view().map;
+        let submaps = map.into_iter().flat_map(ScanMatcher::scans_in_submaps);
+        let submaps = submaps.map(|(_, submap, _)| submap).chain(repeat(0));
+        let mut begin = None;
+        flat(
+            poses
+                .zip(submaps)
+                .map(|((odometry, (seconds, pose)), submap)| TrailRow {
+                    truth_x: f32::NAN,
+                    truth_y: f32::NAN,
+                    odometry_x: odometry.x() as f32,
+                    odometry_y: odometry.y() as f32,
+                    x: pose.x() as f32,
+                    y: pose.y() as f32,
+                    submap: submap as f32,
+                    time: (seconds - *begin.get_or_insert(seconds)) as f32,
+                }),
+        )
     }
 
     /// What the log holds, in words; empty without one.

@@ -5,7 +5,7 @@ use slamlab_core::estimation::Figure;
 use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::BodyShape;
 use slamlab_core::session::Session;
-use slamlab_core::slam::PriorMapFit;
+use slamlab_core::slam::{PriorMapFit, Slam};
 use tsify::Tsify;
 
 use crate::border::{DiagnosisName, Level, LocalisationName, Mode, TaskState};
@@ -71,6 +71,8 @@ pub struct RunStatus {
     pub diagnosis: DiagnosisName,
     /// Loops closed so far.
     pub loop_closures: u32,
+    /// The submap in which the robot is; 0 for methods without.
+    pub submap: u32,
     /// Of what the sensor hit lately, the part that stands in the prior map, 0 to 1; NaN without
     /// one, or before enough was seen.
     pub prior_map_overlap: f64,
@@ -133,6 +135,12 @@ impl Task {
     }
 }
 
+/// The number of the submap that is being made.
+fn running_submap(slam: &Slam) -> usize {
+    let submaps = slam.view().map.map_or(0, |map| map.submaps().len());
+    submaps.saturating_sub(1)
+}
+
 impl RunStatus {
     /// What every source knows; of a robot that somebody drives, what its pilot is about.
     pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
@@ -174,6 +182,7 @@ impl RunStatus {
             nis_high,
             diagnosis: (&consistency.diagnosis()).into(),
             loop_closures: slam.view().loop_closures as u32,
+            submap: running_submap(slam) as u32,
             prior_map_overlap: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             prior_map_misfit: fit.is_some_and(PriorMapFit::is_misfit),
             localisation: (slam.view().pose_quality).map(|quality| (&quality.localisation).into()),

@@ -10,7 +10,7 @@ use slamlab_core::slam::Method;
 use slamlab_web::{
     BenchResponse, BenchTrial, Decision, ErrorKind, FieldChange, FieldName as Field, Gate,
     Inspection, MethodName, Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind,
-    SettingInfo, SettingValues, Setup, SlamView, WebError, WebLogReader, WebRun,
+    SettingInfo, SettingValues, Setup, SlamView, Submaps, WebError, WebLogReader, WebRun,
 };
 use tsify::{Ts, Tsify};
 use wasm_bindgen::JsValue;
@@ -381,7 +381,19 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
             (status.x - 1.95).abs() < 0.02 && status.y.abs() < 0.02,
             "{status:?}"
         );
-        assert_eq!(replay.trail().len(), 40 * 6);
+        assert_eq!(replay.trail().len(), 40 * 8);
+        let submaps = replay.submaps(-1.0, 0).map_err(words).expect("of a log");
+        let submaps: Submaps = rust(Ok(submaps.expect("scan matching has submaps")));
+        assert_eq!(submaps.poses.len() % 5, 0);
+        assert_eq!(
+            submaps.lengths.iter().sum::<u32>() as usize,
+            submaps.surfaces.len()
+        );
+        let again = replay.submaps(submaps.version, submaps.lengths.len() as u32);
+        assert!(
+            again.map_err(words).expect("of a log").is_none(),
+            "nothing is new"
+        );
         let view: SlamView = rust(replay.view(0, 0.0));
         assert!(!view.scan.is_empty() && view.grid.is_some());
         assert!(

@@ -2,6 +2,7 @@
 
 import { bridgeAddress, tokenOf } from "./bridge_address.js";
 import { chosen } from "./chosen.js";
+import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
 import { needsPriorMap } from "./protocol/methods.js";
@@ -11,6 +12,7 @@ import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
+import { LEAST_MOVE } from "./view/submaps.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -343,6 +345,8 @@ export class Client {
     started: (start) => {
       this.#run = start.run;
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
+      const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
+      this.store.compared = isSameLog ? this.#comparedWith(start.method) : [];
       if (start.source === "replay") this.#recording = this.#opening;
       this.#pace(start.source);
       this.scene.clear();
@@ -357,8 +361,9 @@ export class Client {
     frame: (frame) => {
       if (frame.run !== this.#run) return;
       this.#undrawn = true;
-      this.scene.take(frame);
+      const moved = this.scene.take(frame, Date.now());
       this.store.take(frame);
+      if (moved >= LEAST_MOVE) this.store.set("moved", { moved });
     },
     reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
     playing: ({ playing }) => {
@@ -402,6 +407,13 @@ export class Client {
       this.#warn(text);
     },
   };
+
+  /** What methods other than the next one made of the log, the run that ends here among them. */
+  #comparedWith(next: MethodName): readonly Compared[] {
+    const left = shownRun(this.store, this.scene);
+    const earlier = this.store.compared.filter(({ method }) => method !== left?.method);
+    return (left ? [...earlier, left] : earlier).filter(({ method }) => method !== next);
+  }
 
   #note(level: Level, text: string): void {
     this.store.note({ time: this.store.status?.time ?? 0, level, text });

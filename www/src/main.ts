@@ -4,7 +4,7 @@ import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
-import type { FieldName } from "./protocol/module.js";
+import { CLOSURE_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
@@ -13,6 +13,7 @@ import "./ui/cable.js";
 import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
+import "./ui/closure.js";
 import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
@@ -25,6 +26,8 @@ import "./ui/legend.js";
 import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/matches.js";
+import "./ui/methods.js";
+import "./ui/moved.js";
 import "./ui/plots.js";
 import "./ui/rooms.js";
 import "./ui/settings.js";
@@ -134,7 +137,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "seq"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
@@ -148,6 +151,11 @@ const figures = {
   get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
   /** Where a hit of the last scan lies, map frame, m. */
   hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
+  get submaps() { return { count: scene.submaps.count, outcomes: [...scene.submaps.outcomes], glides: scene.submaps.glides }; },
+  /** Where a submap is drawn, x y heading. */
+  submap: (number: number) => [...scene.submaps.shown(number)],
+  /** The two submaps of a loop closure. */
+  closureOf: (row: number) => [...scene.submaps.closures.subarray(row * CLOSURE_STRIDE, row * CLOSURE_STRIDE + 2)],
   wall: (id: number) => wallEnds(scene.lines, id),
   /** Pixels of the canvas at which a map point is drawn. */
   toScreen: (x: number, y: number) => map.camera.toScreen(x, y),

@@ -6,16 +6,18 @@ import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
 import type { Frame, Status } from "./protocol/frame.js";
+import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
+import type { Compared } from "./compared.js";
 import { numbered } from "./room_numbers.js";
 
 export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "moved";
 
 export interface LogEntry {
   time: number;
@@ -98,7 +100,7 @@ export class Store {
   follow = false;
   gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
-    LAYERS.map((name) => [name, name !== "tree" && name !== "rawPath" && name !== "found" && name !== "rooms"]),
+    LAYERS.map((name) => [name, !["tree", "rawPath", "found", "rooms", "submaps", "graph"].includes(name)]),
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
@@ -113,6 +115,12 @@ export class Store {
   /** The number of each of them, from 1; it stays while the map grows. */
   roomNumbers: readonly number[] = [];
   roomSpot: readonly [number, number] | null = null;
+  /** The loop closure that was chosen on the map. */
+  closure: ClosureName | null = null;
+  /** What other methods made of the recording that is shown. */
+  compared: readonly Compared[] = [];
+  /** By how much the last loop closure moved the map, m. */
+  moved = 0;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
@@ -139,7 +147,7 @@ export class Store {
     this.twin.clear();
     const ended: Partial<Store> = {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
-      rooms: null, roomSpot: null, log: [], status: null, hash: "", toast: null,
+      rooms: null, roomSpot: null, closure: null, moved: 0, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
     // A recording that is mapped again with what was fitted to it keeps the table.
@@ -148,7 +156,7 @@ export class Store {
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms"] as const) this.notify(topic);
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "moved"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }
 

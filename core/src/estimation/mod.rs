@@ -40,7 +40,10 @@ pub use particles::{
 pub use pose_graph::{Edge, EdgeId, Marginals, Optimization, PoseGraph, information_at_end};
 pub use relations::{RelationErrors, relation_errors};
 pub use scan_localisation::ScanLocaliser;
-pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
-pub use submap::ClosureConfig;
+pub use scan_matching::{
+    ClosureFate, ClosureRecord, Delay, Proof, Refusal, Residual, ScanMatcher, ScanMatcherConfig,
+    ScanMatcherError, ShownSubmap,
+};
+pub use submap::{ClosureConfig, Doubt};
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

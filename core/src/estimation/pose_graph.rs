@@ -118,7 +118,8 @@ impl PoseGraph {
         self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
-    fn chi2_of(&self, edge: &Edge) -> f64 {
+    /// χ² of an edge, its own or not, at the present poses.
+    pub(super) fn chi2_of(&self, edge: &Edge) -> f64 {
         let (Some(from), Some(to)) = (self.poses.get(edge.from), self.poses.get(edge.to)) else {
             return 0.0;
         };

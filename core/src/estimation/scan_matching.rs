@@ -28,6 +28,8 @@ mod keyframes;
 mod local;
 mod loops;
 mod motion;
+mod records;
+mod shown;
 #[cfg(test)]
 mod tests;
 mod tracking;
@@ -40,6 +42,7 @@ use self::canvas::{Keyframe, Redraw};
 use self::closures::Waiting;
 use self::gathering::Gathering;
 use self::motion::Motion;
+use self::records::Records;
 use super::free_space::FreeSpace;
 use super::pose_graph::PoseGraph;
 use super::submap::ClosedSubmap;
@@ -48,7 +51,10 @@ use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_cloud, oriented_points};
 use crate::robot::{Odometry, Stamp};
 
+pub use self::closures::Proof;
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
+pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
+pub use self::shown::{Residual, ShownSubmap};
 
 /// SLAM by scan matching.
 #[derive(Clone, Debug)]
@@ -82,6 +88,9 @@ pub struct ScanMatcher {
     jobs: VecDeque<(usize, usize)>,
     closures: usize,
     waiting: Waiting,
+    records: Records,
+    /// How often all submaps were placed anew.
+    optimizations: u64,
     /// The doubt, m, at which pairs of submaps were compared.
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
@@ -99,6 +108,8 @@ struct Submap {
     is_loose: bool,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
+    /// Whether it took nothing over from the one before.
+    is_loose: bool,
     closed: ClosedSubmap,
 }
 
@@ -133,6 +144,8 @@ impl ScanMatcher {
             jobs: VecDeque::new(),
             closures: 0,
             waiting: Waiting::default(),
+            records: Records::default(),
+            optimizations: 0,
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),
@@ -360,6 +373,7 @@ impl Submap {
             map_from_submap,
             drawn_at: map_from_submap,
             own_keyframes: 0,
+            is_loose,
             closed: ClosedSubmap::default(),
         }
     }

@@ -152,12 +152,12 @@ impl Closure {
 }
 
 /// How well a relative pose is known beforehand.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Doubt {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Doubt {
     /// Standard deviation, m.
-    pub(super) shift: f64,
+    pub shift: f64,
     /// Standard deviation, rad.
-    pub(super) turn: f64,
+    pub turn: f64,
 }
 
 impl Doubt {
@@ -286,6 +286,11 @@ impl ClosedSubmap {
             overlap: forth.overlap().max(back.overlap()),
             part,
         })
+    }
+
+    /// Its surfaces, in its frame.
+    pub(super) fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + '_ {
+        self.surfels.iter().map(|surfel| surfel.position)
     }
 
     fn points(&self) -> Vec<OrientedPoint> {

@@ -26,7 +26,9 @@ pub use error::{ErrorKind, WebError};
 pub(crate) use names::names;
 pub use names::*;
 pub use rows::layout;
-pub(crate) use rows::{BeamRow, DoorRow, HypothesisRow, LineRow, TrailRow, TwinRow, flat};
+pub(crate) use rows::{
+    BeamRow, ClosureRow, DoorRow, HypothesisRow, LineRow, SubmapRow, TrailRow, TwinRow, flat,
+};
 pub use values::SettingValues;
 
 use serde::Serialize;

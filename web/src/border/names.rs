@@ -77,6 +77,13 @@ names! {
     /// Where planners search: among the true walls, on the map with the unknown taken to be free,
     /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
+    /// What became of a placement of one submap in another, and why: accepted without a search or
+    /// by proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused.
+    ClosureOutcome {
+        KnownBefore = "known-before", Proved = "proved",
+        NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals",
+        PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved",
+    }
     /// What the filter's consistency says.
     DiagnosisName of slamlab_core::estimation::Diagnosis {
         Collecting = "collecting", Blind = "blind", Honest = "honest", WrongMatch = "wrong-match",
@@ -123,6 +130,25 @@ impl From<&slamlab_core::estimation::Decision> for Decision {
                 Rejection::Taken => Self::Taken,
                 Rejection::Seam => Self::Seam,
                 Rejection::Singular => Self::Singular,
+            },
+        }
+    }
+}
+
+impl From<&slamlab_core::estimation::ClosureRecord> for ClosureOutcome {
+    fn from(record: &slamlab_core::estimation::ClosureRecord) -> Self {
+        use slamlab_core::estimation::{ClosureFate, Delay, Refusal};
+        match record.fate {
+            ClosureFate::Accepted { .. } if record.is_searched => Self::Proved,
+            ClosureFate::Accepted { .. } => Self::KnownBefore,
+            ClosureFate::Waiting { why } => match why {
+                Delay::NotJudged => Self::NotJudged,
+                Delay::TooLittleProof => Self::TooLittleProof,
+                Delay::Rivals => Self::Rivals,
+            },
+            ClosureFate::Refused { why } => match why {
+                Refusal::PlacedElsewhere => Self::PlacedElsewhere,
+                Refusal::NeverProved => Self::NeverProved,
             },
         }
     }

@@ -38,8 +38,20 @@ rows! {
     "LINE": LineRow of f64 {
         alpha, r, var_alpha, cov_alpha_r, var_r, x1, y1, x2, y2, matched, confirmed, id,
     }
-    /// A point of the trails, m: truth, dead reckoning, estimate.
-    "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y }
+    /// A point of the trails, m: truth, dead reckoning, estimate, the submap in which the estimate
+    /// is known (0 for methods without), and when, s since the first.
+    "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap, time }
+    /// A submap: its pose in the map (m, rad), whether it is joined loosely to the one before, and
+    /// the number of its keyframes.
+    "SUBMAP": SubmapRow of f32 { x, y, heading, loose, keyframes }
+    /// A placement of a submap in an earlier one: which two, the pose of the new in the old as it
+    /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before (σ, m
+    /// and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and
+    /// evidence, what is asked for and the best rival's, in submaps; NaN where it was not judged.
+    "CLOSURE": ClosureRow of f32 {
+        old, new, x, y, heading, off_shift, off_turn, chi2, doubt_shift, doubt_turn, searched, overlap, part,
+        evidence, asked, rival,
+    }
     /// How a hit was read: range and σ in m, and the sensor's own quality; NaN where it tells none.
     "BEAM": BeamRow of f32 { range, sigma, quality }
     /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one

@@ -1,7 +1,7 @@
 // One state of the run: its current figures, and what changed. Bulk data are flat typed arrays,
 // transferred rather than copied.
 
-import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind } from "./module.js";
+import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind, Submaps } from "./module.js";
 
 /** The current figures. NaN where there is none (no truth in a recording). */
 export interface Status extends RunStatus {
@@ -79,6 +79,8 @@ export interface Change {
   /** New points of the trails, see TRAIL; all of them where `trailReset`. */
   trail: Float32Array | null;
   trailReset: boolean;
+  /** Submaps and loop closures, where they changed. */
+  submaps: Submaps | null;
   /** New samples of the twin, see TWIN. */
   twin: Float64Array | null;
   /** Another twin began with them, or there is none any more. */
@@ -108,7 +110,7 @@ export interface Frame extends Change, Requested {
 
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
-  const objects = [frame, frame.grid, frame.field?.grid, frame.inspection].filter((object) => object !== null && object !== undefined);
+  const objects = [frame, frame.grid, frame.field?.grid, frame.inspection, frame.submaps].filter((object) => object !== null && object !== undefined);
   const buffers = new Set<ArrayBuffer>();
   for (const value of objects.flatMap((object) => Object.values(object) as unknown[])) {
     if (ArrayBuffer.isView(value) && value.buffer instanceof ArrayBuffer) buffers.add(value.buffer);

@@ -2,7 +2,7 @@
 
 import { degrees } from "../angle.js";
 import type { Change } from "../protocol/frame.js";
-import { LINE, LINE_STRIDE, type RunStatus, TRAIL, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
+import { LINE, LINE_STRIDE, type RunStatus, type Submaps, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
 import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
@@ -11,9 +11,9 @@ type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "fron
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
-/** A recording's whole trail is fetched this often, wall milliseconds: closing a loop moves all of
-    it. */
-const TRAIL_PERIOD = 250;
+/** What closing a loop moves is fetched this often, wall milliseconds: submaps, and the whole trail
+    of a recording. */
+const MAP_PERIOD = 250;
 
 export class Changes {
   readonly samples = new Samples();
@@ -25,7 +25,8 @@ export class Changes {
   #planAt = -Infinity;
   #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
   #trail = new Trail();
-  #trailAt = -Infinity;
+  #mapAt = -Infinity;
+  #submaps = { version: -1, known: 0 };
   #twin = { sent: 0, reset: false };
 
   /** With `bends` the trail comes from the module as a whole, rather than pose by pose. */
@@ -47,7 +48,7 @@ export class Changes {
   }
 
   follow(s: RunStatus): void {
-    if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y]);
+    if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y, s.submap, s.time]);
   }
 
   /** `version` grows with what may change scan and lines, `isLast` has the run as it ended. */
@@ -89,7 +90,7 @@ export class Changes {
       rawPath: plan ? this.#fresh("rawPath", module.raw_path()) : null,
       tree: plan ? this.#fresh("tree", module.tree()) : null,
       frontiers: plan ? this.#fresh("frontiers", module.frontiers()) : null,
-      ...this.#trailChange(now, isLast),
+      ...this.#mapChange(now, isLast),
       ...this.#twinChange(),
       samples: this.samples.take(),
     };
@@ -104,11 +105,19 @@ export class Changes {
     return now;
   }
 
-  #trailChange(now: number, isLast: boolean): Pick<Change, "trail" | "trailReset"> {
-    if (!this.bends) return { trail: this.#trail.take(), trailReset: false };
-    const due = isLast || now - this.#trailAt >= TRAIL_PERIOD;
-    if (due) this.#trailAt = now;
-    return { trail: due ? thinned(this.module.trail()) : null, trailReset: due };
+  #mapChange(now: number, isLast: boolean): Pick<Change, "submaps" | "trail" | "trailReset"> {
+    const due = isLast || now - this.#mapAt >= MAP_PERIOD;
+    if (due) this.#mapAt = now;
+    const submaps = due ? this.#takeSubmaps() : null;
+    if (!this.bends) return { submaps, trail: this.#trail.take(), trailReset: false };
+    return { submaps, trail: due ? thinned(this.module.trail()) : null, trailReset: due };
+  }
+
+  #takeSubmaps(): Submaps | null {
+    const { version, known } = this.#submaps;
+    const submaps = this.module.submaps(version, known) ?? null;
+    if (submaps) this.#submaps = { version: submaps.version, known: known + submaps.lengths.length };
+    return submaps;
   }
 
   #twinChange(): Pick<Change, "twin" | "twinReset"> {
@@ -133,8 +142,7 @@ function countWalls(lines: Float64Array): number {
 function thinned(points: Float32Array): Float32Array | null {
   const trail = new Trail();
   for (let i = 0; i + TRAIL_STRIDE <= points.length; i += TRAIL_STRIDE) {
-    const at = (place: number): number => points[i + place] ?? NaN;
-    trail.add([at(TRAIL.truthX), at(TRAIL.truthY), at(TRAIL.odometryX), at(TRAIL.odometryY), at(TRAIL.x), at(TRAIL.y)]);
+    trail.add([...points.subarray(i, i + TRAIL_STRIDE)]);
   }
   return trail.take();
 }

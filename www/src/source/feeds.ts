@@ -1,7 +1,7 @@
 // What is collected between two frames, and what costs too much to ask for at each.
 
 import { type Sample, SAMPLE, SAMPLE_STRIDE } from "../protocol/sample.js";
-import { TRAIL_STRIDE } from "../protocol/module.js";
+import { TRAIL } from "../protocol/module.js";
 
 /** A number that costs more than a step, asked for a few times a second only. */
 export class Slow {
@@ -88,8 +88,9 @@ export class Trail {
   #values: number[] = [];
   #last: [number, number] = [NaN, NaN];
 
-  add(point: [number, number, number, number, number, number]): void {
-    const [x, y] = [point[TRAIL_STRIDE - 2] ?? NaN, point[TRAIL_STRIDE - 1] ?? NaN];
+  /** See TRAIL. */
+  add(point: readonly number[]): void {
+    const [x, y] = [point[TRAIL.x] ?? NaN, point[TRAIL.y] ?? NaN];
     if (Math.hypot(x - this.#last[0], y - this.#last[1]) < Trail.SPACING) return;
     this.#last = [x, y];
     this.#values.push(...point);

@@ -16,6 +16,10 @@ interface Entry {
   simOnly?: boolean;
   /** Of a real or a recorded robot only. */
   realOnly?: boolean;
+  /** Of a log that several methods have mapped only. */
+  comparedOnly?: boolean;
+  /** Of a method with submaps only. */
+  submapsOnly?: boolean;
   /** Of a robot that is to be found in a map only. */
   priorMapOnly?: boolean;
 }
@@ -44,6 +48,14 @@ const ENTRIES: readonly Entry[] = [
   { name: "rawPath", label: "Path as found", meaning: "Before shortening, as the random tree found it.", sign: stroke("path", "1 5", 2), simOnly: true },
   { name: "tree", label: "Search tree", meaning: "All that the planner (RRT) tried.",
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
+  { name: "compared", label: "Other methods", meaning: "The ways that other methods found on the same log; which is which, and how far they lie apart, stands under Status.", comparedOnly: true,
+    sign: svg`<path d="M2 6h24" stroke="var(--map-contest2)" stroke-width="2.2" stroke-dasharray="7 3"/><path d="M2 12h24" stroke="var(--map-contest4)" stroke-width="2.2" stroke-dasharray="2 3"/>` },
+  { name: "closures", label: "Loop closures", meaning: "Places recognised, or thought to be. Solid: accepted, and the map is bent by it. Dotted: it waits for proof. Dashed: refused. A click says why.", submapsOnly: true,
+    sign: svg`<path d="M2 4h24" stroke="var(--map-accepted)" stroke-width="2.4"/><path d="M2 9h24" stroke="var(--map-waiting)" stroke-width="2.4" stroke-dasharray=".5 4"/><path d="M2 14h24" stroke="var(--map-refused)" stroke-width="1.8" stroke-dasharray="6 4"/>` },
+  { name: "graph", label: "Pose graph", meaning: "Where each submap begins, joined to the next. Dashed: the scan that began it did not belong to the one before.", submapsOnly: true,
+    sign: svg`<path d="m4 13 10-8 10 8" stroke="var(--map-ink)" stroke-width="1.6"/><g fill="var(--map-free)" stroke="var(--map-ink)" stroke-width="1.5"><circle cx="4" cy="13" r="2.8"/><circle cx="14" cy="5" r="2.8"/><circle cx="24" cy="13" r="2.8"/></g>` },
+  { name: "submaps", label: "Submaps", meaning: "The pieces that the map is made of, each with its walls in a tint and its number. Where a loop closes, they move as a whole.", submapsOnly: true,
+    sign: svg`<path d="M3 14V4h10" stroke="var(--map-contest3)" stroke-width="2.5" stroke-dasharray="2 1.5"/><path d="M12 6h13v9" stroke="var(--map-contest1)" stroke-width="2.5" stroke-dasharray="2 1.5"/>` },
   { name: "twin", label: "Twin", meaning: "Where a simulated robot would be after the same motion of the wheels; switched on in Settings.", sign: stroke("twin", "7 2 1.5 2", 2), realOnly: true },
   { name: "priorMap", label: "Prior map", meaning: "The walls of the map that the robot finds itself in. Where what it sees does not lie on them, map or place is wrong.", sign: stroke("prior", "", 2), priorMapOnly: true },
   { name: "hypotheses", label: "Where it may be", meaning: "Poses that fit what was seen, the likelier the darker, with the particles that stand for them; they go once the robot knows where it is.",
@@ -100,10 +112,10 @@ export class SlamLegend extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    // Materials and people come with the first frame of a run.
+    // Materials, people and submaps come with the first frame of a run.
     let seen = "";
     this.store.on("frame", () => {
-      const now = MATERIALS.map((m) => m.has(this.scene)).join();
+      const now = [this.scene.submaps.count > 0, ...MATERIALS.map((m) => m.has(this.scene))].join();
       if (now !== seen) this.requestUpdate();
       seen = now;
     });
@@ -114,7 +126,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <h2>Layers</h2>
       <ul>
-        ${ENTRIES.filter((e) => !e.priorMapOnly || needsPriorMap(store.method)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
+        ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>

@@ -1,10 +1,13 @@
 // Draws the layers that are switched on, from the ground up.
 
 import type { LayerName } from "./scene.js";
+import * as closures from "./layers/closures.js";
+import * as compared from "./layers/compared.js";
 import * as contest from "./layers/contest.js";
 import * as doors from "./layers/doors.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
+import * as graph from "./layers/graph.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
 import * as hypotheses from "./layers/hypotheses.js";
@@ -15,6 +18,7 @@ import * as robot from "./layers/robot.js";
 import * as rooms from "./layers/rooms.js";
 import * as scan from "./layers/scan.js";
 import * as spot from "./layers/spot.js";
+import * as submaps from "./layers/submaps.js";
 import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
@@ -48,7 +52,11 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["found", found.draw],
   ["rawPath", path.drawRaw],
   ["path", path.draw],
+  ["submaps", submaps.draw],
+  ["compared", compared.draw],
   ["trails", trails.draw],
+  ["graph", graph.draw],
+  ["closures", closures.draw],
   ["twin", twin.draw],
   ["robot", robot.draw],
 ];
@@ -58,9 +66,24 @@ export function drawOverlays(brush: Brush, on: Switches): void {
   clear(brush);
   // Two plans at once are none: the robot's own makes room for the contest.
   const isHidden = (name: LayerName): boolean => brush.contest !== null && ["frontiers", "tree", "rawPath", "path"].includes(name);
-  for (const [name, draw] of OVERLAYS) if (on[name] && !isHidden(name)) paint(brush, draw);
+  const { submaps: { ahead } } = brush.scene;
+  // The walls go ahead of a grid that is still to be drawn again.
+  if (ahead && on.grid && !on.submaps) paint(brush, submaps.drawWalls);
+  for (const [name, draw] of OVERLAYS) {
+    if (on[name] && !isHidden(name)) paint(brush, WITH_ROBOT.has(name) ? (brush) => withRobot(brush, draw) : draw);
+  }
   paint(brush, contest.draw);
   paint(brush, spot.draw);
+}
+
+/** What stands on the newest submap, and glides with it. */
+const WITH_ROBOT: ReadonlySet<LayerName> = new Set(["scan", "found", "robot"]);
+
+function withRobot(brush: Brush, draw: (brush: Brush) => void): void {
+  const { submaps } = brush.scene;
+  const shift = submaps.shift(submaps.count - 1);
+  if (shift) brush.context.transform(shift.cos, shift.sin, -shift.sin, shift.cos, shift.dx, shift.dy);
+  draw(brush);
 }
 
 /** A layer leaves the context as it was. */

@@ -10,6 +10,7 @@ import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
+import { type ClosureName, closureAt } from "./layers/closures.js";
 import type { Brush } from "./layers/layer.js";
 import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
@@ -21,6 +22,8 @@ import { fieldWords, metres, readingWords } from "./words.js";
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
+/** Pixels within which a click finds a loop closure; a finger is wider than a pointer. */
+const REACH = matchMedia("(pointer: coarse)").matches ? 18 : 9;
 /** Pixels of free height from which on a phone has room for the scale. */
 const LEAST_SCALED = 140;
 
@@ -86,7 +89,7 @@ export class SlamMap extends SlamElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    for (const topic of ["rooms", "spot", "inspection"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
+    for (const topic of ["rooms", "spot", "inspection", "closure"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
@@ -177,14 +180,17 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, while the filter's tab is open; a door; a room, where rooms are shown; else a goal for
-      the robot. */
+  /** A wall, while the filter's tab is open; a door; a loop closure; a room, where rooms are shown;
+      else a goal for the robot. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
+    const closure = this.#closureAt(x, y);
+    if (closure || this.store.closure) this.store.set("closure", { closure });
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
+    else if (closure) return;
     else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
@@ -215,6 +221,7 @@ export class SlamMap extends SlamElement {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     const room = this.#roomAt(x, y);
+    const closure = this.#closureAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const tiles = this.#tiles();
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
@@ -223,10 +230,11 @@ export class SlamMap extends SlamElement {
       wall === null ? "" : ` · wall ${wall}`,
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
+      closure === null ? "" : ` · closure ${closure[0]}–${closure[1]}`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
-    this.#element("pad").classList.toggle("door", door !== null);
+    this.#element("pad").classList.toggle("door", door !== null || closure !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
   }
@@ -251,6 +259,12 @@ export class SlamMap extends SlamElement {
   #doorAt(x: number, y: number): number | null {
     const { layers, aiming, tab } = this.store;
     return layers.truth && !aiming && tab !== "paths" ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
+  }
+
+  /** The loop closure under a map point, while they are shown and nothing else is being chosen. */
+  #closureAt(x: number, y: number): ClosureName | null {
+    const { layers, aiming, tab } = this.store;
+    return layers.closures && !aiming && tab !== "paths" ? closureAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
   }
 
   #isOpen(door: number): boolean {
@@ -295,7 +309,7 @@ export class SlamMap extends SlamElement {
     while ((this.#frameTimes[0] ?? now) < now - 1000) this.#frameTimes.shift();
     this.frames = this.#frameTimes.length;
     if (!this.hasUpdated) return;
-    this.scene.animate(performance.timeOrigin + now);
+    this.scene.animate(performance.timeOrigin + now, this.#still.matches);
     this.#steer(seconds, now);
     this.#paint(now / 1000);
     this.client.drawn();
@@ -333,9 +347,9 @@ export class SlamMap extends SlamElement {
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
-    const alive = store.playing && !this.#still.matches;
+    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

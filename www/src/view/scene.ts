@@ -1,12 +1,13 @@
 // What there is to draw: the latest of everything, taken from frames as they come.
 
 import { type Frame, type Status } from "../protocol/frame.js";
-import { type FieldName, TRAIL_STRIDE } from "../protocol/module.js";
+import { type FieldName, type Submaps as SubmapsChange, TRAIL, TRAIL_STRIDE } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
 import { Motion } from "./motion.js";
+import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
@@ -47,6 +48,7 @@ export class Scene {
   trailLength = 0;
   /** Samples of the twin, see TWIN. */
   twin: number[] = [];
+  readonly submaps = new Submaps();
   #motion = new Motion();
   /** Grows with every frame taken. */
   version = 0;
@@ -57,6 +59,7 @@ export class Scene {
     this.field.name = null;
     this.status = null;
     this.#motion.clear();
+    this.submaps.clear();
     this.materials = new Uint8Array(0);
     this.movers = EMPTY;
     for (const name of SHAPES) this[name] = EMPTY;
@@ -72,23 +75,44 @@ export class Scene {
     if (grid) this.field.tiles.take(grid);
   }
 
-  take(frame: Frame): void {
+  /** Takes a frame that came at a wall time; returns by how much a loop closure moves the map,
+      m. */
+  take(frame: Frame, wall: number): number {
     this.#motion.take(frame);
-    if (frame.gridReset) this.tiles.clear();
+    if (frame.gridReset) {
+      this.tiles.clear();
+      this.submaps.redrawn();
+    }
     if (frame.grid) this.tiles.take(frame.grid);
     if (frame.field) this.#takeField(frame.field);
     this.lines = frame.lines ?? this.lines;
     this.materials = frame.materials ?? this.materials;
     for (const name of SHAPES) this[name] = frame[name] ?? this[name];
+    const bent = frame.submaps ? this.#bend(frame.submaps, wall) : 0;
     if (frame.trailReset) this.trailLength = 0;
     if (frame.trail) this.#append(frame.trail);
     if (frame.twinReset) this.twin = [];
     if (frame.twin) this.twin.push(...frame.twin);
     this.version += 1;
+    return bent;
   }
 
-  /** Sets what moves to where it is at a wall time, milliseconds since 1970. */
-  animate(wall: number): void {
+  /** What was driven in a submap moves with it. Recordings bring their whole trail anew. */
+  #bend(change: SubmapsChange, wall: number): number {
+    const before = this.submaps.poses;
+    const most = this.submaps.take(change, wall);
+    if (most === 0) return 0;
+    for (let i = 0; i + TRAIL_STRIDE <= this.trailLength; i += TRAIL_STRIDE) {
+      const shift = this.submaps.shiftFrom(before, this.trail[i + TRAIL.submap] ?? 0);
+      if (shift) this.trail.set(moved(shift, this.trail[i + TRAIL.x] ?? NaN, this.trail[i + TRAIL.y] ?? NaN), i + TRAIL.x);
+    }
+    return most;
+  }
+
+  /** Sets what moves to where it is at a wall time, milliseconds since 1970; where things are to
+      stand `still`, the map does not glide. */
+  animate(wall: number, still: boolean): void {
+    this.submaps.animate(wall, still);
     const state = this.#motion.at(wall);
     if (!state) return;
     this.status = state.status;
@@ -104,7 +128,7 @@ export class Scene {
     };
     if (withTruth) for (let i = 0; i + 1 < this.truth.length; i += 2) grow(this.truth[i] ?? NaN, this.truth[i + 1] ?? NaN);
     for (let i = 0; i + 1 < this.priorMap.length; i += 2) grow(this.priorMap[i] ?? NaN, this.priorMap[i + 1] ?? NaN);
-    for (let i = 0; i + 5 < this.trailLength; i += TRAIL_STRIDE) grow(this.trail[i + 4] ?? NaN, this.trail[i + 5] ?? NaN);
+    for (let i = 0; i + TRAIL_STRIDE <= this.trailLength; i += TRAIL_STRIDE) grow(this.trail[i + TRAIL.x] ?? NaN, this.trail[i + TRAIL.y] ?? NaN);
     return box;
   }
 

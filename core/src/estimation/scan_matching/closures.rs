@@ -19,6 +19,7 @@
 use std::collections::BTreeMap;
 
 use super::super::submap::{Closure, Doubt};
+use super::records::{ClosureFate, Delay, RecordId, Records, Refusal};
 use crate::geom::Pose2;
 
 /// A placement of one submap in another.
@@ -29,12 +30,41 @@ pub(super) struct Candidate {
     pub(super) closure: Closure,
     /// What was known of the relative pose before.
     pub(super) doubt: Doubt,
+    pub(super) record: RecordId,
 }
 
 /// Placements that wait.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waiting {
     list: Vec<Candidate>,
+}
+
+/// What a placement has for itself, in submaps that lie wholly on one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proof {
+    /// Of itself and of those that agree with it.
+    pub evidence: f64,
+    /// What is asked for with its doubt.
+    pub asked: f64,
+    /// Of the best that contradicts it.
+    pub rival: f64,
+}
+
+impl Proof {
+    /// Why it is not to be believed; `None` if it is.
+    pub(super) fn lacks(&self) -> Option<Delay> {
+        if !self.is_enough() {
+            Some(Delay::TooLittleProof)
+        } else if self.evidence < LEAD_OVER_RIVALS * self.rival {
+            Some(Delay::Rivals)
+        } else {
+            None
+        }
+    }
+
+    fn is_enough(&self) -> bool {
+        self.evidence >= self.asked
+    }
 }
 
 /// How two placements stand to each other.
@@ -75,10 +105,11 @@ pub(super) trait Ways {
 }
 
 impl Waiting {
-    pub(super) fn push(&mut self, candidate: Candidate) {
+    pub(super) fn push(&mut self, candidate: Candidate, records: &mut Records) {
         self.list.push(candidate);
         if self.list.len() > MOST_WAITING {
-            self.list.remove(0);
+            let oldest = self.list.remove(0);
+            records.decide(oldest.record, refused(Refusal::NeverProved));
         }
     }
 
@@ -89,11 +120,12 @@ impl Waiting {
         new: usize,
         ways: &impl Ways,
         proof: f64,
+        records: &mut Records,
     ) -> Vec<Candidate> {
         let seeds: Vec<usize> = (0..self.list.len())
             .filter(|&i| self.list[i].new == new)
             .collect();
-        let mut best: Option<(f64, Vec<usize>)> = None;
+        let mut best: Option<(Proof, Vec<usize>)> = None;
         for &seed in &seeds {
             let (members, rivals) = self.sides(seed, ways);
             let evidence = self.evidence(&members);
@@ -101,21 +133,36 @@ impl Waiting {
                 .iter()
                 .map(|&r| self.evidence(&self.sides(r, ways).0))
                 .fold(0.0, f64::max);
-            let proves = |&i: &usize| evidence >= proof * places_proof(&self.list[i].doubt);
-            let leads = evidence >= LEAD_OVER_RIVALS * rival;
-            let is_better = best.as_ref().is_none_or(|(e, _)| evidence > *e);
-            if leads && is_better && proves(&seed) {
-                // Each for its own doubt: those that are known better do not vouch for the others.
-                let members = members.into_iter().filter(proves).collect();
-                best = Some((evidence, members));
+            // Each for its own doubt: those that are known better do not vouch for the others.
+            let proof_of = |member: usize| Proof {
+                evidence,
+                asked: proof * places_proof(&self.list[member].doubt),
+                rival,
+            };
+            let of_seed = proof_of(seed);
+            records.judge(self.list[seed].record, of_seed);
+            let is_better = best.as_ref().is_none_or(|(b, _)| evidence > b.evidence);
+            if of_seed.lacks().is_none() && is_better {
+                let is_proved = |&member: &usize| proof_of(member).is_enough();
+                best = Some((of_seed, members.into_iter().filter(is_proved).collect()));
             }
         }
-        let Some((_, members)) = best else {
+        let Some((best, members)) = best else {
             return vec![];
         };
         let taken: Vec<Candidate> = members.iter().map(|&i| self.list[i]).collect();
+        for candidate in &taken {
+            let asked = proof * places_proof(&candidate.doubt);
+            records.judge(candidate.record, Proof { asked, ..best });
+        }
         // What the same submaps were elsewhere is refused, and what agrees is taken.
-        self.list.retain(|c| !taken.iter().any(|t| t.new == c.new));
+        self.list.retain(|c| {
+            let is_placed = taken.iter().any(|t| t.new == c.new);
+            if is_placed && !taken.iter().any(|t| t.record == c.record) {
+                records.decide(c.record, refused(Refusal::PlacedElsewhere));
+            }
+            !is_placed
+        });
         taken
     }
 
@@ -174,6 +221,10 @@ impl Waiting {
     }
 }
 
+fn refused(why: Refusal) -> ClosureFate {
+    ClosureFate::Refused { why }
+}
+
 /// The evidence that is asked for with this doubt.
 fn places_proof(doubt: &Doubt) -> f64 {
     let along = (doubt.shift / PLACE_SHIFT).max(1.0);
@@ -183,102 +234,4 @@ fn places_proof(doubt: &Doubt) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use nalgebra::Matrix3;
-
-    use super::*;
-
-    /// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap.
-    struct Straight;
-
-    impl Ways for Straight {
-        fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
-            let apart = to as f64 - from as f64;
-            let doubt = Doubt {
-                shift: 0.05 * apart.abs(),
-                turn: 0.001 * apart.abs(),
-            };
-            (Pose2::new(5.0 * apart, 0.0, 0.0), doubt)
-        }
-    }
-
-    /// Submap `new` beside `old`, so far off to the side.
-    fn beside(old: usize, new: usize, y: f64) -> Candidate {
-        Candidate {
-            old,
-            new,
-            closure: Closure {
-                motion: Pose2::new(0.0, y, 0.0),
-                information: Matrix3::identity(),
-                is_searched: true,
-                overlap: 0.7,
-                part: 0.95,
-            },
-            doubt: Doubt {
-                shift: 30.0,
-                turn: 0.3,
-            },
-        }
-    }
-
-    fn taken(candidates: &[Candidate]) -> Vec<(usize, usize)> {
-        let mut waiting = Waiting::default();
-        let mut taken = vec![];
-        for of_one in candidates.chunk_by(|a, b| a.new == b.new) {
-            of_one.iter().for_each(|candidate| waiting.push(*candidate));
-            let proved = waiting.take_proved(of_one[0].new, &Straight, 1.0);
-            taken.extend(proved.iter().map(|c| (c.old, c.new)));
-        }
-        taken.sort_unstable();
-        taken
-    }
-
-    #[test]
-    fn one_placement_in_a_wide_window_waits_and_three_that_agree_are_believed() {
-        assert_eq!(taken(&[beside(2, 40, 1.0)]), []);
-        let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
-        assert_eq!(taken(&agreeing), [(2, 40), (3, 41), (4, 42)]);
-    }
-
-    #[test]
-    fn one_placement_where_little_was_searched_is_believed_alone() {
-        let mut near = beside(2, 40, 0.2);
-        near.doubt = Doubt {
-            shift: 0.15,
-            turn: 0.03,
-        };
-        assert_eq!(taken(&[near]), [(2, 40)]);
-    }
-
-    #[test]
-    fn rivals_that_are_as_well_proved_keep_each_other_waiting() {
-        // The same corridor again 20 m on: each new submap fits in either.
-        let twice = |new: usize| [beside(new - 38, new, 1.0), beside(new - 34, new, 1.0)];
-        let alike: Vec<Candidate> = (40..46).flat_map(twice).collect();
-        assert_eq!(taken(&alike), []);
-        // What comes after fits in one of them alone.
-        let mut decided = alike.clone();
-        decided.extend((46..52).map(|new| beside(new - 38, new, 1.0)));
-        let found = taken(&decided);
-        assert!(found.len() >= 6, "{found:?}");
-        assert!(found.iter().all(|(old, new)| new - old == 38), "{found:?}");
-    }
-
-    #[test]
-    fn what_is_known_well_does_not_vouch_for_what_is_known_badly() {
-        let known_to = |shift: f64, candidate: Candidate| Candidate {
-            doubt: Doubt { shift, turn: 0.03 },
-            ..candidate
-        };
-        let near = known_to(0.1, beside(38, 40, 0.1));
-        let mut far = known_to(30.0, beside(2, 40, 0.1));
-        far.closure.motion = Pose2::new(36.0 * 5.0 + 0.3, 0.1, 0.0);
-        assert_eq!(taken(&[near, far]), [(38, 40)]);
-    }
-
-    #[test]
-    fn those_that_contradict_each_other_prove_nothing_together() {
-        let scattered = [beside(2, 40, 1.0), beside(3, 41, 9.0), beside(4, 42, -7.0)];
-        assert_eq!(taken(&scattered), []);
-    }
-}
+mod tests;

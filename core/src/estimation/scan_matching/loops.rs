@@ -13,6 +13,7 @@ use nalgebra::Matrix3;
 use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
 use super::closures::{Candidate, Ways};
+use super::records::ClosureFate;
 use super::{ScanMatcher, carried};
 use crate::geom::{Pose2, pose_cov};
 
@@ -95,14 +96,16 @@ impl ScanMatcher {
             &self.config.closure,
         );
         let Some(closure) = found else { return };
+        let doubt = doubts[old];
         let candidate = Candidate {
             old,
             new,
             closure,
-            doubt: doubts[old],
+            doubt,
+            record: self.records.begin((old, new), &closure, doubt),
         };
         if closure.is_searched {
-            self.waiting.push(candidate);
+            self.waiting.push(candidate, &mut self.records);
         } else {
             self.believe(&candidate);
         }
@@ -111,13 +114,15 @@ impl ScanMatcher {
     /// Believes the placements that are proved by now.
     pub(super) fn believe_proved(&mut self, new: usize) {
         let mut waiting = std::mem::take(&mut self.waiting);
+        let mut records = std::mem::take(&mut self.records);
         let ways = KnownWays {
             poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
             doubts: RefCell::default(),
             matcher: self,
         };
-        let proved = waiting.take_proved(new, &ways, self.config.closure.proof);
+        let proved = waiting.take_proved(new, &ways, self.config.closure.proof, &mut records);
         self.waiting = waiting;
+        self.records = records;
         for candidate in &proved {
             self.believe(candidate);
         }
@@ -138,7 +143,9 @@ impl ScanMatcher {
             information: candidate.closure.information,
             cauchy: Some(self.config.closure.kernel),
         });
-        if added.is_some() {
+        if let Some(edge) = added {
+            let accepted = ClosureFate::Accepted { edge };
+            self.records.decide(candidate.record, accepted);
             self.closures += 1;
             self.graph_changed = true;
         }
@@ -147,6 +154,7 @@ impl ScanMatcher {
     pub(super) fn optimize(&mut self) {
         self.graph_changed = false;
         self.graph.optimize(self.config.closure.max_iterations);
+        self.optimizations += 1;
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
         }

@@ -173,6 +173,35 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
     }
 }
 
+#[test]
+fn each_closure_in_the_graph_has_its_record_and_each_submap_its_surfaces() {
+    let (_, _, matcher) = run(ScanMatcherConfig::default(), 0);
+    let graph = matcher.graph();
+    let mut accepted = 0;
+    for record in matcher.closure_records() {
+        let residual = matcher.residual(record);
+        if let ClosureFate::Accepted { edge } = record.fate {
+            accepted += 1;
+            assert_eq!(graph.edge(edge).unwrap().motion, record.motion);
+            let chi2 = graph.edge_chi2(edge).unwrap();
+            assert!((residual.chi2 - chi2).abs() < 1e-9 * (1.0 + chi2));
+            assert_eq!(record.is_searched, record.proof.is_some());
+        }
+        let (old, new) = (graph.poses()[record.old], graph.poses()[record.new]);
+        let present = record.motion * residual.off;
+        assert!(present.minus(&old.delta_to(&new)).amax() < 1e-9);
+    }
+    assert_eq!(accepted, matcher.loop_closures());
+    assert!(matcher.submaps_version() > 0);
+
+    assert_eq!(matcher.submaps().len(), graph.poses().len());
+    let closed = matcher.submaps().len() - 1;
+    for submap in matcher.submaps().take(closed) {
+        assert!(submap.surfaces().len() > 50 && submap.keyframes > 0);
+        assert!(!submap.is_loose, "odometry and scans agree in the ring");
+    }
+}
+
 /// The largest error of a trajectory, m and rad.
 fn worst(truth: &[Pose2], matcher: &ScanMatcher) -> [f64; 2] {
     let errors = matcher.trajectory().zip(truth).map(|((_, found), truth)| {

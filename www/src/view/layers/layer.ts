@@ -1,11 +1,13 @@
 // What every layer is given.
 
 import type { ContestState, Rooms, Sighting } from "../../protocol/module.js";
+import type { Compared } from "../../compared.js";
 import type { Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
 import type { Tiles } from "../tiles.js";
+import type { ClosureName } from "./closures.js";
 
 /** The context draws in map metres, y up. */
 export interface Brush {
@@ -24,6 +26,10 @@ export interface Brush {
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
+  /** What other methods made of the same log. */
+  readonly compared: readonly Compared[];
+  /** The loop closure that was chosen. */
+  readonly closure: ClosureName | null;
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
       closed. */
   readonly sightings: readonly Sighting[];

@@ -3,6 +3,7 @@
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import { addSegments, type Brush, label, nearestSegment, stroke } from "./layer.js";
+import { writeName } from "./name.js";
 
 export function draw(brush: Brush): void {
   const { context, palette, scene: { lines }, spot, sightings } = brush;
@@ -21,19 +22,6 @@ export function draw(brush: Brush): void {
     const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = ends;
     label(brush, (x1 + x2) / 2, (y1 + y2) / 2, () => writeName(brush, `wall ${id}`));
   }
-}
-
-function writeName({ context, palette }: Brush, name: string): void {
-  context.font = "500 12px IBM Plex Mono, monospace";
-  const { width } = context.measureText(name);
-  context.globalAlpha = 0.9;
-  context.fillStyle = palette.css.free;
-  context.beginPath();
-  context.roundRect(8, -24, width + 10, 19, 5);
-  context.fill();
-  context.globalAlpha = 1;
-  context.fillStyle = palette.css.ink;
-  context.fillText(name, 13, -10.5);
 }
 
 /** Ends of a wall, x1 y1 x2 y2, map frame, m; null where there is none of that name. */

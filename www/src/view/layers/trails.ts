@@ -1,17 +1,23 @@
 // Where the robot was: in truth (dashed), by its wheels alone (dotted), and as estimated (solid).
 
 import { TRAIL, TRAIL_STRIDE } from "../../protocol/module.js";
+import { moved, type Shift } from "../submaps.js";
 import { type Brush, stroke } from "./layer.js";
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene } = brush;
   const pixel = camera.px(1.5);
   context.lineJoin = "round";
-  const addTrail = (offset: number): void => {
+  const { submaps } = scene;
+  // While the map glides, the way glides with it.
+  const shifts = submaps.glides ? Array.from({ length: submaps.count }, (_, i) => submaps.shift(i)) : [];
+  const addTrail = (offset: number, shifts: readonly (Shift | null)[] = []): void => {
     let pen = false;
     let [lastX, lastY] = [NaN, NaN];
     for (let i = offset; i + 1 < scene.trailLength; i += TRAIL_STRIDE) {
-      const [x = NaN, y = NaN] = [scene.trail[i], scene.trail[i + 1]];
+      let [x = NaN, y = NaN] = [scene.trail[i], scene.trail[i + 1]];
+      const shift = shifts[scene.trail[i - offset + TRAIL.submap] ?? 0];
+      if (shift) [x, y] = moved(shift, x, y);
       if (Number.isNaN(x)) {
         pen = false;
         continue;
@@ -25,5 +31,5 @@ export function draw(brush: Brush): void {
   };
   stroke(brush, { colour: palette.css.odometry, width: 1.5, alpha: 0.8, dash: [1.5, 3.5] }, () => addTrail(TRAIL.odometryX));
   stroke(brush, { colour: palette.css.truth, width: 2, alpha: 0.8, dash: [6, 4] }, () => addTrail(TRAIL.truthX));
-  stroke(brush, { colour: palette.css.estimate, width: 2, alpha: 0.8 }, () => addTrail(TRAIL.x));
+  stroke(brush, { colour: palette.css.estimate, width: 2, alpha: 0.8 }, () => addTrail(TRAIL.x, shifts));
 }

@@ -1,0 +1,192 @@
+//! Placements made by hand: which are believed, and what becomes of the others.
+
+use nalgebra::Matrix3;
+
+use super::*;
+
+/// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap.
+struct Straight;
+
+impl Ways for Straight {
+    fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
+        let apart = to as f64 - from as f64;
+        let doubt = Doubt {
+            shift: 0.05 * apart.abs(),
+            turn: 0.001 * apart.abs(),
+        };
+        (Pose2::new(5.0 * apart, 0.0, 0.0), doubt)
+    }
+}
+
+/// Submap `new` beside `old`, so far off to the side.
+fn beside(old: usize, new: usize, y: f64) -> Candidate {
+    let closure = Closure {
+        motion: Pose2::new(0.0, y, 0.0),
+        information: Matrix3::identity(),
+        is_searched: true,
+        overlap: 0.7,
+        part: 0.95,
+    };
+    let doubt = Doubt {
+        shift: 30.0,
+        turn: 0.3,
+    };
+    Candidate {
+        old,
+        new,
+        closure,
+        doubt,
+        record: Records::default().begin((old, new), &closure, doubt),
+    }
+}
+
+/// What waits after candidates have come, one new submap after the other.
+#[derive(Default)]
+struct Judged {
+    waiting: Waiting,
+    records: Records,
+    taken: Vec<(usize, usize)>,
+}
+
+impl Judged {
+    fn of(candidates: &[Candidate]) -> Self {
+        let mut judged = Self::default();
+        for of_one in candidates.chunk_by(|a, b| a.new == b.new) {
+            of_one.iter().for_each(|candidate| judged.push(candidate));
+            judged.take(of_one[0].new);
+        }
+        judged.taken.sort_unstable();
+        judged
+    }
+
+    fn push(&mut self, candidate: &Candidate) {
+        let Candidate {
+            old,
+            new,
+            closure,
+            doubt,
+            ..
+        } = *candidate;
+        let record = self.records.begin((old, new), &closure, doubt);
+        let candidate = Candidate {
+            record,
+            ..*candidate
+        };
+        self.waiting.push(candidate, &mut self.records);
+    }
+
+    fn take(&mut self, new: usize) {
+        let proved = (self.waiting).take_proved(new, &Straight, 1.0, &mut self.records);
+        self.taken.extend(proved.iter().map(|c| (c.old, c.new)));
+    }
+
+    /// What became of the placement of `new` in `old`, if it was not taken.
+    fn fate(&self, old: usize, new: usize) -> ClosureFate {
+        let mut records = self.records.iter();
+        let record = records.find(|r| (r.old, r.new) == (old, new)).unwrap();
+        record.fate
+    }
+}
+
+fn taken(candidates: &[Candidate]) -> Vec<(usize, usize)> {
+    Judged::of(candidates).taken
+}
+
+#[test]
+fn one_placement_in_a_wide_window_waits_and_three_that_agree_are_believed() {
+    assert_eq!(taken(&[beside(2, 40, 1.0)]), []);
+    let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
+    assert_eq!(taken(&agreeing), [(2, 40), (3, 41), (4, 42)]);
+}
+
+#[test]
+fn one_placement_where_little_was_searched_is_believed_alone() {
+    let mut near = beside(2, 40, 0.2);
+    near.doubt = Doubt {
+        shift: 0.15,
+        turn: 0.03,
+    };
+    assert_eq!(taken(&[near]), [(2, 40)]);
+}
+
+#[test]
+fn rivals_that_are_as_well_proved_keep_each_other_waiting() {
+    // The same corridor again 20 m on: each new submap fits in either.
+    let twice = |new: usize| [beside(new - 38, new, 1.0), beside(new - 34, new, 1.0)];
+    let alike: Vec<Candidate> = (40..46).flat_map(twice).collect();
+    assert_eq!(taken(&alike), []);
+    // What comes after fits in one of them alone.
+    let mut decided = alike.clone();
+    decided.extend((46..52).map(|new| beside(new - 38, new, 1.0)));
+    let found = taken(&decided);
+    assert!(found.len() >= 6, "{found:?}");
+    assert!(found.iter().all(|(old, new)| new - old == 38), "{found:?}");
+}
+
+#[test]
+fn what_is_known_well_does_not_vouch_for_what_is_known_badly() {
+    let known_to = |shift: f64, candidate: Candidate| Candidate {
+        doubt: Doubt { shift, turn: 0.03 },
+        ..candidate
+    };
+    let near = known_to(0.1, beside(38, 40, 0.1));
+    let mut far = known_to(30.0, beside(2, 40, 0.1));
+    far.closure.motion = Pose2::new(36.0 * 5.0 + 0.3, 0.1, 0.0);
+    assert_eq!(taken(&[near, far]), [(38, 40)]);
+}
+
+#[test]
+fn those_that_contradict_each_other_prove_nothing_together() {
+    let scattered = [beside(2, 40, 1.0), beside(3, 41, 9.0), beside(4, 42, -7.0)];
+    assert_eq!(taken(&scattered), []);
+}
+
+#[test]
+fn what_is_not_believed_says_why() {
+    let waits = |why: Delay| ClosureFate::Waiting { why };
+    let alone = Judged::of(&[beside(2, 40, 1.0)]);
+    assert_eq!(alone.fate(2, 40), waits(Delay::TooLittleProof));
+
+    let twice = |new: usize| [beside(new - 38, new, 1.0), beside(new - 34, new, 1.0)];
+    let mut alike: Vec<Candidate> = (40..46).flat_map(twice).collect();
+    let undecided = Judged::of(&alike);
+    assert_eq!(undecided.fate(7, 45), waits(Delay::Rivals));
+    assert_eq!(undecided.fate(11, 45), waits(Delay::Rivals));
+
+    alike.extend((46..52).map(|new| beside(new - 38, new, 1.0)));
+    let decided = Judged::of(&alike);
+    assert!(decided.taken.contains(&(7, 45)), "{:?}", decided.taken);
+    assert_eq!(decided.fate(11, 45), refused(Refusal::PlacedElsewhere));
+}
+
+#[test]
+fn a_record_has_the_figures_that_decided() {
+    let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
+    let judged = Judged::of(&agreeing);
+    for record in judged.records.iter() {
+        let proof = record.proof.unwrap();
+        // Each proves one submap's worth, and all were searched for in the same window.
+        assert!((proof.evidence - 3.0).abs() < 1e-12, "{proof:?}");
+        assert!((proof.asked - places_proof(&record.doubt)).abs() < 1e-12);
+        assert!(proof.lacks().is_none() && proof.rival == 0.0, "{proof:?}");
+        assert!((record.overlap - 0.7).abs() + (record.part - 0.95).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn records_of_what_was_refused_are_few_however_long_the_run() {
+    let mut judged = Judged::default();
+    for new in 40..2_000 {
+        judged.push(&beside(2, new, 100.0));
+    }
+    let fates: Vec<ClosureFate> = judged.records.iter().map(|r| r.fate).collect();
+    let waiting = fates.iter().filter(|f| {
+        **f == ClosureFate::Waiting {
+            why: Delay::NotJudged,
+        }
+    });
+    assert_eq!(waiting.count(), MOST_WAITING);
+    assert!(fates.len() <= 2 * MOST_WAITING, "{}", fates.len());
+    assert!(fates.contains(&refused(Refusal::NeverProved)));
+    assert!(judged.records.changes() > 2_000);
+}

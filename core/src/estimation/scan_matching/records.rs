@@ -1,0 +1,178 @@
+//! What became of each placement of one submap in another.
+//!
+//! In: what was found, and each judgement on it. Out: a [`ClosureRecord`] for whoever asks why a
+//! loop was closed, or was not. Nothing is decided by these records.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix3;
+
+use super::super::pose_graph::{Edge, EdgeId};
+use super::super::submap::{Closure, Doubt};
+use super::closures::Proof;
+use crate::geom::Pose2;
+
+/// A placement of one submap in another, and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosureRecord {
+    /// The earlier submap.
+    pub old: usize,
+    /// The later one.
+    pub new: usize,
+    /// `old_from_new`, as found.
+    pub motion: Pose2,
+    /// Inverse of the covariance of `motion`, as an edge of a pose graph takes it.
+    pub information: Matrix3<f64>,
+    /// What was known of `motion` before.
+    pub doubt: Doubt,
+    /// Whether it had to be searched for.
+    pub is_searched: bool,
+    /// The part of the surfaces of either that lies on those of the other, the larger one.
+    pub overlap: f64,
+    /// Of the surfaces that are compared, the part that agrees.
+    pub part: f64,
+    /// What it had for itself when it was judged last; `None` before, and where it needed no
+    /// search: then nothing is asked for.
+    pub proof: Option<Proof>,
+    /// What became of it.
+    pub fate: ClosureFate,
+}
+
+/// What became of a placement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClosureFate {
+    /// It is not believed yet: what comes may prove it.
+    Waiting {
+        /// What it waits for.
+        why: Delay,
+    },
+    /// It is an edge of the pose graph.
+    Accepted {
+        /// Its name there.
+        edge: EdgeId,
+    },
+    /// It is not believed.
+    Refused {
+        /// Why not.
+        why: Refusal,
+    },
+}
+
+/// Why a placement waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delay {
+    /// It was found just now.
+    NotJudged,
+    /// Something fits somewhere by chance, in so wide a window.
+    TooLittleProof,
+    /// Another that contradicts it is nearly as well proved.
+    Rivals,
+}
+
+/// Why a placement is not believed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// Its submap was placed in others, and that was proved.
+    PlacedElsewhere,
+    /// It waited for proof until there was no room for it any more.
+    NeverProved,
+}
+
+/// The name of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct RecordId(usize);
+
+/// Records of all that wait and all that were accepted, and of the last that were refused.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Records {
+    list: BTreeMap<RecordId, ClosureRecord>,
+    next: usize,
+    changes: u64,
+}
+
+/// Most records of placements that were refused; the oldest go first.
+const MOST_REFUSED: usize = 400;
+
+impl Records {
+    /// A placement was found.
+    pub(super) fn begin(
+        &mut self,
+        (old, new): (usize, usize),
+        found: &Closure,
+        doubt: Doubt,
+    ) -> RecordId {
+        let id = RecordId(self.next);
+        self.next += 1;
+        let record = ClosureRecord {
+            old,
+            new,
+            motion: found.motion,
+            information: found.information,
+            doubt,
+            is_searched: found.is_searched,
+            overlap: found.overlap,
+            part: found.part,
+            proof: None,
+            fate: ClosureFate::Waiting {
+                why: Delay::NotJudged,
+            },
+        };
+        self.list.insert(id, record);
+        self.changes += 1;
+        id
+    }
+
+    pub(super) fn judge(&mut self, id: RecordId, proof: Proof) {
+        self.change(id, |record| {
+            record.proof = Some(proof);
+            if let (ClosureFate::Waiting { why }, Some(lacks)) = (&mut record.fate, proof.lacks()) {
+                *why = lacks;
+            }
+        });
+    }
+
+    pub(super) fn decide(&mut self, id: RecordId, fate: ClosureFate) {
+        self.change(id, |record| record.fate = fate);
+        self.forget_oldest();
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &ClosureRecord> {
+        self.list.values()
+    }
+
+    /// Grows whenever a record does or changes.
+    pub(super) fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    fn change(&mut self, id: RecordId, change: impl FnOnce(&mut ClosureRecord)) {
+        if let Some(record) = self.list.get_mut(&id) {
+            change(record);
+            self.changes += 1;
+        }
+    }
+
+    fn forget_oldest(&mut self) {
+        let refused = |(id, record): (&RecordId, &ClosureRecord)| {
+            matches!(record.fate, ClosureFate::Refused { .. }).then_some(*id)
+        };
+        let refused: Vec<RecordId> = self.list.iter().filter_map(refused).collect();
+        let too_many = refused.len().saturating_sub(MOST_REFUSED);
+        for id in &refused[..too_many] {
+            self.list.remove(id);
+        }
+    }
+}
+
+impl ClosureRecord {
+    /// The edge that it would be, in a pose graph that believes all errors.
+    pub(super) fn edge(&self) -> Edge {
+        Edge {
+            from: self.old,
+            to: self.new,
+            motion: self.motion,
+            information: self.information,
+            cauchy: None,
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The inside of the map, to look at: submaps, and how far placements are from where these lie.
+
+use nalgebra::Point2;
+
+use super::super::submap::ClosedSubmap;
+use super::ScanMatcher;
+use super::records::ClosureRecord;
+use crate::geom::Pose2;
+
+/// A submap, to look at.
+#[derive(Clone, Copy, Debug)]
+pub struct ShownSubmap<'a> {
+    /// Where it lies, as known now.
+    pub map_from_submap: Pose2,
+    /// Number of its own keyframes.
+    pub keyframes: usize,
+    /// Whether it is joined to the one before by the motion alone, for the scan that began it did
+    /// not belong to that.
+    pub is_loose: bool,
+    closed: &'a ClosedSubmap,
+}
+
+/// How far a placement is from where its submaps lie now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residual {
+    /// The motion from the place that was found to the present one, in the frame of the former.
+    pub off: Pose2,
+    /// χ² of it: of 3 degrees of freedom if the placement is right and its information honest.
+    pub chi2: f64,
+}
+
+impl ScanMatcher {
+    /// The submaps, in the order in which they were begun; the last one is still being made.
+    pub fn submaps(&self) -> impl ExactSizeIterator<Item = ShownSubmap<'_>> {
+        self.submaps.iter().map(|submap| ShownSubmap {
+            map_from_submap: submap.map_from_submap,
+            keyframes: submap.own_keyframes,
+            is_loose: submap.is_loose,
+            closed: &submap.closed,
+        })
+    }
+
+    /// What became of each placement of one submap in another, the oldest first. Of those that were
+    /// refused, the last few hundred.
+    pub fn closure_records(&self) -> impl Iterator<Item = &ClosureRecord> {
+        self.records.iter()
+    }
+
+    /// Grows whenever [`Self::submaps`] or [`Self::closure_records`] change.
+    #[must_use]
+    pub fn submaps_version(&self) -> u64 {
+        self.records.changes() + self.optimizations + self.submaps.len() as u64
+    }
+
+    /// How far a placement is from where its submaps lie now.
+    #[must_use]
+    pub fn residual(&self, record: &ClosureRecord) -> Residual {
+        let poses = self.graph.poses();
+        let present = poses[record.old].delta_to(&poses[record.new]);
+        Residual {
+            off: record.motion.delta_to(&present),
+            chi2: self.graph.chi2_of(&record.edge()),
+        }
+    }
+}
+
+impl<'a> ShownSubmap<'a> {
+    /// Where it saw surfaces, in its frame; none while it is being made.
+    pub fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + use<'a> {
+        self.closed.surfaces()
+    }
+}

@@ -1,0 +1,105 @@
+//! Submaps and loop closures, for the page.
+
+use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::{ClosureRecord, ScanMatcher, ShownSubmap};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{
+    ClosureOutcome, ClosureRow, Float32Array, SubmapRow, Uint32Array, WebError, flat, typed,
+};
+use crate::run::WebRun;
+use crate::view::{flag, polyline};
+
+/// Points of the surfaces of a submap that a page is given: enough to see its walls.
+const MOST_SURFACES: usize = 120;
+
+/// Submaps and loop closures. Surfaces are in the frame of their submap, so that they cross once,
+/// wherever it moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct Submaps {
+    /// Hand it in next time to get what changed since.
+    pub version: f64,
+    /// All submaps, see `SUBMAP`; the last one is still being made.
+    pub poses: Float32Array,
+    /// Numbers in `surfaces` of each submap that is complete now and was not known to be.
+    pub lengths: Uint32Array,
+    /// x y of their surfaces.
+    pub surfaces: Float32Array,
+    /// All placements of one submap in another that are remembered, see `CLOSURE`.
+    pub closures: Float32Array,
+    /// What became of each.
+    pub outcomes: Vec<ClosureOutcome>,
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// Submaps and loop closures, for someone who knows `version` of them and the surfaces of the
+    /// first `known`; nothing where that is the newest, and for methods without.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn submaps(&self, version: f64, known: u32) -> Result<Option<Ts<Submaps>>, WebError> {
+        let matcher = self.slam().view().map;
+        let changed = matcher.filter(|m| m.submaps_version() as f64 != version);
+        let submaps = changed.map(|m| Submaps::of(m, known as usize));
+        submaps.as_ref().map(typed).transpose()
+    }
+}
+
+impl Submaps {
+    fn of(matcher: &ScanMatcher, known: usize) -> Self {
+        let complete = matcher.submaps().len().saturating_sub(1);
+        let mut lengths = vec![];
+        let mut surfaces = vec![];
+        for submap in matcher.submaps().take(complete).skip(known) {
+            let every = submap.surfaces().len().div_ceil(MOST_SURFACES).max(1);
+            let points: Vec<_> = submap.surfaces().step_by(every).collect();
+            lengths.push(2 * points.len() as u32);
+            surfaces.extend(polyline(&points));
+        }
+        let records = matcher.closure_records();
+        Self {
+            version: matcher.submaps_version() as f64,
+            poses: flat(matcher.submaps().map(|s| row_of(&s))),
+            lengths: lengths.into(),
+            surfaces: surfaces.into(),
+            closures: flat(records.map(|record| closure_row(matcher, record))),
+            outcomes: matcher.closure_records().map(Into::into).collect(),
+        }
+    }
+}
+
+fn row_of(submap: &ShownSubmap<'_>) -> SubmapRow {
+    let pose = submap.map_from_submap;
+    SubmapRow {
+        x: pose.x() as f32,
+        y: pose.y() as f32,
+        heading: pose.heading() as f32,
+        loose: flag(submap.is_loose) as f32,
+        keyframes: submap.keyframes as f32,
+    }
+}
+
+fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
+    let residual = matcher.residual(record);
+    let proof = record.proof;
+    let figure = |value: Option<f64>| value.map_or(f32::NAN, |v| v as f32);
+    ClosureRow {
+        old: record.old as f32,
+        new: record.new as f32,
+        x: record.motion.x() as f32,
+        y: record.motion.y() as f32,
+        heading: record.motion.heading() as f32,
+        off_shift: residual.off.position().coords.norm() as f32,
+        off_turn: residual.off.heading().abs() as f32,
+        chi2: residual.chi2 as f32,
+        doubt_shift: record.doubt.shift as f32,
+        doubt_turn: record.doubt.turn as f32,
+        searched: flag(record.is_searched) as f32,
+        overlap: record.overlap as f32,
+        part: record.part as f32,
+        evidence: figure(proof.map(|p| p.evidence)),
+        asked: figure(proof.map(|p| p.asked)),
+        rival: figure(proof.map(|p| p.rival)),
+    }
+}

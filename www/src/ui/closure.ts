@@ -1,0 +1,79 @@
+// A loop closure that was chosen on the map: which submaps, how far they lie from where it has
+// them, and why it was accepted or not.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from "../protocol/module.js";
+import { CLOSURE_PENS, rowOf } from "../view/layers/closures.js";
+import { FATE, type Fate } from "../view/submaps.js";
+import { SlamElement } from "./element.js";
+import { figure, figures } from "./figures.js";
+import { fixed, length, percent } from "./format.js";
+import { icons } from "./icons.js";
+
+type Figures = Readonly<Record<keyof typeof CLOSURE, number>>;
+
+const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused" };
+
+const submaps = (count: number): string => `${fixed(count, 1)} ${fixed(count, 1) === "1.0" ? "submap" : "submaps"}`;
+
+/** Why, in a sentence or two. Evidence counts submaps that lie wholly on one another. */
+const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
+  "known-before": () => "No search was needed: the place was known well enough to match the two at once, and it fits.",
+  proved: (f) => `It was searched for, and proved: this place and those that agree with it are worth ${submaps(f.evidence)}, where ${fixed(f.asked, 1)} were asked for${f.rival > 0 ? `; the best rival has ${fixed(f.rival, 1)}` : ", and nothing contradicts it"}.`,
+  "not-judged": () => "It was found just now and is not judged yet.",
+  "too-little-proof": (f) => `Too little proof so far: this place and those that agree with it are worth ${submaps(f.evidence)}, and ${fixed(f.asked, 1)} are asked for. So wide a search finds something that fits by chance.`,
+  rivals: (f) => `The building looks alike here: this place is worth ${submaps(f.evidence)}, and one that contradicts it ${fixed(f.rival, 1)}. What comes next decides.`,
+  "placed-elsewhere": () => "Others place this submap with more proof, and this place does not go with theirs.",
+  "never-proved": () => "It waited for proof until newer places took its room.",
+};
+
+/** χ² of 3 degrees of freedom is below this in 95 of 100 cases. */
+const CHI2_95 = 7.815;
+/** 1.1 million is as good as 1 116 908.5. */
+const ROUGHLY = new Intl.NumberFormat("en", { notation: "compact", compactDisplay: "long", maximumSignificantDigits: 2 });
+
+export class SlamClosure extends SlamElement {
+  static override styles = [
+    figures,
+    css`
+      section { width: min(400px, calc(100vw - 24px)); padding: 12px 14px; border: 1px solid var(--line); border-radius: 14px; background: var(--raised); box-shadow: var(--shadow); animation: in .18s ease-out; }
+      @keyframes in { from { opacity: 0; transform: translateY(6px); } }
+      header { display: flex; align-items: center; gap: 9px; margin-bottom: 6px; }
+      header b { flex: 1; font-weight: 600; }
+      header svg { width: 28px; height: 10px; }
+      header button { border-color: transparent; background: transparent; min-height: 30px; width: 30px; }
+      .fate { font-size: 13px; font-weight: 600; }
+      p { margin: 0 0 8px; font-size: 13px; line-height: 1.45; }
+      @media (pointer: coarse) { header button { min-height: 44px; width: 44px; margin: -8px -8px -8px 0; } }
+      @media (max-width: 760px) { section { margin: 0 12px; } }
+    `,
+  ];
+
+  protected override readonly topics = ["frame", "closure", "view", "run"] as const;
+
+  override render(): TemplateResult | typeof nothing {
+    const { store, scene: { submaps } } = this;
+    const row = store.closure && store.layers.closures ? rowOf(submaps, store.closure) : null;
+    const outcome = row === null ? undefined : submaps.outcomes[row];
+    if (row === null || !outcome) return nothing;
+    const at = (place: number): number => submaps.closures[row * CLOSURE_STRIDE + place] ?? NaN;
+    const f = Object.fromEntries(Object.entries(CLOSURE).map(([name, place]) => [name, at(place)])) as unknown as Figures;
+    const [off, doubt] = [length(f.offShift), length(f.doubtShift)];
+    const fate = FATE[outcome];
+    return html`<section aria-live="polite" aria-label="Loop closure" data-testid="closure">
+      <header><svg viewBox="0 0 28 10" aria-hidden="true"><path d="M1 5h26" stroke="var(--map-${fate})" stroke-width="3" stroke-dasharray=${(CLOSURE_PENS[fate].dash ?? []).join(" ")}/></svg>
+        <b>Submap ${f.new} in submap ${f.old}</b><span class="fate" data-testid="closure-fate">${FATES[fate]}</span>
+        <button class="icon" aria-label="Close" @click=${() => store.set("closure", { closure: null })}>${icons.close}</button></header>
+      <p data-testid="closure-why">${WHY[outcome](f)}</p>
+      <dl>
+        ${figure("Off by now", `${off.value} ${off.unit}, ${fixed(degrees(f.offTurn), 1)}°`, "closure-off", "Between the place that was found and where the two submaps lie now", "wide")}
+        ${figure("Residual χ²", `${f.chi2 < 1000 ? fixed(f.chi2, 1) : ROUGHLY.format(f.chi2)}${f.chi2 > CHI2_95 ? `, over ${fixed(CHI2_95, 1)}` : ""}`, "closure-chi2", `Of 3 degrees of freedom: below ${fixed(CHI2_95, 1)} in 95 of 100 cases, if its uncertainty is honest`, "wide")}
+        ${figure("Known before to", `±${doubt.value} ${doubt.unit}, ${fixed(degrees(f.doubtTurn), 1)}°`, "closure-doubt", "Standard deviation of the place before the two were compared", "wide")}
+        ${figure("Overlap", percent(f.overlap), "closure-overlap", "How much of the smaller submap lies on the other")}
+        ${figure("Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same")}
+      </dl></section>`;
+  }
+}
+
+customElements.define("slam-closure", SlamClosure);

@@ -1,0 +1,193 @@
+// Submaps as they are drawn: where a loop closure moves them, they glide, and so does all that
+// stands on them.
+
+import { turnBetween } from "../angle.js";
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
+
+/** What became of a placement, as people tell them apart. */
+export type Fate = "accepted" | "waiting" | "refused";
+export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
+  "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", rivals: "waiting",
+  "placed-elsewhere": "refused", "never-proved": "refused",
+};
+
+/** How long they glide, wall milliseconds. */
+const GLIDE_MILLIS = 600;
+/** The map is drawn again beside the one that is shown. Walls stand where they will be until then,
+    but no longer than this, wall milliseconds. */
+const REDRAW_MILLIS = 3000;
+/** How long closures stand out that were accepted just now, wall milliseconds. */
+const FRESH_MILLIS = 2500;
+/** What moves by less is no news, m. */
+export const LEAST_MOVE = 0.05;
+
+const EMPTY = new Float32Array(0);
+
+/** x y heading. */
+type Place = readonly [number, number, number];
+/** A turn and a shift: x' = cos x - sin y + dx, y' = sin x + cos y + dy. */
+export interface Shift { readonly cos: number; readonly sin: number; readonly dx: number; readonly dy: number }
+
+export class Submaps {
+  /** See SUBMAP: as known now, and where they glide from. */
+  #poses: Float32Array = EMPTY;
+  #from: Float32Array = EMPTY;
+  #began = -Infinity;
+  #part = 1;
+  #awaitsGrid = false;
+  /** x y of the walls of each, in its own frame. */
+  readonly surfaces: Float32Array[] = [];
+  /** Names of the closures that are accepted, of those that were last, and when. */
+  #accepted: ReadonlySet<string> = new Set();
+  #news: ReadonlySet<string> = new Set();
+  #acceptedAt = -Infinity;
+  /** Rows of the closures that were accepted just now, and how much they stand out yet, 1 to 0. */
+  fresh: { rows: readonly number[]; part: number } = { rows: [], part: 0 };
+  /** See CLOSURE. */
+  closures: Float32Array = EMPTY;
+  outcomes: readonly ClosureOutcome[] = [];
+
+  clear(): void {
+    [this.#poses, this.#from, this.closures] = [EMPTY, EMPTY, EMPTY];
+    [this.#began, this.#part, this.#awaitsGrid] = [-Infinity, 1, false];
+    this.outcomes = [];
+    [this.#accepted, this.#news] = [new Set(), new Set()];
+    this.fresh = { rows: [], part: 0 };
+    this.surfaces.length = 0;
+  }
+
+  get count(): number {
+    return this.#poses.length / SUBMAP_STRIDE;
+  }
+
+  /** Whether they are on their way. */
+  get glides(): boolean {
+    return this.#part < 1;
+  }
+
+  /** Whether the grid shows walls where they were: on the way, and until it is drawn again. */
+  get ahead(): boolean {
+    return this.glides || this.#awaitsGrid;
+  }
+
+  /** Whether the next picture differs, also while nothing else does. */
+  get isLively(): boolean {
+    return this.ahead || this.fresh.part > 0;
+  }
+
+  /** Takes a change at a wall time; returns by how much it moves what was there, m. */
+  take({ poses, lengths, surfaces, closures, outcomes }: Change, wall: number): number {
+    let at = 0;
+    for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
+    const before = this.#poses;
+    const from = this.#placesOf(poses);
+    this.#markFresh(closures, outcomes, wall);
+    [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
+    let moved = 0;
+    for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
+      moved = Math.max(moved, Math.hypot((poses[i] ?? 0) - (before[i] ?? 0), (poses[i + 1] ?? 0) - (before[i + 1] ?? 0)));
+    }
+    // What is on its way already goes on from there.
+    if (moved >= LEAST_MOVE || this.glides) [this.#from, this.#began, this.#part] = [from, wall, 0];
+    this.#awaitsGrid ||= moved >= LEAST_MOVE;
+    return moved;
+  }
+
+  /** Where all are drawn now; those that are new come along with the last that is known. */
+  #placesOf(next: Float32Array): Float32Array {
+    const places = Float32Array.from(next);
+    const last = this.count - 1;
+    if (last < 0) return places;
+    const [at, shown] = [placeOf(next, last), this.shown(last)];
+    const along = between(at, shown);
+    for (let i = 0; i * SUBMAP_STRIDE < next.length; i += 1) {
+      const [x, y, heading] = placeOf(next, i);
+      places.set(i <= last ? this.shown(i) : [...moved(along, x, y), heading + shown[2] - at[2]], i * SUBMAP_STRIDE);
+    }
+    return places;
+  }
+
+  #markFresh(closures: Float32Array, outcomes: readonly ClosureOutcome[], wall: number): void {
+    const accepted = outcomes.flatMap((outcome, row) => (FATE[outcome] === "accepted" ? [[nameOf(closures, row), row] as const] : []));
+    const news = accepted.map(([name]) => name).filter((name) => !this.#accepted.has(name));
+    if (news.length > 0) [this.#acceptedAt, this.#news] = [wall, new Set(news)];
+    this.#accepted = new Set(accepted.map(([name]) => name));
+    this.fresh = { ...this.fresh, rows: accepted.filter(([name]) => this.#news.has(name)).map(([, row]) => row) };
+  }
+
+  /** The grid was drawn again. */
+  redrawn(): void {
+    this.#awaitsGrid = false;
+  }
+
+  /** Moves them to where they are at a wall time; at once where nothing is to move. */
+  animate(wall: number, still: boolean): void {
+    this.fresh = { ...this.fresh, part: still ? 0 : Math.max(0, 1 - (wall - this.#acceptedAt) / FRESH_MILLIS) };
+    const passed = wall - this.#began;
+    const part = still ? 1 : Math.min(passed / GLIDE_MILLIS, 1);
+    this.#part = part * part * (3 - 2 * part);
+    if (still || passed > REDRAW_MILLIS) this.#awaitsGrid = false;
+  }
+
+  /** Where a submap is drawn now. */
+  shown(submap: number): Place {
+    const known = placeOf(this.#poses, submap);
+    if (!this.glides) return known;
+    const from = placeOf(this.#from, submap);
+    const mix = (a: number, b: number): number => a + (b - a) * this.#part;
+    return [mix(from[0], known[0]), mix(from[1], known[1]), from[2] + turnBetween(known[2], from[2]) * this.#part];
+  }
+
+  isLoose(submap: number): boolean {
+    return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.loose] === 1;
+  }
+
+  keyframes(submap: number): number {
+    return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.keyframes] ?? 0;
+  }
+
+  /** From where all that stands on a submap is known to be to where it is drawn; null where that is
+      the same. */
+  shift(submap: number): Shift | null {
+    return this.glides && submap < this.count ? between(placeOf(this.#poses, submap), this.shown(submap)) : null;
+  }
+
+  /** The same from where another set of poses has it. */
+  shiftFrom(before: Float32Array, submap: number): Shift | null {
+    if ((submap + 1) * SUBMAP_STRIDE > before.length) return null;
+    return between(placeOf(before, submap), placeOf(this.#poses, submap));
+  }
+
+  /** As known now, see SUBMAP. */
+  get poses(): Float32Array {
+    return this.#poses;
+  }
+}
+
+/** A closure by its two submaps. */
+function nameOf(closures: Float32Array, row: number): string {
+  const at = row * CLOSURE_STRIDE;
+  return `${closures[at + CLOSURE.old]} ${closures[at + CLOSURE.new]}`;
+}
+
+function placeOf(poses: Float32Array, submap: number): Place {
+  const at = submap * SUBMAP_STRIDE;
+  return [poses[at + SUBMAP.x] ?? NaN, poses[at + SUBMAP.y] ?? NaN, poses[at + SUBMAP.heading] ?? NaN];
+}
+
+/** The motion of the map that takes `from` to `to`. */
+function between(from: Place, to: Place): Shift {
+  const turn = to[2] - from[2];
+  const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+  return { cos, sin, dx: to[0] - cos * from[0] + sin * from[1], dy: to[1] - sin * from[0] - cos * from[1] };
+}
+
+export function moved({ cos, sin, dx, dy }: Shift, x: number, y: number): [number, number] {
+  return [cos * x - sin * y + dx, sin * x + cos * y + dy];
+}
+
+/** Where a pose `x y heading` in the frame of `place` lies in the map. */
+export function within(place: Place, x: number, y: number): [number, number] {
+  const [cos, sin] = [Math.cos(place[2]), Math.sin(place[2])];
+  return [place[0] + cos * x - sin * y, place[1] + sin * x + cos * y];
+}
