@@ -68,7 +68,7 @@ export class SlamClosure extends SlamElement {
       <p data-testid="closure-why">${WHY[outcome](f)}</p>
       <dl>
         ${figure("Off by now", `${off.value} ${off.unit}, ${fixed(degrees(f.offTurn), 1)}°`, "closure-off", "Between the place that was found and where the two submaps lie now", "wide")}
-        ${figure("Residual χ²", `${f.chi2 < 1000 ? fixed(f.chi2, 1) : ROUGHLY.format(f.chi2)}${f.chi2 > CHI2_95 ? `, over ${fixed(CHI2_95, 1)}` : ""}`, "closure-chi2", `Of 3 degrees of freedom: below ${fixed(CHI2_95, 1)} in 95 of 100 cases, if its uncertainty is honest`, "wide")}
+        ${figure("Residual χ²", `${f.chi2 < 1000 ? fixed(f.chi2, 1) : ROUGHLY.format(f.chi2)}${f.chi2 > CHI2_95 ? `, expected under ${fixed(CHI2_95, 1)}` : ""}`, "closure-chi2", `Of 3 degrees of freedom: below ${fixed(CHI2_95, 1)} in 95 of 100 cases, if its uncertainty is honest`, "wide")}
         ${figure("Known before to", `±${doubt.value} ${doubt.unit}, ${fixed(degrees(f.doubtTurn), 1)}°`, "closure-doubt", "Standard deviation of the place before the two were compared", "wide")}
         ${figure("Overlap", percent(f.overlap), "closure-overlap", "How much of the smaller submap lies on the other")}
         ${figure("Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same")}
