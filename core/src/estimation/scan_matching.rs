@@ -29,6 +29,7 @@ mod local;
 mod loops;
 mod motion;
 mod records;
+mod revocation;
 mod shown;
 #[cfg(test)]
 mod tests;
@@ -39,12 +40,12 @@ use std::collections::{BTreeMap, VecDeque};
 use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
-use self::closures::Waiting;
+use self::closures::{Candidate, Waiting};
 use self::gathering::Gathering;
 use self::motion::Motion;
 use self::records::Records;
 use super::free_space::FreeSpace;
-use super::pose_graph::PoseGraph;
+use super::pose_graph::{EdgeId, PoseGraph};
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
@@ -88,6 +89,8 @@ pub struct ScanMatcher {
     jobs: VecDeque<(usize, usize)>,
     closures: usize,
     waiting: Waiting,
+    /// Closures that were believed since the graph was last optimised.
+    newest: Vec<(EdgeId, Candidate)>,
     records: Records,
     /// How often all submaps were placed anew.
     optimizations: u64,
@@ -104,8 +107,6 @@ struct Submap {
     map_from_submap: Pose2,
     /// Where it lies in the grid that is drawn, or being drawn.
     drawn_at: Pose2,
-    /// Whether it shares nothing with the one before, and little is known of the way between.
-    is_loose: bool,
     /// Keyframes of its own, overlap not counted.
     own_keyframes: usize,
     /// Whether it took nothing over from the one before.
@@ -144,6 +145,7 @@ impl ScanMatcher {
             jobs: VecDeque::new(),
             closures: 0,
             waiting: Waiting::default(),
+            newest: vec![],
             records: Records::default(),
             optimizations: 0,
             compared: BTreeMap::new(),
@@ -369,7 +371,6 @@ fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matr
 impl Submap {
     fn begun_at(map_from_submap: Pose2, is_loose: bool) -> Self {
         Self {
-            is_loose,
             map_from_submap,
             drawn_at: map_from_submap,
             own_keyframes: 0,

@@ -78,11 +78,11 @@ names! {
     /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
     /// What became of a placement of one submap in another, and why: accepted without a search or
-    /// by proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused.
+    /// by proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused; revoked.
     ClosureOutcome {
         KnownBefore = "known-before", Proved = "proved",
-        NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals",
-        PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved",
+        NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals", Tears = "tears",
+        PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved", Revoked = "revoked",
     }
     /// What the filter's consistency says.
     DiagnosisName of slamlab_core::estimation::Diagnosis {
@@ -145,11 +145,13 @@ impl From<&slamlab_core::estimation::ClosureRecord> for ClosureOutcome {
                 Delay::NotJudged => Self::NotJudged,
                 Delay::TooLittleProof => Self::TooLittleProof,
                 Delay::Rivals => Self::Rivals,
+                Delay::Tears => Self::Tears,
             },
             ClosureFate::Refused { why } => match why {
                 Refusal::PlacedElsewhere => Self::PlacedElsewhere,
                 Refusal::NeverProved => Self::NeverProved,
             },
+            ClosureFate::Revoked { .. } => Self::Revoked,
         }
     }
 }

@@ -13,7 +13,7 @@ import { icons } from "./icons.js";
 
 type Figures = Readonly<Record<keyof typeof CLOSURE, number>>;
 
-const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused" };
+const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
 
 const submaps = (count: number): string => `${fixed(count, 1)} ${fixed(count, 1) === "1.0" ? "submap" : "submaps"}`;
 
@@ -23,8 +23,10 @@ const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
   proved: (f) => `It was searched for, and proved: this place and those that agree with it are worth ${submaps(f.evidence)}, where ${fixed(f.asked, 1)} were asked for${f.rival > 0 ? `; the best rival has ${fixed(f.rival, 1)}` : ", and nothing contradicts it"}.`,
   "not-judged": () => "It was found just now and is not judged yet.",
   "too-little-proof": (f) => `Too little proof so far: this place and those that agree with it are worth ${submaps(f.evidence)}, and ${fixed(f.asked, 1)} are asked for. So wide a search finds something that fits by chance.`,
+  tears: (f) => `It is proved well enough, ${submaps(f.evidence)}, but believed it would tear the way between submaps that follow each other. Either it is false, or others are: what comes next decides.`,
   rivals: (f) => `The building looks alike here: this place is worth ${submaps(f.evidence)}, and one that contradicts it ${fixed(f.rival, 1)}. What comes next decides.`,
   "placed-elsewhere": () => "Others place this submap with more proof, and this place does not go with theirs.",
+  revoked: () => "It was accepted, but with it the way from one submap to the next was torn apart, and without it less is left unexplained: it was taken out again.",
   "never-proved": () => "It waited for proof until newer places took its room.",
 };
 

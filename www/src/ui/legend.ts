@@ -50,7 +50,7 @@ const ENTRIES: readonly Entry[] = [
     sign: svg`<path d="M3 14 9 9l5 4m-5-4 4-6m0 0 6 3m-6-3 4 7 7 2" stroke="var(--map-tree)" stroke-width="1.6"/>`, simOnly: true },
   { name: "compared", label: "Other methods", meaning: "The ways that other methods found on the same log; which is which, and how far they lie apart, stands under Status.", comparedOnly: true,
     sign: svg`<path d="M2 6h24" stroke="var(--map-contest2)" stroke-width="2.2" stroke-dasharray="7 3"/><path d="M2 12h24" stroke="var(--map-contest4)" stroke-width="2.2" stroke-dasharray="2 3"/>` },
-  { name: "closures", label: "Loop closures", meaning: "Places recognised, or thought to be. Solid: accepted, and the map is bent by it. Dotted: it waits for proof. Dashed: refused. A click says why.", submapsOnly: true,
+  { name: "closures", label: "Loop closures", meaning: "Places recognised, or thought to be. Solid: accepted, and the map is bent by it. Dotted: it waits for proof. Dashed: refused; with dots: revoked. A click says why.", submapsOnly: true,
     sign: svg`<path d="M2 4h24" stroke="var(--map-accepted)" stroke-width="2.4"/><path d="M2 9h24" stroke="var(--map-waiting)" stroke-width="2.4" stroke-dasharray=".5 4"/><path d="M2 14h24" stroke="var(--map-refused)" stroke-width="1.8" stroke-dasharray="6 4"/>` },
   { name: "graph", label: "Pose graph", meaning: "Where each submap begins, joined to the next. Dashed: the scan that began it did not belong to the one before.", submapsOnly: true,
     sign: svg`<path d="m4 13 10-8 10 8" stroke="var(--map-ink)" stroke-width="1.6"/><g fill="var(--map-free)" stroke="var(--map-ink)" stroke-width="1.5"><circle cx="4" cy="13" r="2.8"/><circle cx="14" cy="5" r="2.8"/><circle cx="24" cy="13" r="2.8"/></g>` },

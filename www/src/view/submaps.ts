@@ -5,10 +5,10 @@ import { turnBetween } from "../angle.js";
 import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
 
 /** What became of a placement, as people tell them apart. */
-export type Fate = "accepted" | "waiting" | "refused";
+export type Fate = "accepted" | "waiting" | "refused" | "revoked";
 export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
   "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", rivals: "waiting",
-  "placed-elsewhere": "refused", "never-proved": "refused",
+  tears: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
 };
 
 /** How long they glide, wall milliseconds. */

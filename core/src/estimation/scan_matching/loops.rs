@@ -10,12 +10,16 @@ use std::collections::BTreeMap;
 
 use nalgebra::Matrix3;
 
-use super::super::pose_graph::{Edge, information_at_end};
+use super::super::pose_graph::{Edge, EdgeId, information_at_end};
 use super::super::submap::Doubt;
 use super::closures::{Candidate, Ways};
-use super::records::ClosureFate;
+use super::records::{ClosureFate, Delay, RecordId};
+use super::revocation::{Believed, Contradicted, contradicted};
 use super::{ScanMatcher, carried};
 use crate::geom::{Pose2, pose_cov};
+
+/// After one optimisation, so often at most closures are taken out.
+const MOST_REVOCATIONS: usize = 8;
 
 impl ScanMatcher {
     /// The edge from a submap to the one that follows it.
@@ -146,6 +150,7 @@ impl ScanMatcher {
         if let Some(edge) = added {
             let accepted = ClosureFate::Accepted { edge };
             self.records.decide(candidate.record, accepted);
+            self.newest.push((edge, *candidate));
             self.closures += 1;
             self.graph_changed = true;
         }
@@ -154,6 +159,7 @@ impl ScanMatcher {
     pub(super) fn optimize(&mut self) {
         self.graph_changed = false;
         self.graph.optimize(self.config.closure.max_iterations);
+        self.revoke();
         self.optimizations += 1;
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
@@ -161,6 +167,46 @@ impl ScanMatcher {
         if let Some(cov) = self.graph.marginal(self.submaps.len() - 1) {
             self.submap_cov = cov;
         }
+    }
+
+    /// Takes out what tears the way between neighbours.
+    fn revoke(&mut self) {
+        for _ in 0..MOST_REVOCATIONS {
+            let accepted = self.records.accepted();
+            let closures: Vec<Believed> = accepted
+                .map(|(_, edge, record)| Believed {
+                    edge,
+                    proof: record.worth,
+                })
+                .collect();
+            let newest: Vec<EdgeId> = self.newest.iter().map(|(edge, _)| *edge).collect();
+            let is_loose = |submap: usize| self.submaps[submap].is_loose;
+            let iterations = self.config.closure.max_iterations;
+            let found = contradicted(&self.graph, &closures, &newest, is_loose, iterations);
+            let Some((Contradicted { edges, torn }, without)) = found else {
+                break;
+            };
+            self.graph = without;
+            self.closures -= edges.len();
+            let accepted = self.records.accepted();
+            let revoked: Vec<RecordId> = accepted
+                .filter(|(_, edge, _)| edges.contains(edge))
+                .map(|(id, ..)| id)
+                .collect();
+            for id in revoked {
+                self.records.decide(id, ClosureFate::Revoked { torn });
+            }
+            // What was believed just now may yet be proved better than what speaks against it.
+            if let Some(is_newest) = (edges == newest).then(|| std::mem::take(&mut self.newest)) {
+                for (_, candidate) in is_newest {
+                    let why = Delay::Tears;
+                    self.records
+                        .decide(candidate.record, ClosureFate::Waiting { why });
+                    self.waiting.push(candidate, &mut self.records);
+                }
+            }
+        }
+        self.newest.clear();
     }
 
     fn are_joined(&self, a: usize, b: usize) -> bool {

@@ -31,6 +31,8 @@ pub struct ClosureRecord {
     pub overlap: f64,
     /// Of the surfaces that are compared, the part that agrees.
     pub part: f64,
+    /// What it proves by itself, in submaps that lie wholly on one another.
+    pub worth: f64,
     /// What it had for itself when it was judged last; `None` before, and where it needed no
     /// search: then nothing is asked for.
     pub proof: Option<Proof>,
@@ -56,6 +58,11 @@ pub enum ClosureFate {
         /// Why not.
         why: Refusal,
     },
+    /// It was accepted, and is not believed any more: it tore the way.
+    Revoked {
+        /// The submap between which and the next one the way was torn.
+        torn: usize,
+    },
 }
 
 /// Why a placement waits.
@@ -67,6 +74,8 @@ pub enum Delay {
     TooLittleProof,
     /// Another that contradicts it is nearly as well proved.
     Rivals,
+    /// Believed, it would tear the way between submaps that follow each other.
+    Tears,
 }
 
 /// Why a placement is not believed.
@@ -82,7 +91,8 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct RecordId(usize);
 
-/// Records of all that wait and all that were accepted, and of the last that were refused.
+/// Records of all that wait and all that were accepted, and of the last that were refused or
+/// revoked.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
     list: BTreeMap<RecordId, ClosureRecord>,
@@ -90,7 +100,7 @@ pub(super) struct Records {
     changes: u64,
 }
 
-/// Most records of placements that were refused; the oldest go first.
+/// Most records of placements that were refused or revoked; the oldest go first.
 const MOST_REFUSED: usize = 400;
 
 impl Records {
@@ -112,6 +122,7 @@ impl Records {
             is_searched: found.is_searched,
             overlap: found.overlap,
             part: found.part,
+            worth: found.proof(),
             proof: None,
             fate: ClosureFate::Waiting {
                 why: Delay::NotJudged,
@@ -145,6 +156,16 @@ impl Records {
         self.changes
     }
 
+    /// The accepted ones, with their edges.
+    pub(super) fn accepted(&self) -> impl Iterator<Item = (RecordId, EdgeId, &ClosureRecord)> {
+        self.list
+            .iter()
+            .filter_map(|(id, record)| match record.fate {
+                ClosureFate::Accepted { edge } => Some((*id, edge, record)),
+                _ => None,
+            })
+    }
+
     fn change(&mut self, id: RecordId, change: impl FnOnce(&mut ClosureRecord)) {
         if let Some(record) = self.list.get_mut(&id) {
             change(record);
@@ -153,12 +174,16 @@ impl Records {
     }
 
     fn forget_oldest(&mut self) {
-        let refused = |(id, record): (&RecordId, &ClosureRecord)| {
-            matches!(record.fate, ClosureFate::Refused { .. }).then_some(*id)
+        let is_out = |fate: &ClosureFate| {
+            matches!(
+                fate,
+                ClosureFate::Refused { .. } | ClosureFate::Revoked { .. }
+            )
         };
-        let refused: Vec<RecordId> = self.list.iter().filter_map(refused).collect();
-        let too_many = refused.len().saturating_sub(MOST_REFUSED);
-        for id in &refused[..too_many] {
+        let out = self.list.iter().filter(|(_, record)| is_out(&record.fate));
+        let out: Vec<RecordId> = out.map(|(id, _)| *id).collect();
+        let too_many = out.len().saturating_sub(MOST_REFUSED);
+        for id in &out[..too_many] {
             self.list.remove(id);
         }
     }

@@ -1,5 +1,5 @@
 // Loop closures: a line between two submaps for each place that was recognised, or might have been.
-// Solid: accepted; dotted: it waits; dashed: refused.
+// Solid: accepted; dotted: it waits; dashed: refused; dashed and dotted: revoked.
 
 import { CLOSURE, CLOSURE_STRIDE } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
@@ -9,6 +9,7 @@ import { type Brush, disc, nearestSegment, type Pen, stroke } from "./layer.js";
 /** How each is drawn; those that matter most come last, on top. */
 export const CLOSURE_PENS: Readonly<Record<Fate, { readonly colour: PaletteName } & Omit<Pen, "colour">>> = {
   refused: { colour: "refused", width: 1.4, alpha: 0.65, dash: [7, 5] },
+  revoked: { colour: "revoked", width: 1.8, alpha: 0.9, dash: [9, 4, 1.5, 4] },
   waiting: { colour: "waiting", width: 1.8, alpha: 0.9, dash: [1.5, 4] },
   accepted: { colour: "accepted", width: 1.8, alpha: 0.95, dash: [] },
 };

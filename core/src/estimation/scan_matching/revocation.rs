@@ -1,0 +1,301 @@
+//! Loop closures that later evidence speaks against.
+//!
+//! In: the pose graph after it was optimised, and its closures. Out: those that are to be taken out
+//! again.
+//!
+//! 1. Two submaps that follow each other share keyframes: how they lie to each other is known to
+//!    centimetres. Where the optimised graph has them apart all the same, closures tear the way, and
+//!    some of them are false.
+//! 2. Which ones is tried: the newest; those that hold a stretch between two tears elsewhere; those
+//!    that pull hardest across a tear, with their neighbours. Without them the graph is optimised
+//!    again.
+//! 3. What leaves the least unexplained is believed: ways still torn, closures taken out, and
+//!    closures that the graph does not follow. Proof is counted once for each submap.
+//!
+//! Source of the idea: Latif, Cadena & Neira (2013), "Robust loop closing over time for pose graph
+//! SLAM".
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::pose_graph::{Edge, EdgeId, PoseGraph};
+
+/// A closure that is an edge of the graph.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Believed {
+    pub(super) edge: EdgeId,
+    /// What it proves by itself.
+    pub(super) proof: f64,
+}
+
+/// What is to be taken out, and the submap behind which the way was torn.
+#[derive(Clone, Debug)]
+pub(super) struct Contradicted {
+    pub(super) edges: Vec<EdgeId>,
+    pub(super) torn: usize,
+}
+
+/// A way between neighbours is torn beyond this χ² of 3 degrees of freedom, which is exceeded once
+/// in 60 000 times by chance, ...
+const TORN_CHI2: f64 = 25.0;
+/// ... if it is also off by this, m or rad.
+const TORN_SHIFT: f64 = 0.1;
+const TORN_TURN: f64 = 0.05;
+/// A closure is not followed where the graph is this far from it, m or rad.
+const UNFOLLOWED_SHIFT: f64 = 0.25;
+const UNFOLLOWED_TURN: f64 = 0.1;
+/// What a torn way counts for, in submaps that lie wholly on one another.
+const WAY_PROOF: f64 = 5.0;
+/// Closures of which both ends are within so many submaps of each other's are one finding.
+const NEIGHBOURS: usize = 3;
+/// So many of those that pull hardest across a tear are tried.
+const TRIED: usize = 4;
+
+/// The closures to be taken out of an optimised graph, and the graph without them; `None` where the
+/// way is whole, or where nothing makes it better. `newest` are the closures that were believed since
+/// the way was looked at last; `is_loose` says of a submap whether little is known of the way to it.
+pub(super) fn contradicted(
+    graph: &PoseGraph,
+    closures: &[Believed],
+    newest: &[EdgeId],
+    is_loose: impl Fn(usize) -> bool,
+    max_iterations: usize,
+) -> Option<(Contradicted, PoseGraph)> {
+    let proofs: BTreeMap<EdgeId, f64> = closures.iter().map(|c| (c.edge, c.proof)).collect();
+    let state = State {
+        proofs: &proofs,
+        is_loose: &is_loose,
+    };
+    let tears = state.tears(graph);
+    let torn = *tears.first()?;
+    let before = state.unexplained(graph, &[]);
+    let mut best: Option<(f64, Vec<EdgeId>, PoseGraph)> = None;
+    for edges in state.suspects(graph, &tears, newest) {
+        let mut without = graph.clone();
+        for edge in &edges {
+            without.remove_edge(*edge);
+        }
+        without.optimize(max_iterations);
+        let after = state.unexplained(&without, &state.proofs_of(graph, &edges));
+        if after < best.as_ref().map_or(before, |(least, ..)| *least) {
+            best = Some((after, edges, without));
+        }
+    }
+    best.map(|(_, edges, without)| (Contradicted { edges, torn }, without))
+}
+
+struct State<'a, F> {
+    proofs: &'a BTreeMap<EdgeId, f64>,
+    is_loose: &'a F,
+}
+
+impl<F: Fn(usize) -> bool> State<'_, F> {
+    /// The submaps behind which the way is torn, rising.
+    fn tears(&self, graph: &PoseGraph) -> Vec<usize> {
+        let ways = graph.edges().iter().filter(|e| e.cauchy.is_none());
+        let tears: BTreeSet<usize> = ways
+            .filter(|e| !(self.is_loose)(e.to))
+            .filter(|e| is_off(graph, e, TORN_SHIFT, TORN_TURN) && graph.chi2_of(e) > TORN_CHI2)
+            .map(|e| e.from)
+            .collect();
+        tears.into_iter().collect()
+    }
+
+    fn closures<'g>(&self, graph: &'g PoseGraph) -> impl Iterator<Item = (EdgeId, &'g Edge)> {
+        let all = graph.edge_ids().iter().copied().zip(graph.edges());
+        all.filter(|(id, _)| self.proofs.contains_key(id))
+    }
+
+    /// Of each newer submap and what it proves at best.
+    fn proofs_of(&self, graph: &PoseGraph, edges: &[EdgeId]) -> Vec<(usize, f64)> {
+        let proof = |id: &EdgeId| Some((graph.edge(*id)?.to, *self.proofs.get(id)?));
+        edges.iter().filter_map(proof).collect()
+    }
+
+    /// What a graph leaves unexplained, with what was `taken` out of it.
+    fn unexplained(&self, graph: &PoseGraph, taken: &[(usize, f64)]) -> f64 {
+        let mut best: BTreeMap<usize, f64> = BTreeMap::new();
+        let unfollowed: Vec<EdgeId> = self
+            .closures(graph)
+            .filter(|(_, e)| is_off(graph, e, UNFOLLOWED_SHIFT, UNFOLLOWED_TURN))
+            .map(|(id, _)| id)
+            .collect();
+        for (submap, proof) in self.proofs_of(graph, &unfollowed).iter().chain(taken) {
+            let most = best.entry(*submap).or_insert(0.0);
+            *most = most.max(*proof);
+        }
+        WAY_PROOF * self.tears(graph).len() as f64 + best.values().sum::<f64>()
+    }
+
+    /// Sets of closures that may be the false ones.
+    fn suspects(&self, graph: &PoseGraph, tears: &[usize], newest: &[EdgeId]) -> Vec<Vec<EdgeId>> {
+        let followed: Vec<(EdgeId, &Edge)> = self
+            .closures(graph)
+            .filter(|(_, e)| !is_off(graph, e, UNFOLLOWED_SHIFT, UNFOLLOWED_TURN))
+            .collect();
+        let mut sets: BTreeSet<Vec<EdgeId>> = BTreeSet::from([newest.to_vec()]);
+        // Stretches between two tears.
+        let ends = tears.iter().map(|tear| tear + 1);
+        let begins = std::iter::once(0).chain(ends.clone());
+        for (begin, end) in begins.zip(ends.chain([usize::MAX])) {
+            let inside = |submap: usize| begin <= submap && submap < end;
+            let leaves = followed
+                .iter()
+                .filter(|(_, e)| inside(e.from) != inside(e.to));
+            sets.insert(leaves.map(|(id, _)| *id).collect());
+        }
+        for &tear in tears {
+            let crosses = followed
+                .iter()
+                .filter(|(_, e)| e.from <= tear && tear < e.to);
+            let mut pulls: Vec<(f64, &Edge)> = crosses.map(|(_, e)| (pull(graph, e), *e)).collect();
+            pulls.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for (_, hardest) in pulls.iter().take(TRIED) {
+                let is_near = |e: &Edge| {
+                    e.from.abs_diff(hardest.from) <= NEIGHBOURS
+                        && e.to.abs_diff(hardest.to) <= NEIGHBOURS
+                };
+                let near = followed.iter().filter(|(_, e)| is_near(e));
+                sets.insert(near.map(|(id, _)| *id).collect());
+            }
+        }
+        sets.into_iter().filter(|set| !set.is_empty()).collect()
+    }
+}
+
+/// How hard a closure pulls: the slope of its robust cost, in standard deviations.
+fn pull(graph: &PoseGraph, edge: &Edge) -> f64 {
+    let chi2 = graph.chi2_of(edge);
+    let weight = edge
+        .cauchy
+        .map_or(1.0, |scale| 1.0 / (1.0 + chi2 / (scale * scale)));
+    weight * chi2.sqrt()
+}
+
+fn is_off(graph: &PoseGraph, edge: &Edge, shift: f64, turn: f64) -> bool {
+    let poses = graph.poses();
+    let off = edge
+        .motion
+        .delta_to(&poses[edge.from].delta_to(&poses[edge.to]));
+    off.position().coords.norm() > shift || off.heading().abs() > turn
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+    use crate::geom::Pose2;
+
+    /// Ten submaps out along a corridor, 5 m apart, and ten back beside them.
+    fn there_and_back() -> (PoseGraph, Vec<Pose2>) {
+        let out = (0..10).map(|i| Pose2::new(5.0 * f64::from(i), 0.0, 0.0));
+        let back = (0..10).map(|i| Pose2::new(45.0 - 5.0 * f64::from(i), 1.0, 0.0));
+        let truth: Vec<Pose2> = out.chain(back).collect();
+        let mut graph = PoseGraph::default();
+        for pose in &truth {
+            graph.add_pose(*pose);
+        }
+        for from in 0..truth.len() - 1 {
+            graph.add_edge(Edge {
+                from,
+                to: from + 1,
+                motion: truth[from].delta_to(&truth[from + 1]),
+                information: known_to([0.03, 0.03, 0.005]),
+                cauchy: None,
+            });
+        }
+        (graph, truth)
+    }
+
+    fn known_to(sigmas: [f64; 3]) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(sigmas).map(|sigma| 1.0 / (sigma * sigma)))
+    }
+
+    /// A closure that has the submap that lies beside submap `from` so far ahead of its true
+    /// place, m.
+    fn close(graph: &mut PoseGraph, truth: &[Pose2], from: usize, ahead: f64) -> Believed {
+        let to = 19 - from;
+        let closure = Edge {
+            from,
+            to,
+            motion: Pose2::new(ahead, 0.0, 0.0) * truth[from].delta_to(&truth[to]),
+            information: known_to([0.015, 0.015, 0.003]),
+            cauchy: Some(3.0),
+        };
+        Believed {
+            edge: graph.add_edge(closure).unwrap(),
+            proof: 0.7,
+        }
+    }
+
+    fn out_of(graph: &mut PoseGraph, closures: &[Believed], newest: &[EdgeId]) -> Vec<EdgeId> {
+        graph.optimize(50);
+        let found = contradicted(graph, closures, newest, |_| false, 50);
+        found.map_or(vec![], |(found, without)| {
+            *graph = without;
+            found.edges
+        })
+    }
+
+    fn is_true(graph: &PoseGraph, truth: &[Pose2]) -> bool {
+        let mut pairs = graph.poses().iter().zip(truth);
+        pairs.all(|(pose, truth)| pose.minus(truth).amax() < 1e-3)
+    }
+
+    #[test]
+    fn closures_that_agree_with_the_way_stay() {
+        let (mut graph, truth) = there_and_back();
+        let close = |i| close(&mut graph, &truth, i, 0.02);
+        let closures: Vec<Believed> = (0..10).map(close).collect();
+        assert_eq!(out_of(&mut graph, &closures, &[]), []);
+    }
+
+    #[test]
+    fn the_newest_that_tear_the_way_go_out() {
+        let (mut graph, truth) = there_and_back();
+        let mut closures: Vec<Believed> =
+            (5..10).map(|i| close(&mut graph, &truth, i, 0.0)).collect();
+        // A corridor looks the same 2 m on, and the optimiser is made to believe it.
+        let newest = [3, 4].map(|i| believed_blindly(&mut graph, &truth, i));
+        closures.extend(newest);
+        let newest = newest.map(|closure| closure.edge);
+        assert_eq!(out_of(&mut graph, &closures, &newest), newest);
+        assert!(is_true(&graph, &truth));
+    }
+
+    /// A closure that is 2 m off and pulls with all its might.
+    fn believed_blindly(graph: &mut PoseGraph, truth: &[Pose2], from: usize) -> Believed {
+        let closure = close(graph, truth, from, 2.0);
+        let edge = graph.remove_edge(closure.edge).unwrap();
+        let blind = Edge {
+            cauchy: Some(1e4),
+            ..edge
+        };
+        let edge = graph.add_edge(blind).unwrap();
+        Believed { edge, ..closure }
+    }
+
+    #[test]
+    fn an_old_one_goes_out_when_later_ones_speak_against_it() {
+        let (mut graph, truth) = there_and_back();
+        let wrong = believed_blindly(&mut graph, &truth, 5);
+        let later = [3, 4, 6, 7].map(|i| close(&mut graph, &truth, i, 0.0));
+        let closures: Vec<Believed> = std::iter::once(wrong).chain(later).collect();
+        let newest: Vec<EdgeId> = later.iter().map(|closure| closure.edge).collect();
+        assert_eq!(out_of(&mut graph, &closures, &newest), [wrong.edge]);
+        assert!(is_true(&graph, &truth));
+    }
+
+    #[test]
+    fn a_way_of_which_little_is_known_is_not_torn() {
+        let (mut graph, truth) = there_and_back();
+        let close = |i| close(&mut graph, &truth, i, 2.0);
+        let closures: Vec<Believed> = (0..10).map(close).collect();
+        graph.optimize(50);
+        let found = |loose: usize| {
+            let is_loose = |submap| submap == loose;
+            contradicted(&graph, &closures, &[], is_loose, 50).is_some()
+        };
+        assert!(!found(10));
+    }
+}
