@@ -11,6 +11,7 @@
 
 mod feed;
 mod log;
+mod reader;
 #[cfg(test)]
 mod tests;
 
@@ -25,7 +26,8 @@ use crate::settings::Settings;
 use crate::slam::{Method, SlamError};
 use feed::{Feed, Step};
 
-pub use log::{Log, LogError, LogReader};
+pub use log::Log;
+pub use reader::{LogError, LogReader};
 
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;

@@ -87,7 +87,13 @@ fn check(logs: &[PathBuf], methods: &[String], arguments: &Arguments) -> Result<
 
 /// The file that was given, or else the one beside the log that has its name.
 fn reference(given: &Option<PathBuf>, log: &Path, extension: &str) -> Option<PathBuf> {
-    let beside = || Some(log.with_extension(extension)).filter(|path| path.is_file());
+    let is_packed = log.extension().is_some_and(|extension| extension == "gz");
+    let unpacked = if is_packed {
+        log.with_extension("")
+    } else {
+        log.to_owned()
+    };
+    let beside = || Some(unpacked.with_extension(extension)).filter(|path| path.is_file());
     given.clone().or_else(beside)
 }
 

@@ -97,7 +97,7 @@ fn bend(log: &mut CarmenLog) {
     }
 }
 
-/// The last of the 11, straight to the left, is the reading 1° beside it: 180 beams have none there.
+/// The last of the 11, straight to the left, is the reading 1° beside it: of 180 none is there.
 fn with_few_beams(log: &CarmenLog) -> CarmenLog {
     let fan = BeamFan::half_circle(FEW_BEAMS);
     let mut few = CarmenLog::empty();
