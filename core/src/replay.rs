@@ -246,6 +246,13 @@ impl Replay {
         poses
     }
 
+    /// Of each scan used so far its stamp, and its time as in [`Self::trajectory`], s.
+    pub fn scan_times(&self) -> impl Iterator<Item = (Stamp, f64)> {
+        let stamps = self.session.slam().trajectory().into_iter();
+        let used = self.used.iter().map(|used| used.seconds);
+        stamps.map(|(stamp, _)| stamp).zip(used)
+    }
+
     /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN
     /// log.
     #[must_use]

@@ -1,14 +1,19 @@
 //! How far the trajectory of a run is from what is known of the truth.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use slamlab_core::estimation::{
-    RelationErrors, StampedMotion, absolute_errors, motions_over, relation_errors, revisits,
+    PosesByStamp, RelationErrors, StampedMotion, absolute_errors, motions_over, relation_errors,
+    revisits,
 };
 use slamlab_core::format::{relations, tum};
 use slamlab_core::geom::Pose2;
+use slamlab_core::replay::Replay;
+
+use crate::closures::{Closure, closures_of};
 
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
@@ -77,6 +82,18 @@ impl References {
             "rpe": WAYS.iter().map(over).collect::<Vec<_>>(),
             "revisits": errors(revisits(truth), trajectory),
         }))
+    }
+
+    /// The loop closures of a run that are false by the reference trajectory. `None` where it does
+    /// not have each scan, or the method joins no submaps.
+    pub(crate) fn false_closures(&self, replay: &Replay) -> Option<Vec<Closure>> {
+        let truth = self.trajectory.as_deref()?;
+        let poses = PosesByStamp::new(truth, &truth.iter().map(|(stamp, _)| *stamp));
+        let scans = replay.scan_times();
+        let truth = scans.map(|(stamp, seconds)| Some((stamp, poses.at(seconds)?)));
+        let truth: BTreeMap<_, _> = truth.collect::<Option<_>>()?;
+        let closures = closures_of(replay.session().slam().view().map?, &truth).ok()?;
+        Some(closures.into_iter().filter(Closure::is_wrong).collect())
     }
 }
 

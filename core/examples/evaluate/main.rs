@@ -22,6 +22,8 @@
 )]
 
 mod accuracy;
+#[path = "../shared/closures.rs"]
+mod closures;
 mod graph;
 #[path = "../shared/log_file.rs"]
 mod log_file;

@@ -1,4 +1,4 @@
-//! One log by one method: reads, replays, measures, writes what was asked for, and prints the figures.
+//! One log by one method: reads, replays, measures, writes what was asked for, prints the figures.
 
 use std::path::Path;
 use std::time::Instant;
@@ -66,6 +66,10 @@ pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> 
     let trajectory = replay.trajectory();
     let relations = references.relation_errors(&trajectory)?;
     let truth = references.trajectory_errors(&trajectory)?;
+    let false_closures = references.false_closures(&replay);
+    for closure in false_closures.iter().flatten() {
+        eprintln!("{}: false closure: {closure}", log_path.display());
+    }
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
     save(log_path, arguments, &replay, &trajectory, fit.as_ref())?;
     let figures = json!({
@@ -82,6 +86,7 @@ pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> 
         },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
+        "false_closures": false_closures.map(|closures| closures.len()),
         "prior_map_overlap": prior_map_overlap,
         "localisation": pose_quality.map(|quality| quality.localisation.name()),
         "relations": relations,

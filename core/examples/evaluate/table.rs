@@ -47,8 +47,11 @@ impl Table {
                 }),
             ]);
         }
+        columns.push(column("closures", |f| number(f, "/loop_closures", 0)));
+        if has_truth {
+            columns.push(column("false", |f| number(f, "/false_closures", 0)));
+        }
         columns.extend([
-            column("closures", |f| number(f, "/loop_closures", 0)),
             column("ms a scan, mean / p99", |f| {
                 let mean = number(f, "/scan_ms/mean", 2)?;
                 Some(format!("{mean} / {}", number(f, "/scan_ms/p99", 2)?))

@@ -21,7 +21,7 @@ mod run;
 
 use std::collections::BTreeMap;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use self::damage::Damage;
@@ -106,6 +106,9 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         .filter(|row| asked.contains(&row.name().as_str()))
         .collect();
     let found = run_all(args, &rows);
+    if let (Some(Err(error)), true) = (found.values().next(), found.values().all(Result::is_err)) {
+        bail!("no row could be measured: {error}");
+    }
     let mut outcome = Outcome::default();
     let mut table = vec![];
     eprintln!("| row | measured | at most | met |\n| --- | --- | --- | --- |");

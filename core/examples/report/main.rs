@@ -26,6 +26,8 @@
 
 mod buildings;
 mod clock;
+#[path = "../shared/closures.rs"]
+mod closures;
 mod controller;
 #[path = "../shared/cpu_clock.rs"]
 mod cpu_clock;
@@ -104,8 +106,8 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
-    /// For `buildings`, `kidnap` and `graphs`: the folder of recorded data, as its README lays it out. Default
-    /// `SLAMLAB_DATA`, or else `shared/data` beside the repository.
+    /// For `buildings`, `kidnap` and `graphs`: the folder of recorded data, as its README lays it
+    /// out. Default `SLAMLAB_DATA`, or else `shared/data` beside the repository.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// For `buildings`: only this row of its table; can be given several times. Default all.

@@ -44,6 +44,7 @@ pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
 pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{ScanMatcher, ScanMatcherConfig, ScanMatcherError};
+pub use stamps::PosesByStamp;
 pub use submap::ClosureConfig;
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

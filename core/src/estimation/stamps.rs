@@ -13,14 +13,16 @@ const MOST_DECIMALS: i32 = 6;
 
 /// The poses of a trajectory, by the stamps of a reference.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PosesByStamp<'a> {
+pub struct PosesByStamp<'a> {
     trajectory: &'a [(f64, Pose2)],
     same: f64,
 }
 
 impl<'a> PosesByStamp<'a> {
-    /// Of a trajectory sorted by stamp, for a reference that has these stamps, s.
-    pub(super) fn new(
+    /// Of a trajectory sorted by stamp. `stamps` are all those of the reference, s: they tell how
+    /// far they are rounded.
+    #[must_use]
+    pub fn new(
         trajectory: &'a [(f64, Pose2)],
         stamps: &(impl Iterator<Item = f64> + Clone),
     ) -> Self {
@@ -28,8 +30,9 @@ impl<'a> PosesByStamp<'a> {
         Self { trajectory, same }
     }
 
-    /// The pose at a stamp; `None` where the trajectory has none.
-    pub(super) fn at(&self, seconds: f64) -> Option<Pose2> {
+    /// The pose at a stamp, s; `None` where the trajectory has none.
+    #[must_use]
+    pub fn at(&self, seconds: f64) -> Option<Pose2> {
         let after = self
             .trajectory
             .partition_point(|&(stamp, _)| stamp < seconds);
