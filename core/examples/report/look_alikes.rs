@@ -4,8 +4,8 @@
 //! 1. In each of [`WORLDS`], two of which were built to deceive, the lidar robot explores by scan
 //!    matching until all is seen, or for an hour of simulated time, which is a failure; 20 seeds
 //!    (`--seeds`, `--world`). What was put off is completed at the end.
-//! 2. Whether a closure is false is judged by where the robot truly was ([`crate::closures`]). What is
-//!    doubted by its kernel afterwards was accepted all the same.
+//! 2. Whether a closure is false is judged by where the robot truly was ([`crate::closures`]). What
+//!    is doubted by its kernel afterwards was accepted all the same.
 //! 3. The error of a wall is the distance of the middle of an occupied cell from the nearest true
 //!    wall. The map begins where the robot did, so that an error of the first heading grows with
 //!    the distance from there; `aligned` is the error that is left of it when the map is moved by

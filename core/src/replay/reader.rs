@@ -197,6 +197,7 @@ mod tests {
     use super::*;
     use flate2::Compression;
     use flate2::write::GzEncoder;
+    use proptest::prelude::*;
 
     fn log_text() -> String {
         let scan = |i: u32| {
@@ -259,5 +260,25 @@ mod tests {
         assert_eq!(read(&packed(&whole), 64), Err(LogError::GzipInGzip));
         let nothing = read(&packed(b""), 64).unwrap_err();
         assert_eq!(nothing, LogError::Carmen(CarmenError::Empty));
+    }
+
+    proptest! {
+        #[test]
+        fn a_changed_gzip_file_never_panics_and_is_the_same_log_if_it_is_one(
+            edits in proptest::collection::vec((0.0..1.0_f64, 0_u8..3, any::<u8>()), 1..4),
+        ) {
+            let mut bytes = packed(log_text().as_bytes());
+            for (place, kind, byte) in edits {
+                let at = (bytes.len() as f64 * place) as usize;
+                match (kind, bytes.get_mut(at)) {
+                    (0, _) => bytes.truncate(at),
+                    (1, Some(old)) => *old = byte,
+                    _ => bytes.insert(at, byte),
+                }
+            }
+            if let (Ok(a), Ok(b)) = (read(&bytes, 7), read(&bytes, 100_000)) {
+                prop_assert_eq!(a, b);
+            }
+        }
     }
 }
