@@ -24,7 +24,7 @@ use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::format::floor_plan;
+use slamlab_core::format::{floor_plan, tum};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
@@ -81,6 +81,10 @@ struct Args {
     plan: Option<String>,
     #[command(flatten)]
     outputs: options::Outputs,
+    /// Write where the robot truly was at each scan, as a TUM trajectory: beside the log of
+    /// `--carmen`, for `evaluate`.
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
     /// Print one JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -112,7 +116,9 @@ fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
     let read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
-    options::check(read, args.outputs.paths())?;
+    let mut written = args.outputs.paths();
+    written.extend(options::given([("--truth", &args.truth)]));
+    options::check(read, written)?;
     let world = load_world(args)?;
     let mode = match args.mode {
         Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
@@ -220,6 +226,13 @@ fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
     let poses = poses.map(|(stamp, pose)| (stamp.seconds(), pose));
     let log = || experiment.log().clone();
     let mut files = args.outputs.files(slam, poses, log)?;
+    if let Some(path) = &args.truth {
+        // By the stamps of the log: a scan is over before the step of the simulation is.
+        let scans = experiment.log().scans.iter();
+        let samples = scans.zip(experiment.record().samples());
+        let poses = samples.map(|(scan, sample)| (scan.ipc_seconds, sample.truth));
+        files.push((path.clone(), tum::write(poses).into()));
+    }
     if let Some(stem) = &args.plan {
         let walls = slam.vector_map().walls();
         let named =

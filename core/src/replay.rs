@@ -11,6 +11,7 @@
 
 mod feed;
 mod log;
+mod reader;
 #[cfg(test)]
 mod tests;
 
@@ -25,7 +26,8 @@ use crate::settings::Settings;
 use crate::slam::{Method, SlamError};
 use feed::{Feed, Step};
 
-pub use log::{Log, LogError, LogReader};
+pub use log::Log;
+pub use reader::{LogError, LogReader};
 
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;
@@ -242,6 +244,13 @@ impl Replay {
         // Those of a log whose stamps run backwards.
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
         poses
+    }
+
+    /// Of each scan used so far its stamp, and its time as in [`Self::trajectory`], s.
+    pub fn scan_times(&self) -> impl Iterator<Item = (Stamp, f64)> {
+        let stamps = self.session.slam().trajectory().into_iter();
+        let used = self.used.iter().map(|used| used.seconds);
+        stamps.map(|(stamp, _)| stamp).zip(used)
     }
 
     /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN

@@ -1,5 +1,6 @@
 // What cannot be read is refused with a sentence that says what and where, and the page keeps what
 // it shows.
+import { gzipSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
@@ -16,6 +17,7 @@ const CASES: readonly [what: string, file: string, bytes: string | Buffer, says:
   ['an empty log', 'empty.log', '', /empty\.log.*empty.*expected a CARMEN log/is],
   ['a JPEG named .log', 'photo.log', jpeg, /photo\.log.*line 1.*0xff.*not text/is],
   ['a log that is cut off', 'cut.log', log.slice(0, -scan.length / 2), /cut\.log.*line 7.*cut off/is],
+  ['a packed log that is cut off', 'cut.log.gz', gzipSync(log).subarray(0, -20), /cut\.log\.gz.*gzip file is damaged/is],
   ['a log with NaN', 'nan.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' nan')), /nan\.log.*line 7: field 3.*`nan`/is],
   ['a text without a scan', 'notes.log', 'ODOM 0 0 0 0 0 0 1 host 1\nhello\n', /notes\.log.*no laser message/is],
   ['a world whose robot stands in a wall', 'walled.json', world(0.05), /walled\.json.*(start|robot)/is],

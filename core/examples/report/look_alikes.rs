@@ -4,12 +4,8 @@
 //! 1. In each of [`WORLDS`], two of which were built to deceive, the lidar robot explores by scan
 //!    matching until all is seen, or for an hour of simulated time, which is a failure; 20 seeds
 //!    (`--seeds`, `--world`). What was put off is completed at the end.
-//! 2. A closure joins two submaps that do not follow one another. It is false where the relative
-//!    pose that it claims differs from the true one by more than [`MOST_SHIFT`] or [`MOST_TURN`]. A
-//!    submap truly lies where its scans say: each by where the robot truly was and where in the
-//!    submap it was put, in the mean. Its first scan alone does not do: taken in a quick turn it is
-//!    a tenth of a radian off among the others. What is doubted by its kernel afterwards was
-//!    accepted all the same.
+//! 2. Whether a closure is false is judged by where the robot truly was ([`crate::closures`]). What
+//!    is doubted by its kernel afterwards was accepted all the same.
 //! 3. The error of a wall is the distance of the middle of an occupied cell from the nearest true
 //!    wall. The map begins where the robot did, so that an error of the first heading grows with
 //!    the distance from there; `aligned` is the error that is left of it when the map is moved by
@@ -23,7 +19,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{Edge, ScanMatcher, align, ate_rmse};
+use slamlab_core::estimation::{ScanMatcher, align, ate_rmse};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{CellIndex, CellState, Grid};
@@ -32,6 +28,7 @@ use slamlab_core::sim::{Caster, SensorModel};
 use slamlab_core::slam::Method;
 
 use super::{Args, Outcome};
+use crate::closures::{Closure, closures_of};
 use crate::ride::{carry_out, world_named};
 use crate::statistics::{median, quantile};
 use crate::threads::each;
@@ -47,9 +44,6 @@ const WORLDS: [&str; 6] = [
 const SEEDS: u64 = 20;
 /// An exploration that takes longer has failed, s.
 const LONGEST: f64 = 3600.0;
-/// A closure that is off by more is false, m and rad.
-const MOST_SHIFT: f64 = 0.5;
-const MOST_TURN: f64 = 0.1;
 /// Part of the cells of walls, and how far the rest of them may be from the walls at most, m.
 const PART: f64 = 0.95;
 const MOST_WALL_ERROR: f64 = 0.05;
@@ -106,23 +100,6 @@ fn row(runs: &[Run], wall_error: f64) -> Value {
         "trajectory_error_m_median": median(runs.iter().map(|run| run.trajectory_error)),
         "trajectory_error_m_worst_run": most(|run| run.trajectory_error),
     })
-}
-
-/// A closure of a loop, and how far it is off.
-struct Closure {
-    /// The submaps that it joins, and when they began.
-    submaps: [usize; 2],
-    began: [Stamp; 2],
-    /// How far the graph overruled it in the end, m.
-    overruled: f64,
-    shift: f64,
-    turn: f64,
-}
-
-impl Closure {
-    fn is_wrong(&self) -> bool {
-        self.shift > MOST_SHIFT || self.turn > MOST_TURN
-    }
 }
 
 /// What became of one exploration.
@@ -198,15 +175,7 @@ impl Run {
             self.trajectory_error,
         );
         for closure in self.wrong() {
-            let ([old, new], [then, now]) = (closure.submaps, closure.began);
-            eprintln!(
-                "{name} seed {seed}: submap {new} of {:.1} s is put {:.2} m and {:.2} rad from where it is in submap {old} of {:.1} s; in the end overruled by {:.2} m",
-                now.seconds(),
-                closure.shift,
-                closure.turn,
-                then.seconds(),
-                closure.overruled,
-            );
+            eprintln!("{name} seed {seed}: {closure}");
         }
     }
 }
@@ -215,58 +184,6 @@ impl Run {
 fn truth_of(experiment: &Experiment) -> BTreeMap<Stamp, Pose2> {
     let samples = experiment.record().samples().iter();
     samples.map(|sample| (sample.stamp, sample.truth)).collect()
-}
-
-/// Step 2.
-fn closures_of(matcher: &ScanMatcher, truth: &BTreeMap<Stamp, Pose2>) -> Result<Vec<Closure>> {
-    let begun = submaps_of(matcher, truth)?;
-    let edges = matcher.graph().edges().iter();
-    let poses = matcher.graph().poses();
-    let overruled = |edge: &Edge| {
-        let ends = poses.get(edge.from).zip(poses.get(edge.to));
-        let off = ends.map(|(from, to)| edge.motion.delta_to(&from.delta_to(to)));
-        off.map_or(f64::NAN, |off| off.position().coords.norm())
-    };
-    let closures = edges.filter(|edge| edge.from.abs_diff(edge.to) > 1);
-    closures
-        .map(|edge| {
-            let end = |submap: usize| begun.get(&submap).context("no scan is in a joined submap");
-            let ((then, from), (now, to)) = (end(edge.from)?, end(edge.to)?);
-            let off = from.delta_to(to).delta_to(&edge.motion);
-            Ok(Closure {
-                submaps: [edge.from, edge.to],
-                began: [*then, *now],
-                overruled: overruled(edge),
-                shift: off.position().coords.norm(),
-                turn: off.heading().abs(),
-            })
-        })
-        .collect()
-}
-
-/// Of each submap when it began, and its true pose.
-fn submaps_of(
-    matcher: &ScanMatcher,
-    truth: &BTreeMap<Stamp, Pose2>,
-) -> Result<BTreeMap<usize, (Stamp, Pose2)>> {
-    let mut placed: BTreeMap<usize, Vec<(Stamp, Pose2)>> = BTreeMap::new();
-    for (stamp, submap, submap_from_robot) in matcher.scans_in_submaps() {
-        let map_from_robot = truth.get(&stamp).context("a scan was not recorded")?;
-        let map_from_submap = *map_from_robot * submap_from_robot.inverse();
-        let scans = placed.entry(submap).or_default();
-        scans.push((stamp, map_from_submap));
-    }
-    let mean = |(submap, scans): (usize, Vec<(Stamp, Pose2)>)| {
-        let &(began, first) = scans.first()?;
-        // Headings are averaged about one of them, for they wrap.
-        let off = scans.iter().map(|(_, pose)| first.delta_to(pose));
-        let sum = off.fold([0.0; 3], |[x, y, turn], off| {
-            [x + off.x(), y + off.y(), turn + off.heading()]
-        });
-        let [x, y, turn] = sum.map(|sum| sum / scans.len() as f64);
-        Some((submap, (began, first * Pose2::new(x, y, turn))))
-    };
-    Ok(placed.into_iter().filter_map(mean).collect())
 }
 
 /// The middles of the cells that are occupied, map frame.

@@ -1,12 +1,12 @@
 //! Measures what the project claims, one claim at a time.
 //!
 //! ```text
-//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N] [--data DIR]
+//! cargo run --release -p slamlab-core --example report -- NAME [--seeds N] [--data DIR] [--json]
 //! ```
 //!
 //! | NAME | standard output |
 //! |---|---|
-//! | a report | one JSON object whose keys say quantity and unit, over several lines |
+//! | a report | one JSON object whose keys say quantity and unit, over several lines, or on one with `--json` |
 //! | `all` | such an object for each report, as it is done, on a line each |
 //! | `list` | the names of the reports, one a line |
 //!
@@ -24,7 +24,10 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod buildings;
 mod clock;
+#[path = "../shared/closures.rs"]
+mod closures;
 mod controller;
 #[path = "../shared/cpu_clock.rs"]
 mod cpu_clock;
@@ -39,11 +42,15 @@ mod grid;
 mod heading;
 mod kidnap;
 mod line_fit;
+#[path = "../shared/log_file.rs"]
+mod log_file;
 mod look_alikes;
 #[path = "../shared/mapped_filter.rs"]
 mod mapped_filter;
 mod memory;
 mod outcome;
+#[path = "../shared/peak_memory.rs"]
+mod peak_memory;
 mod peers;
 mod planners;
 mod ray_cast;
@@ -73,6 +80,7 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
+    ("buildings", buildings::measure),
     ("controller", controller::measure),
     ("crowd", crowd::measure),
     ("distance", distance::measure),
@@ -98,10 +106,13 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
-    /// For `kidnap` and `graphs`: the folder of recorded data, as its README lays it out. Default
-    /// `SLAMLAB_DATA`, or else `shared/data` beside the repository.
+    /// For `buildings`, `kidnap` and `graphs`: the folder of recorded data, as its README lays it
+    /// out. Default `SLAMLAB_DATA`, or else `shared/data` beside the repository.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
+    /// For `buildings`: only this row of its table; can be given several times. Default all.
+    #[arg(long, value_name = "ROW")]
+    only: Vec<String>,
     /// Number of seeds (runs, scenes), for a quick look; each report has its own default.
     #[arg(long)]
     seeds: Option<u64>,
@@ -130,6 +141,9 @@ struct Args {
     /// `posegraph_intel` and `posegraph_m3500`; its own time it takes itself.
     #[arg(long)]
     peers: Option<PathBuf>,
+    /// Print the JSON object on one line.
+    #[arg(long)]
+    json: bool,
 }
 
 fn main() -> ExitCode {
@@ -148,6 +162,7 @@ fn main() -> ExitCode {
             REPORTS.iter().map(status).max().unwrap_or(CANNOT).into()
         }
         name => match REPORTS.iter().find(|(known, _)| *known == name) {
+            Some(entry) if args.json => run(entry, &args, |json| println!("{json}")).into(),
             Some(entry) => run(entry, &args, |json| println!("{json:#}")).into(),
             None => {
                 let names: Vec<_> = REPORTS.iter().map(|(name, _)| *name).collect();
@@ -222,11 +237,11 @@ impl Args {
 }
 
 /// Those that were asked for by name; all where none was.
-fn chosen(
+fn chosen<'a>(
     kind: &str,
     asked: &[String],
-    all: impl IntoIterator<Item = &'static str>,
-) -> Result<Vec<&'static str>> {
+    all: impl IntoIterator<Item = &'a str>,
+) -> Result<Vec<&'a str>> {
     let mut names: Vec<&str> = all.into_iter().collect();
     if let Some(name) = asked.iter().find(|name| !names.contains(&name.as_str())) {
         let names = names.join(", ");

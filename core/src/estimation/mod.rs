@@ -15,9 +15,11 @@ mod measures;
 mod odometry_fit;
 mod particles;
 mod pose_graph;
+mod reference;
 mod relations;
 mod scan_localisation;
 mod scan_matching;
+mod stamps;
 mod submap;
 mod sweep_smoother;
 mod triangle;
@@ -38,12 +40,14 @@ pub use particles::{
     MonteCarlo, MonteCarloConfig, Particle, PoseQuality, RecentConfig,
 };
 pub use pose_graph::{Edge, EdgeId, Marginals, Optimization, PoseGraph, information_at_end};
-pub use relations::{RelationErrors, relation_errors};
+pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
+pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{
     ClosureFate, ClosureRecord, Delay, Proof, Refusal, Residual, ScanMatcher, ScanMatcherConfig,
     ScanMatcherError, ShownSubmap,
 };
+pub use stamps::PosesByStamp;
 pub use submap::{ClosureConfig, Doubt};
 pub use sweep_smoother::{BeamPose, SweepSmoother};
 pub use triangle::SymmetricMatrix;

@@ -9,6 +9,7 @@
 //! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous
 //! Robots 27, eq. (3)-(5).
 
+use super::stamps::PosesByStamp;
 use crate::geom::Pose2;
 
 /// Errors over a set of relations: absolute and squared, of the shift and of the turn.
@@ -24,6 +25,8 @@ pub struct RelationErrors {
     pub trans_abs_std: f64,
     /// Mean squared length, m².
     pub trans_sq_mean: f64,
+    /// Part of the relations whose error is longer than half a metre.
+    pub wrong_part: f64,
     /// Mean size of the turn, rad.
     pub rot_abs_mean: f64,
     /// Standard deviation of the size of the turn, rad.
@@ -32,31 +35,33 @@ pub struct RelationErrors {
     pub rot_sq_mean: f64,
 }
 
-/// How far apart two stamps of the same scan may be, s, beside what their rounding makes: seconds
-/// since 1970 are known to a quarter of a microsecond.
-const SAME_STAMP: f64 = 1e-6;
-/// Most decimals that stamps are written with.
-const MOST_DECIMALS: i32 = 6;
+/// A longer error is wrong, whatever the noise of the reference, m.
+const WRONG: f64 = 0.5;
 
-/// Measures a trajectory, sorted by stamp, at relations `(from_seconds, to_seconds, true motion)`.
+/// A true motion between two scans: stamps of both, s, and the pose at the second in the frame of
+/// the first.
+pub type StampedMotion = (f64, f64, Pose2);
+
+/// Measures a trajectory, sorted by stamp, at relations.
 /// Their stamps may be rounded to fewer decimals than those of the log.
 #[must_use]
 pub fn relation_errors(
-    relations: impl IntoIterator<Item = (f64, f64, Pose2)>,
+    relations: impl IntoIterator<Item = StampedMotion>,
     trajectory: &[(f64, Pose2)],
 ) -> RelationErrors {
     let relations: Vec<_> = relations.into_iter().collect();
     let stamps = relations.iter().flat_map(|&(from, to, _)| [from, to]);
-    let same = rounding(&stamps) + SAME_STAMP;
+    let poses = PosesByStamp::new(trajectory, &stamps);
     let errors: Vec<(f64, f64)> = relations
         .iter()
         .filter_map(|&(from, to, truth)| {
-            let from = pose_at(trajectory, from, same)?;
-            let error = truth.delta_to(&from.delta_to(&pose_at(trajectory, to, same)?));
+            let from = poses.at(from)?;
+            let error = truth.delta_to(&from.delta_to(&poses.at(to)?));
             Some((error.position().coords.norm(), error.heading().abs()))
         })
         .collect();
     let (trans_abs_mean, trans_abs_std, trans_sq_mean) = moments(errors.iter().map(|e| e.0));
+    let wrong = errors.iter().filter(|(length, _)| *length > WRONG).count();
     let (rot_abs_mean, rot_abs_std, rot_sq_mean) = moments(errors.iter().map(|e| e.1));
     RelationErrors {
         count: errors.len(),
@@ -64,33 +69,11 @@ pub fn relation_errors(
         trans_abs_mean,
         trans_abs_std,
         trans_sq_mean,
+        wrong_part: wrong as f64 / errors.len().max(1) as f64,
         rot_abs_mean,
         rot_abs_std,
         rot_sq_mean,
     }
-}
-
-/// A unit of the last decimal that any of the stamps has, s: they are rounded, or cut off there.
-fn rounding(stamps: &(impl Iterator<Item = f64> + Clone)) -> f64 {
-    let has = |decimals: i32| {
-        let unit = libm::pow(10.0, f64::from(-decimals));
-        let mut rest = stamps
-            .clone()
-            .map(|s| (s / unit - (s / unit).round()).abs() * unit);
-        rest.all(|rest| rest < SAME_STAMP)
-    };
-    let decimals = (0..MOST_DECIMALS)
-        .find(|&d| has(d))
-        .unwrap_or(MOST_DECIMALS);
-    libm::pow(10.0, f64::from(-decimals))
-}
-
-fn pose_at(trajectory: &[(f64, Pose2)], seconds: f64, same: f64) -> Option<Pose2> {
-    let after = trajectory.partition_point(|&(stamp, _)| stamp < seconds);
-    let near = trajectory.iter().skip(after.saturating_sub(1)).take(2);
-    let (stamp, pose) =
-        near.min_by(|a, b| (a.0 - seconds).abs().total_cmp(&(b.0 - seconds).abs()))?;
-    ((stamp - seconds).abs() <= same).then_some(*pose)
 }
 
 /// Mean, standard deviation and mean square; zeros of nothing.

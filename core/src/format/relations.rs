@@ -8,6 +8,7 @@
 
 use super::FieldError;
 use super::rows::rows;
+use crate::estimation::StampedMotion;
 use crate::geom::Pose2;
 
 /// The true motion between two scans.
@@ -19,6 +20,14 @@ pub struct Relation {
     pub to_seconds: f64,
     /// `robot_at_from_from_robot_at_to`.
     pub motion: Pose2,
+}
+
+impl Relation {
+    /// As [`crate::estimation::relation_errors`] takes it.
+    #[must_use]
+    pub fn stamped_motion(&self) -> StampedMotion {
+        (self.from_seconds, self.to_seconds, self.motion)
+    }
 }
 
 const COLUMNS: &str = "t1 t2 x y z roll pitch yaw";

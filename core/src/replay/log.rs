@@ -1,11 +1,11 @@
-//! A recorded log of either kind, recognised by its first bytes.
+//! A recorded log of either kind.
 
-use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
+use crate::format::carmen::CarmenLog;
 use crate::robot::RobotModel;
 use crate::settings::Settings;
 use crate::slam::Method;
 use crate::wire::message::RobotFigures;
-use crate::wire::recording::{Damage, MAGIC, Recording, RecordingError, RecordingReader};
+use crate::wire::recording::{Damage, Recording};
 
 /// A recorded log.
 #[derive(Clone, Debug)]
@@ -97,88 +97,6 @@ impl Log {
         match self {
             Self::Carmen(_) => None,
             Self::Recording(recording) => recording.robot(),
-        }
-    }
-}
-
-/// Why a log cannot be opened.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LogError {
-    /// As a CARMEN log.
-    #[error(transparent)]
-    Carmen(#[from] CarmenError),
-    /// As a recording.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// A recording in which nothing was seen.
-    #[error("the recording holds no scan: nothing can be mapped")]
-    NoScan,
-}
-
-/// Reads a log of either kind, piece by piece.
-#[derive(Debug)]
-pub enum LogReader {
-    /// Fewer bytes than show what it is.
-    Undecided(Vec<u8>),
-    /// Text.
-    Carmen(CarmenReader),
-    /// MCAP.
-    Recording(RecordingReader),
-}
-
-impl Default for LogReader {
-    fn default() -> Self {
-        Self::Undecided(vec![])
-    }
-}
-
-impl LogReader {
-    /// Takes the next bytes, as many as there are.
-    ///
-    /// # Errors    [`LogError`]: what is wrong, and where.
-    pub fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
-        match self {
-            Self::Undecided(begun) => {
-                begun.extend_from_slice(bytes);
-                if begun.len() >= MAGIC.len() {
-                    self.decide()?;
-                }
-            }
-            Self::Carmen(reader) => reader.push(bytes)?,
-            Self::Recording(reader) => reader.push(bytes)?,
-        }
-        Ok(())
-    }
-
-    fn decide(&mut self) -> Result<(), LogError> {
-        let Self::Undecided(begun) = self else {
-            return Ok(());
-        };
-        let begun = std::mem::take(begun);
-        *self = if begun.starts_with(&MAGIC) {
-            Self::Recording(RecordingReader::default())
-        } else {
-            Self::Carmen(CarmenReader::default())
-        };
-        self.push(&begun)
-    }
-
-    /// The log is all there.
-    ///
-    /// # Errors    [`LogError`]: what is wrong, and where.
-    pub fn finish(self) -> Result<Log, LogError> {
-        match self {
-            Self::Recording(reader) => {
-                let recording = reader.finish()?;
-                match recording.scans() {
-                    0 => Err(LogError::NoScan),
-                    _ => Ok(Log::Recording(recording)),
-                }
-            }
-            Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
-            // Too short for a recording.
-            Self::Undecided(begun) => Ok(Log::Carmen(CarmenLog::parse(&begun)?)),
         }
     }
 }

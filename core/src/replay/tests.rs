@@ -1,5 +1,7 @@
 //! Logs of small robots, and recorded buildings.
 
+mod odd_logs;
+
 use super::*;
 use crate::estimation::relation_errors;
 use crate::format::carmen::CarmenLog;

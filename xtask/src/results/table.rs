@@ -70,6 +70,8 @@ pub(super) const TABLE: &[Entry] = &[
         "A recorded building, Intel Research Lab, mapped by the default method; errors over the relations of Kümmerle et al. (2009)."),
     entry("freiburg", Log("fr079/fr079"), Quick, CORE,
         "A recorded building, Freiburg 079, mapped by the same method with the same parameters."),
+    entry("buildings", Report, Slow, CORE,
+        "One set of parameters maps every recorded building, and bears what befalls logs: no odometry, bent odometry, lost scans, few beams."),
     entry("explore", Report, Slow, CORE,
         "A robot dropped into an unknown building sees all of it by itself; its way, by strategy."),
     entry("look-alikes", Report, Slow, CORE,

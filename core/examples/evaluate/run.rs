@@ -1,0 +1,170 @@
+//! One log by one method: reads, replays, measures, writes what was asked for, prints the figures.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use serde_json::{Value, json};
+use slamlab_core::estimation::{DriveFit, FittedParameter};
+use slamlab_core::format::preset::{self, FittedLine, PresetFile};
+use slamlab_core::geom::Pose2;
+use slamlab_core::replay::Replay;
+use slamlab_core::settings::{Scope, Source};
+use slamlab_core::slam::{Method, PriorMapFit};
+
+use crate::accuracy::References;
+use crate::peak_memory::peak_memory_mb;
+use crate::{Arguments, log_file, options, print, prior_map};
+
+pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> anyhow::Result<()> {
+    let method: Method = method.parse().context("--method")?;
+    check(log_path, arguments)?;
+    let truth = arguments.truth.as_deref();
+    let references = References::read(arguments.relations.as_deref(), truth)?;
+    let start = Instant::now();
+    let log = log_file::read(log_path)?;
+    let (scans, log_seconds) = (log.scans(), log.duration());
+    let mut settings = log.settings();
+    let scope = Scope {
+        source: Source::Recording,
+        method: log.method(method),
+    };
+    arguments.changes.apply_to(&mut settings, &scope)?;
+    match (&arguments.prior_map, method) {
+        (Some(path), method) if method.needs_prior_map() => {
+            settings.slam.prior_map = prior_map::read(path, arguments.svg_unit, &arguments.start)?;
+        }
+        (None, method) if method.needs_prior_map() => {
+            bail!("--method {} needs a map: --prior-map FILE", method.name())
+        }
+        (Some(_), _) => bail!(
+            "--prior-map needs --method prior-map or particle-localisation, not {}",
+            method.name()
+        ),
+        (None, _) => {}
+    }
+    let mut replay = Replay::new(log, method, &settings)?;
+    let slam = replay.session().slam();
+    arguments.outputs.check_method(slam, method.name())?;
+    let mut scan_ms = Vec::with_capacity(scans);
+    let mut began = Instant::now();
+    while replay.step()? {
+        scan_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        began = Instant::now();
+    }
+    for note in replay.take_notes() {
+        eprintln!("{}: {note}", log_path.display());
+    }
+    let fits = replay.session().slam().view().prior_map_fit;
+    if fits.is_some_and(PriorMapFit::is_misfit) {
+        let log = log_path.display();
+        eprintln!("{log}: at its end, what is seen does not stand in the prior map");
+    }
+    let pose_quality = replay.session().slam().view().pose_quality;
+    let prior_map_overlap = fits.and_then(PriorMapFit::part);
+    let wall_seconds = start.elapsed().as_secs_f64();
+    let trajectory = replay.trajectory();
+    let relations = references.relation_errors(&trajectory)?;
+    let truth = references.trajectory_errors(&trajectory)?;
+    let false_closures = references.false_closures(&replay);
+    for closure in false_closures.iter().flatten() {
+        eprintln!("{}: false closure: {closure}", log_path.display());
+    }
+    let fit = arguments.fit.as_ref().map(|_| replay.fit());
+    save(log_path, arguments, &replay, &trajectory, fit.as_ref())?;
+    let figures = json!({
+        "log": log_path.display().to_string(),
+        "method": method.name(),
+        "scans": scans,
+        "log_seconds": log_seconds,
+        "wall_seconds": wall_seconds,
+        "real_time_factor": log_seconds / wall_seconds,
+        "scan_ms": {
+            "mean": mean(&scan_ms),
+            "median": quantile(&mut scan_ms, 0.5),
+            "p99": quantile(&mut scan_ms, 0.99),
+        },
+        "peak_memory_mb": peak_memory_mb(),
+        "loop_closures": replay.session().slam().view().loop_closures,
+        "false_closures": false_closures.map(|closures| closures.len()),
+        "prior_map_overlap": prior_map_overlap,
+        "localisation": pose_quality.map(|quality| quality.localisation.name()),
+        "relations": relations,
+        "truth": truth,
+        "fit": fit.as_ref().map(fitted),
+        "state_hash": format!("{:016x}", replay.state_hash()),
+    });
+    print(&figures, arguments.json)
+}
+
+/// Finds what would go wrong at the end of a long run before it begins.
+fn check(log: &Path, arguments: &Arguments) -> anyhow::Result<()> {
+    let mut read = options::given([
+        ("--relations", &arguments.relations),
+        ("--truth", &arguments.truth),
+        ("--preset", &arguments.changes.preset),
+    ]);
+    read.push(("--log", log.to_owned()));
+    let mut written = arguments.outputs.paths();
+    written.extend(options::given([("--fit", &arguments.fit)]));
+    options::check(read, written)
+}
+
+fn save(
+    log: &Path,
+    arguments: &Arguments,
+    replay: &Replay,
+    trajectory: &[(f64, Pose2)],
+    fit: Option<&DriveFit>,
+) -> anyhow::Result<()> {
+    let poses = trajectory.iter().copied();
+    let slam = replay.session().slam();
+    let mut files = arguments
+        .outputs
+        .files(slam, poses, || replay.carmen_log())?;
+    if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
+        let settings = fit.settings().into_iter();
+        let preset = PresetFile {
+            name: format!("fitted to {}", log.display()),
+            settings: settings.map(|(key, n)| (key.to_owned(), n)).collect(),
+        };
+        let text = preset::write(&preset, &fitted_lines(fit));
+        files.push((path.clone(), text.into()));
+    }
+    options::write(&files)
+}
+
+/// The parameters of a fit, for people.
+fn fitted_lines(fit: &DriveFit) -> Vec<FittedLine> {
+    let line = |p: FittedParameter| FittedLine {
+        name: p.name.to_owned(),
+        unit: p.unit.to_owned(),
+        value: p.value,
+        sigma: Some(p.sigma).filter(|sigma| sigma.is_finite()),
+        unknown: p.unknown.to_owned(),
+    };
+    fit.parameters().into_iter().map(line).collect()
+}
+
+fn fitted(fit: &DriveFit) -> Value {
+    let odometry = fit.odometry.as_ref().ok();
+    json!({
+        "parameters": fitted_lines(fit),
+        "reasons": fit.reasons(),
+        "legs": odometry.map(|o| o.legs),
+        "left_out": odometry.map(|o| o.left_out),
+    })
+}
+
+fn mean(values: &[f64]) -> Option<f64> {
+    let count = Some(values.len()).filter(|count| *count > 0)?;
+    Some(values.iter().sum::<f64>() / count as f64)
+}
+
+fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().checked_sub(1)?;
+    values
+        .get((last as f64 * fraction).round() as usize)
+        .copied()
+}

@@ -1,0 +1,9 @@
+//! The most memory that this process has had, whatever it has done before.
+
+/// High-water mark of the resident memory, MB; `None` where the system does not tell.
+pub(crate) fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_ascii_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}

@@ -1,0 +1,284 @@
+//! Reads a recorded log of either kind, packed or not, recognised by its first bytes.
+//!
+//! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
+//! bytes come; several members, one behind the other, are one log.
+
+use std::io::Write as _;
+
+use flate2::write::MultiGzDecoder;
+
+use super::log::Log;
+use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
+use crate::wire::recording::{MAGIC, RecordingError, RecordingReader};
+
+/// The first bytes of a gzip file.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// Bytes that are unpacked at once: what comes of them is at most a thousand times as much.
+const PIECE: usize = 1 << 12;
+
+/// Why a log cannot be opened.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// As a CARMEN log.
+    #[error(transparent)]
+    Carmen(#[from] CarmenError),
+    /// As a recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A recording in which nothing was seen.
+    #[error("the recording holds no scan: nothing can be mapped")]
+    NoScan,
+    /// A gzip file that cannot be unpacked.
+    #[error("the gzip file is damaged, or not all of it is here: {0}")]
+    Gzip(String),
+    /// A gzip file in another one.
+    #[error("the gzip file holds another gzip file; unpack it once")]
+    GzipInGzip,
+}
+
+/// Reads a log, piece by piece.
+#[derive(Debug, Default)]
+pub struct LogReader {
+    file: File,
+}
+
+/// What the file is.
+#[derive(Debug)]
+enum File {
+    /// Fewer bytes than show it.
+    Undecided(Vec<u8>),
+    Plain(PlainReader),
+    Gzip(Box<GzipReader>),
+}
+
+impl Default for File {
+    fn default() -> Self {
+        Self::Undecided(vec![])
+    }
+}
+
+impl LogReader {
+    /// Takes the next bytes, as many as there are.
+    ///
+    /// # Errors    [`LogError`]: what is wrong, and where.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        match &mut self.file {
+            File::Undecided(begun) => {
+                begun.extend_from_slice(bytes);
+                if begun.len() < GZIP.len() {
+                    return Ok(());
+                }
+                let begun = std::mem::take(begun);
+                self.file = match begun.starts_with(&GZIP) {
+                    true => File::Gzip(Box::default()),
+                    false => File::Plain(PlainReader::default()),
+                };
+                self.push(&begun)
+            }
+            File::Plain(reader) => reader.push(bytes),
+            File::Gzip(reader) => reader.push(bytes),
+        }
+    }
+
+    /// The log is all there.
+    ///
+    /// # Errors    [`LogError`]: what is wrong, and where.
+    pub fn finish(self) -> Result<Log, LogError> {
+        match self.file {
+            File::Undecided(begun) => PlainReader::Undecided(begun).finish(),
+            File::Plain(reader) => reader.finish(),
+            File::Gzip(reader) => reader.finish(),
+        }
+    }
+}
+
+/// Reads a log that is packed.
+#[derive(Debug)]
+struct GzipReader {
+    decoder: MultiGzDecoder<Vec<u8>>,
+    unpacked: PlainReader,
+}
+
+impl Default for GzipReader {
+    fn default() -> Self {
+        Self {
+            decoder: MultiGzDecoder::new(vec![]),
+            unpacked: PlainReader::default(),
+        }
+    }
+}
+
+impl GzipReader {
+    fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        for piece in bytes.chunks(PIECE) {
+            let written = self.decoder.write_all(piece);
+            written.map_err(|error| LogError::Gzip(error.to_string()))?;
+            let unpacked = std::mem::take(self.decoder.get_mut());
+            self.unpacked.push(&unpacked)?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<Log, LogError> {
+        let rest = self.decoder.finish();
+        let rest = rest.map_err(|error| LogError::Gzip(error.to_string()))?;
+        self.unpacked.push(&rest)?;
+        self.unpacked.finish()
+    }
+}
+
+/// Reads a log that is not packed, or no more.
+#[derive(Debug)]
+enum PlainReader {
+    /// Fewer bytes than show what it is.
+    Undecided(Vec<u8>),
+    /// Text.
+    Carmen(CarmenReader),
+    /// MCAP.
+    Recording(RecordingReader),
+}
+
+impl Default for PlainReader {
+    fn default() -> Self {
+        Self::Undecided(vec![])
+    }
+}
+
+impl PlainReader {
+    fn push(&mut self, bytes: &[u8]) -> Result<(), LogError> {
+        match self {
+            Self::Undecided(begun) => {
+                begun.extend_from_slice(bytes);
+                if begun.len() >= MAGIC.len() {
+                    self.decide()?;
+                }
+            }
+            Self::Carmen(reader) => reader.push(bytes)?,
+            Self::Recording(reader) => reader.push(bytes)?,
+        }
+        Ok(())
+    }
+
+    fn decide(&mut self) -> Result<(), LogError> {
+        let Self::Undecided(begun) = self else {
+            return Ok(());
+        };
+        let begun = std::mem::take(begun);
+        if begun.starts_with(&GZIP) {
+            return Err(LogError::GzipInGzip);
+        }
+        *self = if begun.starts_with(&MAGIC) {
+            Self::Recording(RecordingReader::default())
+        } else {
+            Self::Carmen(CarmenReader::default())
+        };
+        self.push(&begun)
+    }
+
+    fn finish(self) -> Result<Log, LogError> {
+        match self {
+            Self::Recording(reader) => {
+                let recording = reader.finish()?;
+                match recording.scans() {
+                    0 => Err(LogError::NoScan),
+                    _ => Ok(Log::Recording(recording)),
+                }
+            }
+            Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
+            // Too short for a recording.
+            Self::Undecided(begun) => Ok(Log::Carmen(CarmenLog::parse(&begun)?)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::Compression;
+    use flate2::write::GzEncoder;
+    use proptest::prelude::*;
+
+    fn log_text() -> String {
+        let scan = |i: u32| {
+            let x = 0.1 * f64::from(i);
+            format!("FLASER 3 1.0 2.0 3.0 {x} 0 0 {x} 0 0 {i}.5 host {i}.5\n")
+        };
+        (0..500).map(scan).collect()
+    }
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut encoder = GzEncoder::new(vec![], Compression::default());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    }
+
+    fn read(bytes: &[u8], piece: usize) -> Result<CarmenLog, LogError> {
+        let mut reader = LogReader::default();
+        for piece in bytes.chunks(piece) {
+            reader.push(piece)?;
+        }
+        match reader.finish()? {
+            Log::Carmen(log) => Ok(log),
+            Log::Recording(_) => panic!("a recording"),
+        }
+    }
+
+    #[test]
+    fn a_packed_log_is_the_log_however_it_is_cut() {
+        let text = log_text();
+        let plain = read(text.as_bytes(), 100).unwrap();
+        assert_eq!(plain.scans.len(), 500);
+        let one = packed(text.as_bytes());
+        let (first, second) = text.split_at(text.len() / 2);
+        let members = [packed(first.as_bytes()), packed(second.as_bytes())].concat();
+        for file in [&one, &members] {
+            for piece in [1, 7, 100_000] {
+                assert_eq!(read(file, piece).unwrap(), plain);
+            }
+        }
+    }
+
+    #[test]
+    fn a_damaged_gzip_file_is_refused_in_words() {
+        let whole = packed(log_text().as_bytes());
+        for cut in [3, 9, whole.len() / 2, whole.len() - 1] {
+            let error = read(&whole[..cut], 64).unwrap_err();
+            assert!(matches!(error, LogError::Gzip(_)), "{cut}: {error}");
+            assert!(error.to_string().contains("not all of it is here"));
+        }
+        let mut damaged = whole.clone();
+        let middle = damaged.len() / 2;
+        damaged[middle] ^= 0xff;
+        // What was unpacked before may be no log already.
+        read(&damaged, 64).unwrap_err();
+        // A checksum that is wrong.
+        let mut wrong = whole.clone();
+        let checksum = wrong.len() - 6;
+        wrong[checksum] ^= 0xff;
+        assert!(matches!(read(&wrong, 64), Err(LogError::Gzip(_))));
+        assert_eq!(read(&packed(&whole), 64), Err(LogError::GzipInGzip));
+        let nothing = read(&packed(b""), 64).unwrap_err();
+        assert_eq!(nothing, LogError::Carmen(CarmenError::Empty));
+    }
+
+    proptest! {
+        #[test]
+        fn a_changed_gzip_file_never_panics_and_is_the_same_log_if_it_is_one(
+            edits in proptest::collection::vec((0.0..1.0_f64, 0_u8..3, any::<u8>()), 1..4),
+        ) {
+            let mut bytes = packed(log_text().as_bytes());
+            for (place, kind, byte) in edits {
+                let at = (bytes.len() as f64 * place) as usize;
+                match (kind, bytes.get_mut(at)) {
+                    (0, _) => bytes.truncate(at),
+                    (1, Some(old)) => *old = byte,
+                    _ => bytes.insert(at, byte),
+                }
+            }
+            if let (Ok(a), Ok(b)) = (read(&bytes, 7), read(&bytes, 100_000)) {
+                prop_assert_eq!(a, b);
+            }
+        }
+    }
+}
