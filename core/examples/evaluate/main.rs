@@ -9,6 +9,8 @@
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
+//! The exit status is 2 where the map is torn, and 1 where something failed.
+//!
 //! The core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
     clippy::disallowed_methods,
@@ -20,6 +22,7 @@ mod graph;
 mod options;
 #[path = "../shared/prior_map.rs"]
 mod prior_map;
+mod quality;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -29,7 +32,9 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::Parser;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, FittedParameter, RelationErrors, relation_errors};
+use slamlab_core::estimation::{
+    DriveFit, FittedParameter, MapVerdict, RelationErrors, ScanMatcher, relation_errors,
+};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::format::relations::{self, Relation};
 use slamlab_core::geom::Pose2;
@@ -42,6 +47,7 @@ const LONG: f64 = 20.0;
 
 /// Replays a recorded log and measures the result.
 #[derive(Parser)]
+#[command(after_help = "Exit status: 0, 2 where the map is torn, 1 where something failed.")]
 struct Arguments {
     /// CARMEN log (.log, .clf), or recording of the bridge (.mcap).
     #[arg(long, required_unless_present = "graph")]
@@ -84,12 +90,13 @@ struct Arguments {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match (&arguments.graph, &arguments.log) {
-        (Some(graph), _) => graph::solve(graph, arguments.out.as_deref(), arguments.json),
+        (Some(graph), _) => graph::solve(graph, arguments.out.as_deref(), arguments.json)
+            .map(|()| ExitCode::SUCCESS),
         (None, Some(log)) => evaluate(log, &arguments),
         (None, None) => Err(anyhow::anyhow!("neither --log nor --graph")),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("evaluate: {error:#}");
             ExitCode::FAILURE
@@ -97,7 +104,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
+fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<ExitCode> {
     let method: Method = arguments.method.parse().context("--method")?;
     check(log_path, arguments)?;
     let truth = arguments.relations.as_deref().map(read_relations);
@@ -144,6 +151,10 @@ fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     let pose_quality = replay.session().slam().view().pose_quality;
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
+    let quality = replay.session().slam().view().map.map(ScanMatcher::quality);
+    for line in quality.iter().flat_map(quality::words) {
+        eprintln!("{}: {line}", log_path.display());
+    }
     let trajectory = replay.trajectory();
     let relations = truth.map(|truth| measure(&truth, &trajectory));
     let relations = relations.transpose()?;
@@ -161,11 +172,16 @@ fn evaluate(log_path: &Path, arguments: &Arguments) -> anyhow::Result<()> {
         "loop_closures": replay.session().slam().view().loop_closures,
         "prior_map_overlap": prior_map_overlap,
         "localisation": pose_quality.map(|quality| quality.localisation.name()),
+        "quality": quality.as_ref().map(quality::figures),
         "relations": relations,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
-    print(&figures, arguments.json)
+    print(&figures, arguments.json)?;
+    Ok(match quality {
+        Some(quality) if quality.verdict == MapVerdict::Torn => ExitCode::from(quality::TORN),
+        _ => ExitCode::SUCCESS,
+    })
 }
 
 fn print(figures: &Value, on_one_line: bool) -> anyhow::Result<()> {

@@ -27,6 +27,7 @@ mod keyframes;
 mod local;
 mod loops;
 mod motion;
+mod quality;
 #[cfg(test)]
 mod tests;
 mod tracking;

@@ -10,6 +10,10 @@
 //!    not stand where the other saw through. What the other never saw says nothing.
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
 //!    corridor fits itself anywhere.
+//!
+//! Whether two submaps that lie where they lie agree with one another is the matter of `overlap`.
+
+mod overlap;
 
 use std::f64::consts::PI;
 
@@ -104,6 +108,8 @@ impl ClosureConfig {
         }
     }
 }
+
+pub(super) use self::overlap::{Laid, Said};
 
 /// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
 /// same of the part that agrees.
