@@ -182,6 +182,3 @@ impl ClosedSubmap {
         median.min(SEEN_OFTEN)
     }
 }
-
-#[cfg(test)]
-mod tests;
