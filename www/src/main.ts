@@ -26,6 +26,7 @@ import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/matches.js";
 import "./ui/plots.js";
+import "./ui/quality.js";
 import "./ui/rooms.js";
 import "./ui/settings.js";
 import "./ui/setup.js";
@@ -134,7 +135,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "seq"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "quality", "seq"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },

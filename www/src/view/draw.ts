@@ -15,6 +15,7 @@ import * as robot from "./layers/robot.js";
 import * as rooms from "./layers/rooms.js";
 import * as scan from "./layers/scan.js";
 import * as spot from "./layers/spot.js";
+import * as torn from "./layers/torn.js";
 import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
@@ -50,6 +51,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["path", path.draw],
   ["trails", trails.draw],
   ["twin", twin.draw],
+  ["torn", torn.draw],
   ["robot", robot.draw],
 ];
 

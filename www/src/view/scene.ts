@@ -6,7 +6,7 @@ import { type Box, union } from "./camera.js";
 import { Motion } from "./motion.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);

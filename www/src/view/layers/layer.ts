@@ -1,6 +1,6 @@
 // What every layer is given.
 
-import type { ContestState, Rooms, Sighting } from "../../protocol/module.js";
+import type { ContestState, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
@@ -24,6 +24,8 @@ export interface Brush {
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
+  /** Where the map is torn or doubtful. */
+  readonly tears: readonly Tear[];
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
       closed. */
   readonly sightings: readonly Sighting[];
