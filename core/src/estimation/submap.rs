@@ -118,7 +118,7 @@ const PROVES_PART: [f64; 2] = [0.7, 0.9];
 /// What overlaps by more proves more, up to this.
 const MOST_PROOF: f64 = 1.5;
 /// Submaps whose middles are farther apart than this many times their radii have nothing in common.
-const REACH: f64 = 1.5;
+pub(super) const REACH: f64 = 1.5;
 
 /// What is kept of a submap that is closed.
 #[derive(Clone, Debug, Default)]

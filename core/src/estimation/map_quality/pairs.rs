@@ -4,13 +4,11 @@
 use nalgebra::Point2;
 
 use super::{Placed, TORN_BEYOND, Witness};
-use crate::estimation::submap::{ClosedSubmap, Laid, Said};
+use crate::estimation::submap::{ClosedSubmap, Laid, REACH, Said};
 use crate::geom::Pose2;
 use crate::map::SurfelConfig;
 use crate::registration::MatchConfig;
 
-/// Submaps whose middles are farther apart than this many times their radii have nothing in common.
-const REACH: f64 = 1.5;
 /// Fewer surfaces than these, or than this part of those that are asked about, say nothing of the
 /// rest.
 const LEAST_SPOKEN_OF: usize = 20;
@@ -43,8 +41,9 @@ pub(super) fn pairs(
     surfels: &SurfelConfig,
     matching: &MatchConfig,
 ) -> Vec<Pair> {
-    // What is said by the older of a pair, whose index is then laid no more.
     let mut pairs: Vec<Pair> = vec![];
+    // The pairs of which each submap is the later. One submap is laid at a time, for it takes
+    // memory: the earlier of a pair says first what it says, the later when its turn comes.
     let mut of_later: Vec<Vec<usize>> = vec![vec![]; placed.len()];
     for (index, this) in placed.iter().enumerate() {
         let laid = Laid::new(this.submap, surfels);
