@@ -60,7 +60,7 @@ pub(super) fn pairs(
                 pair.doubled = together.doubled(&pair.said[1], matching);
             }
         }
-        for other in index + 2..placed.len() {
+        for (other, of_other) in of_later.iter_mut().enumerate().skip(index + 2) {
             let together = with(other);
             if !together.is_near() {
                 continue;
@@ -69,7 +69,7 @@ pub(super) fn pairs(
             if said.spoken_of() == 0 {
                 continue;
             }
-            of_later[other].push(pairs.len());
+            of_other.push(pairs.len());
             pairs.push(Pair {
                 submaps: [index, other],
                 said: [said, Said::default()],
