@@ -18,12 +18,15 @@ const WHY: Readonly<Record<TearName, string>> = {
   unproven: "the way between was long, and nothing else proves it",
 };
 
+/** The worst places, told in words. */
+const MOST_TOLD = 8;
+
 export class SlamQuality extends SlamElement {
   static override styles = css`
     h2 { margin: 18px 0 8px; }
     p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
     p.torn { color: var(--danger); font-weight: 600; }
-    ol { margin: 0 0 10px; padding: 0 0 0 20px; max-height: 264px; overflow-y: auto; font-size: 12.5px; }
+    ol { margin: 0 0 10px; padding: 0 0 0 20px; font-size: 12.5px; }
     li { margin-bottom: 5px; }
   `;
 
@@ -43,7 +46,8 @@ export class SlamQuality extends SlamElement {
     return html`
       <p class=${verdict} data-testid="quality">${VERDICTS[verdict]}
         ${agreement === null ? "No place was seen twice yet." : `${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>
-      ${tears.length > 0 ? html`<ol data-testid="tears">${tears.map((tear) => this.#item(tear))}</ol>` : nothing}
+      ${tears.length > 0 ? html`<ol data-testid="tears">${tears.slice(0, MOST_TOLD).map((tear) => this.#item(tear))}</ol>` : nothing}
+      ${tears.length > MOST_TOLD ? html`<p>${tears.length - MOST_TOLD} more are marked in the map.</p>` : nothing}
     `;
   }
 
