@@ -383,6 +383,9 @@ export class Client {
     calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
     sigma: (sigma) => this.store.set("sigma", { sigma }),
     fit: (fit) => this.store.set("fit", { fit }),
+    quality: ({ run, quality }) => {
+      if (run === this.#run) this.store.set("quality", { quality });
+    },
     preset: ({ name, settings }) => {
       this.usePreset({ name, settings });
       this.#note("good", `The preset "${name}" is in use`);

@@ -29,6 +29,7 @@ import "./ui/matches.js";
 import "./ui/methods.js";
 import "./ui/moved.js";
 import "./ui/plots.js";
+import "./ui/quality.js";
 import "./ui/rooms.js";
 import "./ui/settings.js";
 import "./ui/setup.js";
@@ -137,7 +138,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "seq"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -62,6 +62,8 @@ export type Command =
   | { kind: "sigma"; growth: GrowthName }
   /** Estimates the robot's parameters from the drive so far. */
   | { kind: "fit" }
+  /** Asks what the map is worth. */
+  | { kind: "quality" }
   /** Settings of a preset file. */
   | { kind: "preset"; name: string; bytes: ArrayBuffer }
   /** A simulated twin beside a live or a recorded robot from here on, or none. */
@@ -139,6 +141,8 @@ export type Answer =
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
   /** The fit of a drive, or why there is none. */
   | { kind: "fit"; fit: DriveFit | null; error: string }
+  /** What the map is worth; null where the method cannot tell. */
+  | { kind: "quality"; run: number; quality: Quality | null }
   /** A preset that was opened. */
   | ({ kind: "preset" } & PresetFile)
   /** How the planners stand, or why they cannot be asked. */

@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Quality, type Rooms, type Setup, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -17,7 +17,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "moved";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "moved" | "quality";
 
 export interface LogEntry {
   time: number;
@@ -121,6 +121,8 @@ export class Store {
   compared: readonly Compared[] = [];
   /** By how much the last loop closure moved the map, m. */
   moved = 0;
+  /** What the map was worth when it was asked for. */
+  quality: Quality | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
@@ -147,7 +149,7 @@ export class Store {
     this.twin.clear();
     const ended: Partial<Store> = {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
-      rooms: null, roomSpot: null, closure: null, moved: 0, log: [], status: null, hash: "", toast: null,
+      rooms: null, roomSpot: null, closure: null, moved: 0, quality: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
     // A recording that is mapped again with what was fitted to it keeps the table.
@@ -156,7 +158,7 @@ export class Store {
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "moved"] as const) this.notify(topic);
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "moved", "quality"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }
 

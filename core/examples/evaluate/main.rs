@@ -14,8 +14,9 @@
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated. The core has no files and no clock; this
-//! program does the reading, the writing and the timing.
+//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, and 1 where
+//! something failed. The core has no files and no clock; this program does the reading, the writing
+//! and the timing.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files and the clock are here and nowhere below"
@@ -33,6 +34,7 @@ mod options;
 mod peak_memory;
 #[path = "../shared/prior_map.rs"]
 mod prior_map;
+mod quality;
 mod run;
 mod several;
 mod table;
@@ -47,6 +49,7 @@ use serde_json::Value;
 
 /// Replays recorded logs and measures the result.
 #[derive(Parser)]
+#[command(after_help = "Exit status: 0, 3 where a map is torn, 1 where something failed.")]
 struct Arguments {
     /// CARMEN logs (.log, .clf), or recordings of the bridge (.mcap).
     #[arg(value_name = "LOG")]
@@ -108,13 +111,14 @@ fn main() -> ExitCode {
     };
     let logs: Vec<PathBuf> = [&arguments.logs[..], &arguments.more_logs].concat();
     let done = match (&arguments.graph, &logs[..], &arguments.methods[..]) {
-        (Some(graph), _, _) => graph::solve(graph, arguments.out.as_deref(), arguments.json),
+        (Some(graph), _, _) => graph::solve(graph, arguments.out.as_deref(), arguments.json)
+            .map(|()| ExitCode::SUCCESS),
         (None, [], _) => Err(anyhow::anyhow!("neither a log nor --graph")),
         (None, [log], [method]) => run::evaluate(log, method, &arguments),
         (None, logs, methods) => several::evaluate(logs, methods, &arguments, &matches),
     };
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("evaluate: {error:#}");
             ExitCode::FAILURE

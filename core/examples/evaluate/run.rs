@@ -1,11 +1,12 @@
 //! One log by one method: reads, replays, measures, writes what was asked for, prints the figures.
 
 use std::path::Path;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, FittedParameter};
+use slamlab_core::estimation::{DriveFit, FittedParameter, MapVerdict, ScanMatcher};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -14,9 +15,14 @@ use slamlab_core::slam::{Method, PriorMapFit};
 
 use crate::accuracy::References;
 use crate::peak_memory::peak_memory_mb;
-use crate::{Arguments, log_file, options, print, prior_map};
+use crate::{Arguments, log_file, options, print, prior_map, quality};
 
-pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> anyhow::Result<()> {
+/// The exit status says whether the map is torn.
+pub(crate) fn evaluate(
+    log_path: &Path,
+    method: &str,
+    arguments: &Arguments,
+) -> anyhow::Result<ExitCode> {
     let method: Method = method.parse().context("--method")?;
     check(log_path, arguments)?;
     let truth = arguments.truth.as_deref();
@@ -63,6 +69,10 @@ pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> 
     let pose_quality = replay.session().slam().view().pose_quality;
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
+    let quality = replay.session().slam().view().map.map(ScanMatcher::quality);
+    for line in quality.iter().flat_map(quality::words) {
+        eprintln!("{}: {line}", log_path.display());
+    }
     let trajectory = replay.trajectory();
     let relations = references.relation_errors(&trajectory)?;
     let truth = references.trajectory_errors(&trajectory)?;
@@ -89,12 +99,17 @@ pub(crate) fn evaluate(log_path: &Path, method: &str, arguments: &Arguments) -> 
         "false_closures": false_closures.map(|closures| closures.len()),
         "prior_map_overlap": prior_map_overlap,
         "localisation": pose_quality.map(|quality| quality.localisation.name()),
+        "quality": quality.as_ref().map(quality::figures),
         "relations": relations,
         "truth": truth,
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
-    print(&figures, arguments.json)
+    print(&figures, arguments.json)?;
+    Ok(match quality {
+        Some(quality) if quality.verdict == MapVerdict::Torn => ExitCode::from(quality::TORN),
+        _ => ExitCode::SUCCESS,
+    })
 }
 
 /// Finds what would go wrong at the end of a long run before it begins.

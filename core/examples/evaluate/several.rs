@@ -5,14 +5,16 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _};
 use serde_json::{Value, json};
+use slamlab_core::estimation::MapVerdict;
 use slamlab_core::slam::Method;
 
+use crate::quality::TORN;
 use crate::table::Table;
 use crate::{Arguments, print};
 
@@ -32,7 +34,7 @@ pub(crate) fn evaluate(
     methods: &[String],
     arguments: &Arguments,
     matches: &ArgMatches,
-) -> Result<()> {
+) -> Result<ExitCode> {
     check(logs, methods, arguments)?;
     let runs: Vec<Run> = logs
         .iter()
@@ -52,20 +54,24 @@ pub(crate) fn evaluate(
         table.print_head()?;
     }
     let passed_on = passed_on(matches);
-    let mut failed = 0;
+    let (mut failed, mut torn) = (0, false);
     for run in &runs {
         let figures = run.figures(&passed_on).unwrap_or_else(|error| {
             failed += 1;
             eprintln!("evaluate: {error:#}");
             run.failure(&format!("{error:#}"))
         });
+        torn |= figures.pointer("/quality/verdict") == Some(&json!(MapVerdict::Torn.name()));
         match arguments.json {
             true => print(&figures, true)?,
             false => table.print_row(&figures)?,
         }
     }
     ensure!(failed == 0, "{failed} of {} runs failed", runs.len());
-    Ok(())
+    Ok(match torn {
+        true => ExitCode::from(TORN),
+        false => ExitCode::SUCCESS,
+    })
 }
 
 /// Refuses what only one run can have, and names that nothing has.
@@ -131,7 +137,8 @@ impl Run<'_> {
         let command = command.args(passed_on).stdin(Stdio::null());
         let output = command.output().context("cannot start a run")?;
         let said = String::from_utf8_lossy(&output.stderr);
-        if output.status.success() {
+        let is_done = output.status.success() || output.status.code() == Some(TORN.into());
+        if is_done {
             eprint!("{said}");
             return serde_json::from_slice(&output.stdout).context("a run printed no figures");
         }

@@ -58,6 +58,7 @@ impl Table {
             }),
             column("x real time", |f| number(f, "/real_time_factor", 0)),
             column("memory, MB", |f| number(f, "/peak_memory_mb", 0)),
+            column("map", |f| text(f, "/quality/verdict")),
         ]);
         Self { columns }
     }

@@ -12,6 +12,8 @@
 //!    the rigid motion that aligns the trajectory. The quantiles are over the cells of all runs of
 //!    a world; both are given, that of the map as it lies is judged.
 //!
+//! 4. Beside that it says how often the map was called torn or doubtful ([`ScanMatcher::quality`]).
+//!
 //! Which closure of which run is false, and when its submaps began, goes to standard error.
 
 use std::collections::BTreeMap;
@@ -19,7 +21,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{ScanMatcher, align, ate_rmse};
+use slamlab_core::estimation::{MapVerdict, ScanMatcher, align, ate_rmse};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{CellIndex, CellState, Grid};
@@ -93,6 +95,8 @@ fn row(runs: &[Run], wall_error: f64) -> Value {
         "closure_shift_error_m_p95": quantile(closures().map(|c| c.shift), PART),
         "closure_shift_error_m_most": closures().map(|c| c.shift).fold(0.0, f64::max),
         "closure_turn_error_rad_most": closures().map(|c| c.turn).fold(0.0, f64::max),
+        "called_torn": sum(|run| (run.verdict == MapVerdict::Torn).into()),
+        "called_doubtful": sum(|run| (run.verdict == MapVerdict::Doubtful).into()),
         "wall_error_m_p95": wall_error,
         "wall_error_aligned_m_p95": quantile(runs.iter().flat_map(|run| &run.aligned), PART),
         "wall_error_m_p95_worst_run": most(Run::wall_error),
@@ -114,6 +118,8 @@ struct Run {
     /// The turn by which it is aligned, rad.
     turned: f64,
     trajectory_error: f64,
+    /// What the run itself thinks of its map.
+    verdict: MapVerdict,
 }
 
 impl Run {
@@ -151,6 +157,7 @@ impl Run {
             turned: truth_from_map.heading().abs(),
             aligned: errors(world_from_map * truth_from_map),
             trajectory_error: ate_rmse(&true_way, &estimated).unwrap_or(f64::NAN),
+            verdict: matcher.quality().verdict,
         })
     }
 
@@ -164,8 +171,9 @@ impl Run {
 
     fn tell(&self, name: &str, seed: u64) {
         eprintln!(
-            "{name} seed {seed}: {}{} submaps, {} closures, {} false; 95 % of the walls within {:.3} m, turned by {:.3} rad {:.3} m; trajectory {:.3} m",
+            "{name} seed {seed}: {}{}, {} submaps, {} closures, {} false; 95 % of the walls within {:.3} m, turned by {:.3} rad {:.3} m; trajectory {:.3} m",
             if self.is_done { "" } else { "not done, " },
+            self.verdict.name(),
             self.submaps,
             self.closures.len(),
             self.wrong().count(),

@@ -11,11 +11,11 @@ use crate::points::OrientedPoint;
 
 /// A point agrees that lies nearer than this to a surface, m, across it: more takes the two sides
 /// of a thin wall for one.
-const AGREES_WITHIN: f64 = 0.08;
+pub(super) const AGREES_WITHIN: f64 = 0.08;
 /// Cosine of the largest angle between surfaces that agree.
-const AGREES_COSINE: f64 = 0.5;
+pub(super) const AGREES_COSINE: f64 = 0.5;
 /// A point contradicts only farther than this from every surface, m.
-const CONTRADICTS_BEYOND: f64 = 0.25;
+pub(super) const CONTRADICTS_BEYOND: f64 = 0.25;
 
 /// What a map says of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -58,6 +58,16 @@ impl FreeSpace {
             .unwrap_or(false)
     }
 
+    /// Whether beams went through this place and all around it, a cell in each direction: not only
+    /// along a wall that stands here.
+    pub(super) fn contains_around(&self, place: Point2<f64>) -> bool {
+        let steps = [-CELL, 0.0, CELL];
+        let around = steps.iter().flat_map(|x| steps.iter().map(move |y| (x, y)));
+        around
+            .map(|(x, y)| Point2::new(place.x + x, place.y + y))
+            .all(|near| self.contains(near))
+    }
+
     /// Grows the area until it holds `place`; `false` where that is too far.
     fn hold(&mut self, place: Point2<f64>) -> bool {
         let (col, row) = cell_of(place);
@@ -138,6 +148,17 @@ mod tests {
             prop_assume!((beside - near).norm() > 2.0);
             prop_assert!(!free.contains(beside));
         }
+    }
+
+    #[test]
+    fn along_a_single_beam_nothing_is_free_all_around() {
+        let mut free = FreeSpace::default();
+        let beam = |y: f64| [Point2::new(0.0, y), Point2::new(4.0, y)];
+        free.mark([beam(0.1)].into_iter());
+        assert!(!free.contains_around(Point2::new(2.0, 0.1)));
+        free.mark([beam(-0.1), beam(0.3)].into_iter());
+        assert!(free.contains_around(Point2::new(2.0, 0.1)));
+        assert!(!free.contains_around(Point2::new(2.0, 0.3)));
     }
 
     #[test]

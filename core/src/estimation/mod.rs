@@ -11,6 +11,7 @@ mod facing;
 mod free_space;
 mod line_localisation;
 mod line_model;
+mod map_quality;
 mod measures;
 mod odometry_fit;
 mod particles;
@@ -33,6 +34,7 @@ pub use ekf_slam::{
     RobotState, SweepTiming, UpdateReport,
 };
 pub use line_localisation::LineLocaliser;
+pub use map_quality::{MapQuality, MapVerdict, Stretch, Tear, TearKind};
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{

@@ -28,6 +28,7 @@ mod keyframes;
 mod local;
 mod loops;
 mod motion;
+mod quality;
 mod records;
 mod revocation;
 mod shown;

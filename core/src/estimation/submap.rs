@@ -10,6 +10,10 @@
 //!    not stand where the other saw through. What the other never saw says nothing.
 //! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
 //!    corridor fits itself anywhere.
+//!
+//! Whether two submaps that lie where they lie agree with one another is the matter of `overlap`.
+
+mod overlap;
 
 use std::f64::consts::PI;
 
@@ -105,6 +109,8 @@ impl ClosureConfig {
     }
 }
 
+pub(super) use self::overlap::{Laid, Said};
+
 /// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
 /// same of the part that agrees.
 const PROVES_OVERLAP: [f64; 2] = [0.35, 0.7];
@@ -112,7 +118,7 @@ const PROVES_PART: [f64; 2] = [0.7, 0.9];
 /// What overlaps by more proves more, up to this.
 const MOST_PROOF: f64 = 1.5;
 /// Submaps whose middles are farther apart than this many times their radii have nothing in common.
-const REACH: f64 = 1.5;
+pub(super) const REACH: f64 = 1.5;
 
 /// What is kept of a submap that is closed.
 #[derive(Clone, Debug, Default)]

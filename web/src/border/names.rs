@@ -105,6 +105,12 @@ names! {
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }
     /// What a region of the topological map is.
     RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
+    /// What is to be thought of a map.
+    MapVerdictName of slamlab_core::estimation::MapVerdict { Good = "good", Doubtful = "doubtful", Torn = "torn" }
+    /// Why a map is torn at a place.
+    TearName of slamlab_core::estimation::TearKind {
+        Doubled = "doubled", Contradicted = "contradicted", Loose = "loose", Unproven = "unproven",
+    }
     /// How σ of the range grows with the range.
     GrowthName = slamlab_core::points::Growth { Linear = "linear", Square = "square" }
     /// What a ranger's characteristic is a polynomial of.

@@ -5,6 +5,7 @@
 import { fail, post } from "../answer.js";
 import type { Answer } from "../protocol.js";
 import { transferables } from "../protocol/frame.js";
+import type { MapVerdictName } from "../protocol/module.js";
 import { Extras } from "./extras.js";
 import { Pace } from "./pace.js";
 import type { Run } from "./run.js";
@@ -14,6 +15,13 @@ const IDLE_MILLIS = 6;
 /** Wall milliseconds of one slice. */
 export const SLICE_MILLIS = 12;
 const HASH_MILLIS = 500;
+
+/** Of a map that is good there is nothing to tell. */
+const TOLD: Readonly<Record<MapVerdictName, string>> = {
+  good: "",
+  doubtful: "Parts of the map may lie elsewhere: Status says which",
+  torn: "The map is torn: Status says where and why",
+};
 
 type Started = Extract<Answer, { kind: "started" }>;
 
@@ -120,6 +128,16 @@ export class Player {
     post(frame, transferables(frame));
   }
 
+  /** Says what the map is worth. */
+  judge(): void {
+    const { run } = this;
+    if (!run) return;
+    const quality = run.module.quality() ?? null;
+    post({ kind: "quality", run: this.#number, quality });
+    const text = quality ? TOLD[quality.verdict] : "";
+    if (text !== "") post({ kind: "event", run: this.#number, time: run.time, level: "warn", text, topic: "quality" });
+  }
+
   schedule(now = true): void {
     if (this.#scheduled || !(this.#playing || this.before)) return;
     this.#scheduled = true;
@@ -158,7 +176,10 @@ export class Player {
     }
     if (late) this.#pace.fallBehind(begin, run.time);
     this.#pace.measure(performance.now(), run.time);
-    if (run.finished) this.play(false);
+    if (run.finished) {
+      this.play(false);
+      if (run.kind === "replay") this.judge();
+    }
     this.show();
     this.schedule(late);
   }

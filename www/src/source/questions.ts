@@ -1,4 +1,4 @@
-// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, a trial of the
+// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is worth, a trial of the
 // controller, planners, maps, files to save.
 
 import { calibrate, read_building, read_prior_map, read_preset, write_preset } from "../../pkg/slamlab_web.js";
@@ -8,7 +8,7 @@ import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player): Questions {
   const contest = new ContestRunner();
@@ -36,6 +36,7 @@ export function questions(player: Player): Questions {
       fitted = player.run?.module.fit() ?? null;
       if (fitted) post({ kind: "fit", fit: fitted, error: "" });
     },
+    quality: () => player.judge(),
     preset: ({ name, bytes }) => given(name, () => post({ kind: "preset", ...read_preset(new Uint8Array(bytes)) })),
     bench: ({ trial }) => {
       if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.module.bench(trial) });

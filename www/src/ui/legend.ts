@@ -36,6 +36,8 @@ const ENTRIES: readonly Entry[] = [
     sign: svg`<rect x="2" y="2" width="8" height="14" fill="var(--map-free)" stroke="var(--line-strong)" stroke-width="1"/><rect x="10" y="2" width="8" height="14" fill="var(--map-unknown)" stroke="var(--line-strong)" stroke-width="1"/><rect x="18" y="2" width="8" height="14" fill="var(--map-occupied)" stroke="none"/>` },
   { name: "rooms", label: "Rooms", meaning: "Rooms and corridors that the map holds, the doors between them with their widths, and the graph that joins them. A click chooses one; they are listed under Status.",
     sign: svg`<rect x="2" y="3" width="11" height="12" fill="var(--map-contest5)" fill-opacity=".4" stroke="none"/><rect x="15" y="3" width="11" height="12" fill="var(--map-contest3)" fill-opacity=".4" stroke="none"/><path d="M7 9h14" stroke="var(--map-ink)" stroke-width="1.2"/><path d="M14 5v8" stroke="var(--map-door)" stroke-width="2.5"/>` },
+  { name: "torn", label: "Torn places", meaning: "Where the map contradicts itself, and how far its sides are apart; dashed where it is only doubtful. It is judged when a recording ends, or under Status.",
+    sign: svg`<circle cx="14" cy="9" r="7" fill="none" stroke="var(--map-torn)" stroke-width="2.2"/><path d="m11 6 6 6m0-6-6 6" stroke="var(--map-torn)" stroke-width="2"/>` },
   { name: "scan", label: "Current scan", meaning: "What the sensor sees just now.",
     sign: svg`<path d="M4 14h.01M8 10h.01M13 7h.01M18 6h.01M23 8h.01" stroke="var(--map-scan)" stroke-width="3.4"/>` },
   { name: "found", label: "Lines found", meaning: "Straight pieces of the last scan, before they are compared with the walls.", sign: stroke("found", "", 3.5) },

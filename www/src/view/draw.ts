@@ -19,6 +19,7 @@ import * as rooms from "./layers/rooms.js";
 import * as scan from "./layers/scan.js";
 import * as spot from "./layers/spot.js";
 import * as submaps from "./layers/submaps.js";
+import * as torn from "./layers/torn.js";
 import * as trails from "./layers/trails.js";
 import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
@@ -58,6 +59,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["graph", graph.draw],
   ["closures", closures.draw],
   ["twin", twin.draw],
+  ["torn", torn.draw],
   ["robot", robot.draw],
 ];
 

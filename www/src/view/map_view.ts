@@ -89,7 +89,7 @@ export class SlamMap extends SlamElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    for (const topic of ["rooms", "spot", "inspection", "closure"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
+    for (const topic of ["rooms", "spot", "inspection", "closure", "quality"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
@@ -349,7 +349,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms() });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms(), tears: store.quality?.tears ?? [] });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

@@ -7,7 +7,7 @@ import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "found", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);

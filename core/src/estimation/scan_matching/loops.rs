@@ -219,7 +219,7 @@ impl ScanMatcher {
 
     /// How well each submap's pose is known relative to submap `from`: along the best way through
     /// the graph.
-    fn doubts(&self, from: usize) -> Vec<Doubt> {
+    pub(super) fn doubts(&self, from: usize) -> Vec<Doubt> {
         let poses = self.graph.poses();
         let drift_turn = self.config.closure.drift_turn;
         let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];

@@ -4,6 +4,8 @@ use nalgebra::{Point2, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::super::map_quality::MapVerdict;
+use super::super::pose_graph::Edge;
 use super::*;
 use crate::geom::{Segment, sin_cos, wrap};
 use crate::map::CellState;
@@ -363,4 +365,36 @@ fn bad_configuration_is_named() {
         error,
         "scan matching: keyframe_turn is NaN, expected 0.02 to 3"
     );
+}
+
+#[test]
+fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
+    let (_, _, mut matcher) = run(ScanMatcherConfig::default(), 1);
+    let good = matcher.quality();
+    assert_eq!(good.verdict, MapVerdict::Good, "{:?}", good.tears);
+    assert!(good.agreement.unwrap() > 0.8, "{:?}", good.agreement);
+    // The last submaps are held where they do not lie.
+    let last = matcher.submaps.len() - 1;
+    let poses = matcher.graph.poses().to_vec();
+    for new in last - 3..last {
+        let motion = poses[0].delta_to(&poses[new]) * Pose2::new(0.5, 0.3, 0.0);
+        let wrong = Edge {
+            from: 0,
+            to: new,
+            motion,
+            information: Matrix3::from_diagonal_element(1e8),
+            cauchy: None,
+        };
+        matcher.graph.add_edge(wrong);
+    }
+    matcher.optimize();
+    let torn = matcher.quality();
+    assert_eq!(torn.verdict, MapVerdict::Torn);
+    let begun = matcher.trajectory.iter().find(|t| t.submap == last - 3);
+    let begun = begun.unwrap().stamp;
+    let told = torn.tears.iter().any(|tear| {
+        let off = tear.off.unwrap_or(f64::MAX);
+        tear.later[1] >= begun && off > 0.3
+    });
+    assert!(told, "{:?} {begun:?}", torn.tears);
 }

@@ -1,6 +1,6 @@
 // What every layer is given.
 
-import type { ContestState, Rooms, Sighting } from "../../protocol/module.js";
+import type { ContestState, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
 import type { Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
@@ -30,6 +30,8 @@ export interface Brush {
   readonly compared: readonly Compared[];
   /** The loop closure that was chosen. */
   readonly closure: ClosureName | null;
+  /** Where the map is torn or doubtful. */
+  readonly tears: readonly Tear[];
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
       closed. */
   readonly sightings: readonly Sighting[];

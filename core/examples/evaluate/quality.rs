@@ -1,0 +1,73 @@
+//! What the map is worth that came of a log: for JSON, in words, and as an exit status.
+
+use serde_json::{Value, json};
+use slamlab_core::estimation::{MapQuality, MapVerdict, Tear, TearKind};
+use slamlab_core::robot::Stamp;
+
+/// The exit status where the map is torn; 2 is that of a wrong command line.
+pub(crate) const TORN: u8 = 3;
+
+/// Tears that are told in words, at most.
+const MOST_TOLD: usize = 10;
+
+/// The fields of the JSON.
+pub(crate) fn figures(quality: &MapQuality) -> Value {
+    let seen = |[from, to]: [Stamp; 2]| [from.seconds(), to.seconds()];
+    let tear = |tear: &Tear| {
+        json!({
+            "kind": tear.kind.name(),
+            "x_m": tear.place.x,
+            "y_m": tear.place.y,
+            "off_m": tear.off,
+            "earlier_s": seen(tear.earlier),
+            "later_s": seen(tear.later),
+            "witnesses": tear.witnesses,
+        })
+    };
+    let stretches = quality.stretches.iter();
+    json!({
+        "verdict": quality.verdict.name(),
+        "agreement": quality.agreement,
+        "torn": quality.tears.iter().map(tear).collect::<Vec<_>>(),
+        "over_time": stretches
+            .map(|stretch| json!({ "seen_s": seen(stretch.seen), "agreement": stretch.agreement }))
+            .collect::<Vec<_>>(),
+    })
+}
+
+/// What a person should know of it; nothing of a good map.
+pub(crate) fn words(quality: &MapQuality) -> Vec<String> {
+    let mut lines = match quality.verdict {
+        MapVerdict::Good => return vec![],
+        MapVerdict::Doubtful => vec!["the map is doubtful".to_owned()],
+        MapVerdict::Torn => vec!["the map is torn".to_owned()],
+    };
+    lines.extend(quality.tears.iter().take(MOST_TOLD).map(told));
+    if let Some(more) = quality
+        .tears
+        .len()
+        .checked_sub(MOST_TOLD)
+        .filter(|&n| n > 0)
+    {
+        lines.push(format!("and at {more} more places"));
+    }
+    lines
+}
+
+fn told(tear: &Tear) -> String {
+    let [then, now] = [tear.earlier, tear.later].map(|[from, to]| {
+        let seconds = |stamp: Stamp| stamp.seconds();
+        format!("{:.0} to {:.0} s", seconds(from), seconds(to))
+    });
+    let off = tear
+        .off
+        .map_or("far".to_owned(), |off| format!("{off:.1} m"));
+    let why = match tear.kind {
+        TearKind::Doubled => format!("the same walls stand twice, {off} apart"),
+        TearKind::Contradicted => "walls stand where was nothing at the other time".to_owned(),
+        TearKind::Loose => format!("the robot was lost in between, by about {off}"),
+        TearKind::Unproven => format!("nothing proves the way between them, known to {off}"),
+    };
+    let (x, y) = (tear.place.x, tear.place.y);
+    format!("at ({x:.1}, {y:.1}) m: {why}; seen from {then} and from {now}")
+}

@@ -1,0 +1,225 @@
+//! Whether a map is whole, and where it is torn: how well the stretches of a way that show the same
+//! places agree, as they lie in the map.
+//!
+//! In: the submaps where they lie, when they were seen, and what holds each to the next. Out:
+//! [`MapQuality`].
+//!
+//! 1. All submaps are compared that overlap in the map and share no scan (`pairs`). What one never
+//!    saw of the other says nothing.
+//! 2. Two of them bear witness to a tear where the same walls stand twice: they would surely agree
+//!    at another pose nearby, which also says how far the map is off. Or where each saw through
+//!    most of what the other has drawn.
+//! 3. One such pair may be furniture that was moved, or a glass door. Several at one place are a
+//!    tear (`tears`).
+//! 4. Parts of the way that no loop holds to one another are as far off as the way between them may
+//!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
+//!
+//! None of this asks how the map was made, so that it tells also of what nobody thought of.
+
+mod pairs;
+mod tears;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::Point2;
+
+use self::pairs::{agreement, pairs};
+use self::tears::{Witness, gather};
+use super::submap::ClosedSubmap;
+use crate::geom::Pose2;
+use crate::map::SurfelConfig;
+use crate::registration::MatchConfig;
+use crate::robot::Stamp;
+
+/// A map that is off by more than this somewhere is torn, m: a robot no longer finds through doors.
+const TORN_BEYOND: f64 = 0.3;
+/// Doubt, m, that makes parts of a map doubtful which nothing holds together: as far as a wall is
+/// searched for that stands twice.
+const DOUBTFUL_BEYOND: f64 = 1.0;
+
+/// What is to be thought of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapVerdict {
+    /// Wherever a place was seen twice, both agree.
+    Good,
+    /// Nothing contradicts, but the way to some parts is known badly, and nothing else holds them.
+    Doubtful,
+    /// At some places it contradicts itself, or falls apart.
+    Torn,
+}
+
+impl MapVerdict {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+            Self::Torn => "torn",
+        }
+    }
+}
+
+/// Why a map is torn at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TearKind {
+    /// The same walls stand twice.
+    Doubled,
+    /// Walls stand where the robot saw through at another time.
+    Contradicted,
+    /// The robot was lost, and no loop holds what came after to what was before.
+    Loose,
+    /// As `Loose`, but the robot was not lost: the way was only long. This alone tears no map.
+    Unproven,
+}
+
+impl TearKind {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Doubled => "doubled",
+            Self::Contradicted => "contradicted",
+            Self::Loose => "loose",
+            Self::Unproven => "unproven",
+        }
+    }
+}
+
+/// A place where a map is torn, or may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tear {
+    /// Why.
+    pub kind: TearKind,
+    /// Where, map frame, m.
+    pub place: Point2<f64>,
+    /// How far the two sides are off, m: as measured between walls that stand twice, or one
+    /// standard deviation of what is not known; `None` where they are so far off that nothing fits.
+    pub off: Option<f64>,
+    /// When the one side was seen, from and to.
+    pub earlier: [Stamp; 2],
+    /// When the other was.
+    pub later: [Stamp; 2],
+    /// Pairs of submaps that bear witness.
+    pub witnesses: usize,
+}
+
+/// A stretch of the way, as long as a submap, and what else was seen of its places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// When it was seen, from and to.
+    pub seen: [Stamp; 2],
+    /// Of all that the rest of the way says of its walls, the part that agrees; `None` where they
+    /// were seen only once.
+    pub agreement: Option<f64>,
+}
+
+/// What a map is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapQuality {
+    /// In a word.
+    pub verdict: MapVerdict,
+    /// Of all that stretches of the way say of each other's walls, the part that agrees; `None`
+    /// where no place was seen twice.
+    pub agreement: Option<f64>,
+    /// The stretches of the way, in the order of time.
+    pub stretches: Vec<Stretch>,
+    /// The places where it is torn or doubtful, the worst first.
+    pub tears: Vec<Tear>,
+}
+
+/// A submap where it lies.
+pub(super) struct Placed<'a> {
+    pub(super) submap: &'a ClosedSubmap,
+    pub(super) map_from_submap: Pose2,
+    /// When it was seen, from and to.
+    pub(super) seen: [Stamp; 2],
+}
+
+/// Submaps one after the other that no loop holds together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Untied {
+    /// The submaps on either side.
+    pub(super) between: [usize; 2],
+    /// What is not known of the way between them, m: a standard deviation.
+    pub(super) doubt: f64,
+    /// Whether the robot was lost on it.
+    pub(super) is_lost: bool,
+}
+
+impl MapQuality {
+    /// Of submaps in the order in which they were made; each shares scans with the next.
+    pub(super) fn of(
+        placed: &[Placed<'_>],
+        untied: &[Untied],
+        surfels: &SurfelConfig,
+        matching: &MatchConfig,
+    ) -> Self {
+        let pairs = pairs(placed, surfels, matching);
+        let of_one = |index: usize| {
+            pairs
+                .iter()
+                .filter(move |pair| pair.submaps.contains(&index))
+        };
+        let agreements: Vec<Option<f64>> = (0..placed.len())
+            .map(|index| agreement(of_one(index)))
+            .collect();
+        let witnesses = pairs
+            .iter()
+            .filter_map(|pair| pair.witness(placed, &agreements));
+        let mut tears = gather(witnesses, placed);
+        tears.extend(untied.iter().filter_map(|untied| untied.tear(placed)));
+        tears.sort_by(|a, b| severity(b).total_cmp(&severity(a)));
+        let is_torn = |tear: &Tear| tear.kind != TearKind::Unproven;
+        let verdict = match (tears.iter().any(is_torn), tears.is_empty()) {
+            (true, _) => MapVerdict::Torn,
+            (false, false) => MapVerdict::Doubtful,
+            (false, true) => MapVerdict::Good,
+        };
+        Self {
+            verdict,
+            agreement: agreement(pairs.iter()),
+            stretches: (placed.iter().zip(agreements))
+                .map(|(placed, agreement)| Stretch {
+                    seen: placed.seen,
+                    agreement,
+                })
+                .collect(),
+            tears,
+        }
+    }
+}
+
+/// What is so far off that nothing fits comes first, what is only unproven last.
+fn severity(tear: &Tear) -> f64 {
+    let off = tear.off.unwrap_or(f64::MAX);
+    match tear.kind {
+        TearKind::Unproven => -1.0 / off.max(1e-9),
+        _ => off,
+    }
+}
+
+impl Untied {
+    fn tear(&self, placed: &[Placed<'_>]) -> Option<Tear> {
+        let least = match self.is_lost {
+            true => TORN_BEYOND,
+            false => DOUBTFUL_BEYOND,
+        };
+        if self.doubt < least {
+            return None;
+        }
+        let [before, after] = self.between.map(|index| placed.get(index));
+        let (before, after) = (before?, after?);
+        Some(Tear {
+            kind: match self.is_lost {
+                true => TearKind::Loose,
+                false => TearKind::Unproven,
+            },
+            place: after.map_from_submap.position(),
+            off: Some(self.doubt),
+            earlier: before.seen,
+            later: after.seen,
+            witnesses: 0,
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! What submaps that overlap in the map say of each other, and which of them bear witness to a
+//! tear.
+
+use nalgebra::Point2;
+
+use super::{Placed, TORN_BEYOND, Witness};
+use crate::estimation::submap::{ClosedSubmap, Laid, REACH, Said};
+use crate::geom::Pose2;
+use crate::map::SurfelConfig;
+use crate::registration::MatchConfig;
+
+/// Fewer surfaces than these, or than this part of those that are asked about, say nothing of the
+/// rest.
+const LEAST_SPOKEN_OF: usize = 20;
+const SPOKEN_OF: f64 = 0.2;
+/// A stretch with which a smaller part than this agrees, of all that is said of it, does not lie
+/// where it belongs.
+const LEAST_AGREEMENT: f64 = 0.25;
+/// Less than this part agrees where walls may stand twice; surely they do where at the other pose
+/// this part agrees, ...
+const SUSPECT_PART: f64 = 0.8;
+const SURE_PART: f64 = 0.85;
+/// ... of no fewer surfaces than these, nor than this part of all, ...
+const LEAST_AGREEING: usize = 30;
+const AGREEING: f64 = 0.25;
+/// ... and so many times as many as before.
+const GAIN: f64 = 1.5;
+
+/// Two submaps that overlap in the map, the older first.
+pub(super) struct Pair {
+    pub(super) submaps: [usize; 2],
+    /// What each says of the other.
+    pub(super) said: [Said; 2],
+    /// Where walls stand that stand twice, and how far from one another, m.
+    doubled: Option<(Point2<f64>, f64)>,
+}
+
+/// All that overlap and share no scan.
+pub(super) fn pairs(
+    placed: &[Placed<'_>],
+    surfels: &SurfelConfig,
+    matching: &MatchConfig,
+) -> Vec<Pair> {
+    let mut pairs: Vec<Pair> = vec![];
+    // The pairs of which each submap is the later. One submap is laid at a time, for it takes
+    // memory: the earlier of a pair says first what it says, the later when its turn comes.
+    let mut of_later: Vec<Vec<usize>> = vec![vec![]; placed.len()];
+    for (index, this) in placed.iter().enumerate() {
+        let laid = Laid::new(this.submap, surfels);
+        let with = |other: usize| Together {
+            laid: &laid,
+            this,
+            other: &placed[other],
+        };
+        for &pair in &of_later[index] {
+            let pair = &mut pairs[pair];
+            let together = with(pair.submaps[0]);
+            pair.said[1] = together.said();
+            if pair.doubled.is_none() {
+                pair.doubled = together.doubled(&pair.said[1], matching);
+            }
+        }
+        for (other, of_other) in of_later.iter_mut().enumerate().skip(index + 2) {
+            let together = with(other);
+            if !together.is_near() {
+                continue;
+            }
+            let said = together.said();
+            if said.spoken_of() == 0 {
+                continue;
+            }
+            of_other.push(pairs.len());
+            pairs.push(Pair {
+                submaps: [index, other],
+                said: [said, Said::default()],
+                doubled: together.doubled(&said, matching),
+            });
+        }
+    }
+    pairs
+}
+
+impl Pair {
+    /// What it witnesses, if anything. `agreements` are those of the stretches of the way.
+    pub(super) fn witness(
+        &self,
+        placed: &[Placed<'_>],
+        agreements: &[Option<f64>],
+    ) -> Option<Witness> {
+        let submaps = self.submaps;
+        if let Some((place, off)) = self.doubled {
+            return Some(Witness {
+                submaps,
+                place,
+                off: Some(off),
+            });
+        }
+        let contradicts = |said: &Said| speaks(said) && 2 * said.contradict > said.spoken_of();
+        let is_alone =
+            |&index: &usize| agreements[index].is_some_and(|part| part < LEAST_AGREEMENT);
+        if !self.said.iter().all(contradicts) || !submaps.iter().any(is_alone) {
+            return None;
+        }
+        let place = self.said[0].middle_of_wrong()?;
+        let map_from_submap = placed.get(submaps[0])?.map_from_submap;
+        Some(Witness {
+            submaps,
+            place: map_from_submap * place,
+            off: None,
+        })
+    }
+}
+
+/// The part that agrees of all that these pairs say; `None` where they say too little.
+pub(super) fn agreement<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Option<f64> {
+    let said = pairs.flat_map(|pair| pair.said).filter(speaks);
+    let (agree, all) = said.fold((0, 0), |(agree, all), said| {
+        (agree + said.agree, all + said.spoken_of())
+    });
+    (all > 0).then(|| agree as f64 / all as f64)
+}
+
+/// Whether enough is said that it tells of the rest.
+fn speaks(said: &Said) -> bool {
+    let least = (SPOKEN_OF * said.total as f64).max(LEAST_SPOKEN_OF as f64);
+    said.spoken_of() as f64 >= least
+}
+
+/// A submap, laid, and another.
+struct Together<'a> {
+    laid: &'a Laid<'a>,
+    this: &'a Placed<'a>,
+    other: &'a Placed<'a>,
+}
+
+impl Together<'_> {
+    fn this_from_other(&self) -> Pose2 {
+        let map_from_this = &self.this.map_from_submap;
+        map_from_this.delta_to(&self.other.map_from_submap)
+    }
+
+    fn is_near(&self) -> bool {
+        let (this, other): (&ClosedSubmap, &ClosedSubmap) = (self.this.submap, self.other.submap);
+        let apart = self.this_from_other() * other.centre - this.centre;
+        apart.norm() <= REACH * (this.radius + other.radius)
+    }
+
+    fn said(&self) -> Said {
+        let pose = self.this_from_other();
+        self.laid.says_of(self.other.submap, &pose)
+    }
+
+    /// Where walls stand twice, map frame, and how far from one another, m; `said` is what is said
+    /// of the other where it lies.
+    fn doubled(&self, said: &Said, matching: &MatchConfig) -> Option<(Point2<f64>, f64)> {
+        let is_suspect = said.part() < SUSPECT_PART && said.spoken_of() >= LEAST_SPOKEN_OF;
+        if !is_suspect {
+            return None;
+        }
+        let (other, pose) = (self.other.submap, self.this_from_other());
+        let candidates = self.laid.other_poses(other, &pose, matching);
+        let found = candidates.filter_map(|found| {
+            let there = self.laid.says_of(other, &found);
+            let agree = there.agree as f64;
+            let is_sure = there.part() >= SURE_PART
+                && there.agree >= LEAST_AGREEING
+                && agree >= AGREEING * there.total as f64
+                && agree >= GAIN * said.agree as f64;
+            let at = there.middle_of_right()?;
+            let is_at = pose * found.inverse() * at;
+            let off = (at - is_at).norm();
+            (is_sure && off > TORN_BEYOND).then_some((agree, self.this.map_from_submap * at, off))
+        });
+        let best = found.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, place, off)| (place, off))
+    }
+}

@@ -1,0 +1,75 @@
+//! From pairs of submaps that bear witness to the places where the map is torn.
+//!
+//! Witnesses are put together that stand near to one another in the map. One alone may be furniture
+//! that was moved or a glass door, and is not heard.
+
+use nalgebra::Point2;
+
+use super::{Placed, Tear, TearKind};
+use crate::robot::Stamp;
+
+/// Witnesses within this distance speak of one tear, m: about a room.
+const ONE_PLACE: f64 = 5.0;
+/// So many are heard.
+const LEAST_WITNESSES: usize = 2;
+
+/// A pair of submaps that does not agree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Witness {
+    /// The older first.
+    pub(super) submaps: [usize; 2],
+    /// Map frame.
+    pub(super) place: Point2<f64>,
+    /// How far walls stand apart that stand twice, m; `None` where nothing fits nearby.
+    pub(super) off: Option<f64>,
+}
+
+/// The tears that enough of them bear witness to.
+pub(super) fn gather(witnesses: impl Iterator<Item = Witness>, placed: &[Placed<'_>]) -> Vec<Tear> {
+    let mut groups: Vec<Vec<Witness>> = vec![];
+    for witness in witnesses {
+        let near = |group: &&mut Vec<Witness>| (group[0].place - witness.place).norm() < ONE_PLACE;
+        match groups.iter_mut().find(near) {
+            Some(group) => group.push(witness),
+            None => groups.push(vec![witness]),
+        }
+    }
+    groups.retain(|group| group.len() >= LEAST_WITNESSES);
+    groups
+        .iter()
+        .filter_map(|group| tear(group, placed))
+        .collect()
+}
+
+fn tear(group: &[Witness], placed: &[Placed<'_>]) -> Option<Tear> {
+    let count = group.len();
+    let sum = group
+        .iter()
+        .map(|witness| witness.place.coords)
+        .sum::<nalgebra::Vector2<f64>>();
+    let mut offs: Vec<f64> = group.iter().filter_map(|witness| witness.off).collect();
+    offs.sort_by(f64::total_cmp);
+    // Who could measure it says more than who only contradicts.
+    let off = offs.get(offs.len() / 2).copied();
+    let seen = |side: usize| {
+        let of_side = group
+            .iter()
+            .filter_map(|witness| placed.get(witness.submaps[side]));
+        of_side.map(|placed| placed.seen).reduce(united)
+    };
+    Some(Tear {
+        kind: match off {
+            Some(_) => TearKind::Doubled,
+            None => TearKind::Contradicted,
+        },
+        place: Point2::from(sum / count as f64),
+        off,
+        earlier: seen(0)?,
+        later: seen(1)?,
+        witnesses: count,
+    })
+}
+
+fn united(a: [Stamp; 2], b: [Stamp; 2]) -> [Stamp; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}

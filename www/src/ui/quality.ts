@@ -1,0 +1,60 @@
+// What the map is worth: whether it agrees with itself, and where not and why.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import type { MapVerdictName, Quality, Tear, TearName } from "../protocol/module.js";
+import { SlamElement } from "./element.js";
+import { clock, fixed } from "./format.js";
+
+const VERDICTS: Readonly<Record<MapVerdictName, string>> = {
+  good: "Wherever a place was seen again, both agree.",
+  doubtful: "Nothing contradicts, but parts of it may lie elsewhere.",
+  torn: "This map is torn.",
+};
+
+const WHY: Readonly<Record<TearName, string>> = {
+  doubled: "the same walls stand twice",
+  contradicted: "walls stand where nothing was at the other time",
+  loose: "the robot was lost in between",
+  unproven: "the way between was long, and nothing else proves it",
+};
+
+/** The worst places, told in words. */
+const MOST_TOLD = 8;
+
+export class SlamQuality extends SlamElement {
+  static override styles = css`
+    h2 { margin: 18px 0 8px; }
+    p { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
+    p.torn { color: var(--danger); font-weight: 600; }
+    ol { margin: 0 0 10px; padding: 0 0 0 20px; font-size: 12.5px; }
+    li { margin-bottom: 5px; }
+  `;
+
+  protected override readonly topics = ["quality", "run"] as const;
+
+  override render(): TemplateResult | typeof nothing {
+    const { quality, method } = this.store;
+    if (method !== "scan-matching") return nothing;
+    return html`
+      <h2>Quality of the map</h2>
+      ${quality ? this.#judged(quality) : html`<p>It is judged when a recording ends, or now.</p>`}
+      <button data-testid="judge" @click=${() => this.client.send({ kind: "quality" })}>Judge the map</button>
+    `;
+  }
+
+  #judged({ verdict, agreement, tears }: Quality): TemplateResult {
+    return html`
+      <p class=${verdict} data-testid="quality">${VERDICTS[verdict]}
+        ${agreement === null ? "No place was seen twice yet." : `${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>
+      ${tears.length > 0 ? html`<ol data-testid="tears">${tears.slice(0, MOST_TOLD).map((tear) => this.#item(tear))}</ol>` : nothing}
+      ${tears.length > MOST_TOLD ? html`<p>${tears.length - MOST_TOLD} more are marked in the map.</p>` : nothing}
+    `;
+  }
+
+  #item({ kind, place: [x, y], off, earlier, later }: Tear): TemplateResult {
+    const between = ([from, to]: readonly [number, number]): string => `${clock(from)} to ${clock(to)}`;
+    return html`<li>At (${fixed(x, 1)}, ${fixed(y, 1)}) m: ${WHY[kind]}${off === null ? "" : `, ${fixed(off, 1)} m off`}; seen ${between(earlier)} and ${between(later)}.</li>`;
+  }
+}
+
+customElements.define("slam-quality", SlamQuality);

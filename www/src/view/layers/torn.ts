@@ -1,0 +1,37 @@
+// Where the map is torn: a red ring with a cross, and how far its sides are apart. Dashed, without
+// a cross, where nothing proves how its parts lie.
+
+import { type Brush, label, stroke } from "./layer.js";
+
+/** Radius of a ring, CSS pixels. */
+const RADIUS = 13;
+/** Half of the cross's side, CSS pixels. */
+const CROSS = 5;
+
+export function draw(brush: Brush): void {
+  const { context, camera, palette, tears } = brush;
+  for (const { kind, place: [x, y], off } of tears) {
+    const isTorn = kind !== "unproven";
+    const [radius, arm] = [camera.px(RADIUS), camera.px(CROSS)];
+    for (const [colour, width] of [[palette.css.free, 6], [palette.css.torn, 2.6]] as const) {
+      stroke(brush, { colour, width, dash: isTorn ? [] : [5, 4] }, () => {
+        context.arc(x, y, radius, 0, 2 * Math.PI);
+        if (!isTorn) return;
+        context.moveTo(x - arm, y - arm);
+        context.lineTo(x + arm, y + arm);
+        context.moveTo(x - arm, y + arm);
+        context.lineTo(x + arm, y - arm);
+      });
+    }
+    label(brush, x, y, () => {
+      const text = `${isTorn ? "torn" : "doubtful"}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
+      context.font = "600 12px IBM Plex Mono, monospace";
+      context.lineWidth = 3;
+      context.setLineDash([]);
+      context.strokeStyle = palette.css.free;
+      context.fillStyle = palette.css.torn;
+      context.strokeText(text, RADIUS + 5, 4);
+      context.fillText(text, RADIUS + 5, 4);
+    });
+  }
+}
