@@ -1,6 +1,7 @@
 //! SLAM by matching scans to submaps: for lidars in real buildings.
 //!
-//! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid.
+//! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid. Scans of few
+//! beams are gathered along some way first (`gathering`).
 //!
 //! 1. Several motions since the last scan are tried (`guesses`), odometry's first; the scan's
 //!    oriented points are matched to the running submap from each, and the one that fits and is
@@ -15,7 +16,8 @@
 //!    Poses are kept relative to their submap: moving a submap moves all that was seen in it.
 //! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan.
 //!    Those that surely do are joined by an edge, together with others that prove it (`closures`),
-//!    and the poses of all submaps are optimised ([`PoseGraph`]).
+//!    and the poses of all submaps are optimised ([`PoseGraph`]). What then tears the way is taken
+//!    out again (`revocation`).
 //! 5. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 

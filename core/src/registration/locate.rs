@@ -155,7 +155,7 @@ impl SearchConfig {
         coarser: 0,
         levels: 7,
         most_points: 300,
-        min_score: 0.45,
+        min_score: 0.25,
         prior: SearchedPrior::Flat(10.0),
     };
 
