@@ -97,6 +97,9 @@ pub struct ScanMatcher {
     records: Records,
     /// How often all submaps were placed anew.
     optimizations: u64,
+    /// The surfels of the submap that was compared last with earlier ones, to be found by place:
+    /// most are compared with many.
+    indexed: Option<(usize, SurfelMap)>,
     /// The doubt, m, at which pairs of submaps were compared.
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
@@ -151,6 +154,7 @@ impl ScanMatcher {
             newest: vec![],
             records: Records::default(),
             optimizations: 0,
+            indexed: None,
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),

@@ -201,10 +201,11 @@ impl ClosedSubmap {
         }
     }
 
-    /// Where the new submap `other` lies in this one; `guess` is `self_from_other`.
+    /// Where the new submap `other` lies in this one, `indexed` being its surfels; `guess` is
+    /// `self_from_other`.
     pub(super) fn find(
         &self,
-        other: &Self,
+        (other, indexed): (&Self, &SurfelMap),
         guess: &Pose2,
         doubt: &Doubt,
         surfels: &SurfelConfig,
@@ -214,7 +215,7 @@ impl ClosedSubmap {
         let window = config.window(doubt);
         let reach = &config.match_reach;
         let searched = window.shift > reach.shift || window.turn > reach.turn;
-        let map = SurfelMap::from_surfels(*surfels, self.surfels.clone());
+        let map = self.indexed(surfels);
         let points = other.points();
         let found = if searched {
             self.search(other, guess, doubt, (&points, &map), matching, config)
@@ -226,8 +227,12 @@ impl ClosedSubmap {
             );
             is_fixed.then_some(found)
         }?;
-        let reverse = SurfelMap::from_surfels(*surfels, other.surfels.clone());
-        self.closure(other, &found, (&map, &reverse), &points, searched, config)
+        self.closure(other, &found, (&map, indexed), &points, searched, config)
+    }
+
+    /// Its surfels, to be found by place.
+    pub(super) fn indexed(&self, config: &SurfelConfig) -> SurfelMap {
+        SurfelMap::from_surfels(*config, self.surfels.clone())
     }
 
     /// The best place of `other` in the window of the doubt, matched.

@@ -57,17 +57,22 @@ impl LikelihoodPyramid {
         }
         let mut finest = vec![0_u8; (cols * rows) as usize];
         let scale = -0.5 / (sigma * sigma);
+        let mut across = vec![];
         for place in places {
             let (col, row) = to_cell(place);
+            // A bell over (x, y) is one over x times one over y.
+            let along = |cells: i32, place: f64| {
+                let off = (f64::from(cells) + 0.5) * cell - place;
+                libm::exp(scale * off * off)
+            };
+            across.clear();
+            across.extend((col - reach..=col + reach).map(|c| along(c, place.x)));
             for r in row - reach..=row + reach {
-                for c in col - reach..=col + reach {
-                    let dx = (f64::from(c) + 0.5) * cell - place.x;
-                    let dy = (f64::from(r) + 0.5) * cell - place.y;
-                    let value = 255.0 * libm::exp(scale * (dx * dx + dy * dy));
-                    let at = ((r - low.1) * cols + c - low.0) as usize;
-                    if let Some(stored) = finest.get_mut(at) {
-                        *stored = (*stored).max(value as u8);
-                    }
+                let height = 255.0 * along(r, place.y);
+                let first = ((r - low.1) * cols + col - reach - low.0) as usize;
+                let stored = finest.iter_mut().skip(first);
+                for (stored, part) in stored.zip(&across) {
+                    *stored = (*stored).max((height * part) as u8);
                 }
             }
         }

@@ -166,8 +166,8 @@ impl SurfelMap {
         let scale = 1.0 / self.config.cell;
         let half = f64::from(self.side) * 0.5 * BLOCK as f64;
         let at = |v: f64| {
-            let v = (v * scale + half).floor();
-            // NaN compares false with everything.
+            let v = v * scale + half;
+            // NaN compares false with everything; of what is not negative, the cast is the floor.
             if v >= 0.0 && v < 2.0 * half {
                 v as i32
             } else {
@@ -203,26 +203,40 @@ impl SurfelMap {
         let Ok(surfel) = u32::try_from(index) else {
             return;
         };
-        for r in row - cells..=row + cells {
+        let last = self.side * BLOCK as i32 - 1;
+        for r in (row - cells).max(0)..=(row + cells).min(last) {
             let dy = centre(r) - position.y;
-            for c in col - cells..=col + cells {
+            let squared = |c: i32| {
                 let dx = centre(c) - position.x;
-                let squared = (dx * dx + dy * dy) as f32;
-                if squared > reach {
-                    continue;
-                }
-                let Some((slot, offset)) = self.slot((c, r)) else {
-                    continue;
+                (dx * dx + dy * dy) as f32
+            };
+            // What lies within reach in a row is one piece.
+            let (mut from, mut to) = ((col - cells).max(0), (col + cells).min(last));
+            while from <= to && squared(from) > reach {
+                from += 1;
+            }
+            while from <= to && squared(to) > reach {
+                to -= 1;
+            }
+            // One look into the directory for each block.
+            while from <= to {
+                let end = to.min(from | (BLOCK as i32 - 1));
+                let Some((slot, offset)) = self.slot((from, r)) else {
+                    break;
                 };
                 let block = &mut self.directory[slot];
                 if *block == NO_BLOCK {
                     *block = self.blocks.len() as u32;
                     self.blocks.push([NOTHING; BLOCK * BLOCK]);
                 }
-                let entry = &mut self.blocks[*block as usize][offset];
-                if squared < entry.squared {
-                    *entry = Entry { surfel, squared };
+                let row = &mut self.blocks[*block as usize][offset..];
+                for (c, entry) in (from..=end).zip(row) {
+                    let squared = squared(c);
+                    if squared < entry.squared {
+                        *entry = Entry { surfel, squared };
+                    }
                 }
+                from = end + 1;
             }
         }
     }

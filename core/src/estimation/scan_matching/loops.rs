@@ -91,11 +91,16 @@ impl ScanMatcher {
         self.compared.insert((old, new), doubts[old].shift);
         let (a, b) = (&self.submaps[old], &self.submaps[new]);
         let guess = a.map_from_submap.delta_to(&b.map_from_submap);
+        let surfels = &self.config.surfels;
+        let kept = self.indexed.take().filter(|(submap, _)| *submap == new);
+        let (_, indexed) = self
+            .indexed
+            .insert(kept.unwrap_or_else(|| (new, b.closed.indexed(surfels))));
         let found = a.closed.find(
-            &b.closed,
+            (&b.closed, indexed),
             &guess,
             &doubts[old],
-            &self.config.surfels,
+            surfels,
             &self.config.matching,
             &self.config.closure,
         );

@@ -86,7 +86,7 @@ impl<'a> Laid<'a> {
     pub(in crate::estimation) fn new(submap: &'a ClosedSubmap, config: &SurfelConfig) -> Self {
         Self {
             submap,
-            map: SurfelMap::from_surfels(*config, submap.surfels.clone()),
+            map: submap.indexed(config),
         }
     }
 

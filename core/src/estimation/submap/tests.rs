@@ -59,7 +59,8 @@ const MIDDLE: Point2<f64> = Point2::new(0.3, 0.2);
 fn find(old: &ClosedSubmap, new: &ClosedSubmap, guess: &Pose2, doubt: Doubt) -> Option<Closure> {
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let config = ClosureConfig::default();
-    old.find(new, guess, &doubt, &surfels, &matching, &config)
+    let indexed = new.indexed(&surfels);
+    old.find((new, &indexed), guess, &doubt, &surfels, &matching, &config)
 }
 
 #[test]
