@@ -1,7 +1,7 @@
 //! SLAM by matching scans to submaps: for lidars in real buildings.
 //!
-//! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid. Scans of few
-//! beams are gathered along some way first (`gathering`).
+//! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid. Scans of
+//! few beams are gathered along some way first (`gathering`).
 //!
 //! 1. Several motions since the last scan are tried (`guesses`), odometry's first; the scan's
 //!    oriented points are matched to the running submap from each, and the one that fits and is

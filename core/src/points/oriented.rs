@@ -238,7 +238,7 @@ mod tests {
         }
         // One more point on it has a normal by those that were there before.
         let before: Vec<_> = found.iter().map(|point| point.position).collect();
-        let one = scan_of_hits([Point2::new(2.0, 0.52)].into_iter());
+        let one = scan_of_hits([Point2::new(2.0, 0.52)]);
         assert!(oriented_cloud(&one, &[]).is_empty());
         assert_eq!(oriented_cloud(&one, &before).len(), 1);
     }

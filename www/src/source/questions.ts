@@ -1,5 +1,5 @@
-// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is worth, a trial of the
-// controller, planners, maps, files to save.
+// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is
+// worth, a trial of the controller, planners, maps, files to save.
 
 import { calibrate, read_building, read_prior_map, read_preset, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";

@@ -4,8 +4,8 @@
 //! between them. Out: one set of points for some way or turn, in the robot frame at its end, to be
 //! matched like a scan.
 //!
-//! Source: Latif & Saarinen (2015), "SLAM with sparse sensing"; Zhang et al. (2021), "Sparse-GSLAM":
-//! multiscans.
+//! Source: Latif & Saarinen (2015), "SLAM with sparse sensing"; Zhang et al. (2021),
+//! "Sparse-GSLAM": multiscans.
 
 use std::collections::VecDeque;
 

@@ -1,7 +1,7 @@
 //! What the map is worth that scan matching has made.
 //!
-//! In: the closed submaps where they lie, and the pose graph. Out: [`MapQuality`]. It takes a second
-//! for an hour's drive, so it is made when somebody asks.
+//! In: the closed submaps where they lie, and the pose graph. Out: [`MapQuality`]. It takes a
+//! second for an hour's drive, so it is made when somebody asks.
 
 use super::ScanMatcher;
 use crate::estimation::map_quality::{MapQuality, Placed, Untied};

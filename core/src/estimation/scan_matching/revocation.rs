@@ -4,8 +4,8 @@
 //! again.
 //!
 //! 1. Two submaps that follow each other share keyframes: how they lie to each other is known to
-//!    centimetres. Where the optimised graph has them apart all the same, closures tear the way, and
-//!    some of them are false.
+//!    centimetres. Where the optimised graph has them apart all the same, closures tear the way,
+//!    and some of them are false.
 //! 2. Which ones is tried: the newest; those that hold a stretch between two tears elsewhere; those
 //!    that pull hardest across a tear, with their neighbours. Without them the graph is optimised
 //!    again.
@@ -50,9 +50,10 @@ const NEIGHBOURS: usize = 3;
 /// So many of those that pull hardest across a tear are tried.
 const TRIED: usize = 4;
 
-/// The closures to be taken out of an optimised graph, and the graph without them; `None` where the
-/// way is whole, or where nothing makes it better. `newest` are the closures that were believed since
-/// the way was looked at last; `is_loose` says of a submap whether little is known of the way to it.
+/// The closures to be taken out of an optimised graph, and the graph without them; `None` where
+/// the way is whole, or where nothing makes it better. `newest` are the closures that were believed
+/// since the way was looked at last; `is_loose` says of a submap whether little is known of the way
+/// to it.
 pub(super) fn contradicted(
     graph: &PoseGraph,
     closures: &[Believed],

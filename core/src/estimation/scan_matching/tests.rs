@@ -225,7 +225,7 @@ fn nobody_counts_the_motion_and_the_ring_closes_all_the_same() {
 #[test]
 fn eleven_beams_of_five_metres_are_gathered_until_they_show_walls() {
     let few = |scan: Scan| {
-        let kept = |beam: &usize| beam % 18 == 0 || *beam == 179;
+        let kept = |beam: &usize| beam.is_multiple_of(18) || *beam == 179;
         let beams: Vec<usize> = (0..scan.len()).filter(kept).collect();
         Scan {
             bearings: beams.iter().map(|&beam| scan.bearings[beam]).collect(),
