@@ -8,8 +8,8 @@
 //! [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
-//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…] [--set
-//! KEY=NUMBER] [--json]`
+//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
+//! [--set KEY=NUMBER] [--json]`
 //!
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`

@@ -83,8 +83,8 @@ struct Row {
     limit: Limit,
 }
 
-/// The most that the two errors of a row may be: mean shift, m, and mean turn, °; of key frames the
-/// part of wrong motions instead of the turn.
+/// The most that the two errors of a row may be: mean shift, m, and mean turn, °; of key frames
+/// the part of wrong motions instead of the turn.
 #[derive(Clone, Copy)]
 enum Limit {
     /// Nothing is required: others refer to it.

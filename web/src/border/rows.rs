@@ -45,8 +45,8 @@ rows! {
     /// the number of its keyframes.
     "SUBMAP": SubmapRow of f32 { x, y, heading, loose, keyframes }
     /// A placement of a submap in an earlier one: which two, the pose of the new in the old as it
-    /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before (σ, m
-    /// and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and
+    /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before
+    /// (σ, m and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and
     /// evidence, what is asked for and the best rival's, in submaps; NaN where it was not judged.
     "CLOSURE": ClosureRow of f32 {
         old, new, x, y, heading, off_shift, off_turn, chi2, doubt_shift, doubt_turn, searched, overlap, part,

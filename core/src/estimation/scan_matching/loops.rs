@@ -177,22 +177,29 @@ impl ScanMatcher {
     /// Takes out what tears the way between neighbours.
     fn revoke(&mut self) {
         for _ in 0..MOST_REVOCATIONS {
-            let accepted = self.records.accepted();
-            let closures: Vec<Believed> = accepted
-                .map(|(_, edge, record)| Believed {
-                    edge,
-                    proof: record.worth,
-                })
-                .collect();
+            let closures = self.records.accepted().map(|(_, edge, record)| Believed {
+                edge,
+                proof: record.worth,
+            });
             let newest: Vec<EdgeId> = self.newest.iter().map(|(edge, _)| *edge).collect();
             let is_loose = |submap: usize| self.submaps[submap].is_loose;
             let iterations = self.config.closure.max_iterations;
-            let found = contradicted(&self.graph, &closures, &newest, is_loose, iterations);
+            let found = contradicted(&self.graph, closures, &newest, is_loose, iterations);
             let Some((Contradicted { edges, torn }, without)) = found else {
                 break;
             };
             self.graph = without;
             self.closures -= edges.len();
+            if edges == newest {
+                // They may yet be proved better than what speaks against them.
+                for (_, candidate) in std::mem::take(&mut self.newest) {
+                    let why = Delay::Tears;
+                    self.records
+                        .decide(candidate.record, ClosureFate::Waiting { why });
+                    self.waiting.push(candidate, &mut self.records);
+                }
+                continue;
+            }
             let accepted = self.records.accepted();
             let revoked: Vec<RecordId> = accepted
                 .filter(|(_, edge, _)| edges.contains(edge))
@@ -200,15 +207,6 @@ impl ScanMatcher {
                 .collect();
             for id in revoked {
                 self.records.decide(id, ClosureFate::Revoked { torn });
-            }
-            // What was believed just now may yet be proved better than what speaks against it.
-            if let Some(is_newest) = (edges == newest).then(|| std::mem::take(&mut self.newest)) {
-                for (_, candidate) in is_newest {
-                    let why = Delay::Tears;
-                    self.records
-                        .decide(candidate.record, ClosureFate::Waiting { why });
-                    self.waiting.push(candidate, &mut self.records);
-                }
             }
         }
         self.newest.clear();

@@ -17,7 +17,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::pose_graph::{Edge, EdgeId, PoseGraph};
+use super::super::pose_graph::{Edge, EdgeId, PoseGraph, differs};
 
 /// A closure that is an edge of the graph.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +34,8 @@ pub(super) struct Contradicted {
     pub(super) torn: usize,
 }
 
-/// A way between neighbours is torn beyond this χ² of 3 degrees of freedom, which is exceeded once
-/// in 60 000 times by chance, ...
+/// A way between neighbours is torn beyond this χ² of 3 degrees of freedom, which is exceeded
+/// once in 60 000 times by chance, ...
 const TORN_CHI2: f64 = 25.0;
 /// ... if it is also off by this, m or rad.
 const TORN_SHIFT: f64 = 0.1;
@@ -56,18 +56,18 @@ const TRIED: usize = 4;
 /// to it.
 pub(super) fn contradicted(
     graph: &PoseGraph,
-    closures: &[Believed],
+    closures: impl Iterator<Item = Believed>,
     newest: &[EdgeId],
     is_loose: impl Fn(usize) -> bool,
     max_iterations: usize,
 ) -> Option<(Contradicted, PoseGraph)> {
-    let proofs: BTreeMap<EdgeId, f64> = closures.iter().map(|c| (c.edge, c.proof)).collect();
-    let state = State {
-        proofs: &proofs,
-        is_loose: &is_loose,
-    };
-    let tears = state.tears(graph);
+    let tears = tears(graph, &is_loose);
+    // Nearly always the way is whole, and that is all.
     let torn = *tears.first()?;
+    let state = State {
+        proofs: closures.map(|c| (c.edge, c.proof)).collect(),
+        is_loose,
+    };
     let before = state.unexplained(graph, &[]);
     let mut best: Option<(f64, Vec<EdgeId>, PoseGraph)> = None;
     for edges in state.suspects(graph, &tears, newest) {
@@ -84,23 +84,23 @@ pub(super) fn contradicted(
     best.map(|(_, edges, without)| (Contradicted { edges, torn }, without))
 }
 
-struct State<'a, F> {
-    proofs: &'a BTreeMap<EdgeId, f64>,
-    is_loose: &'a F,
+/// The submaps behind which the way is torn, rising.
+fn tears(graph: &PoseGraph, is_loose: impl Fn(usize) -> bool) -> Vec<usize> {
+    let ways = graph.edges().iter().filter(|e| e.cauchy.is_none());
+    let tears: BTreeSet<usize> = ways
+        .filter(|e| !is_loose(e.to))
+        .filter(|e| is_off(graph, e, TORN_SHIFT, TORN_TURN) && graph.chi2_of(e) > TORN_CHI2)
+        .map(|e| e.from)
+        .collect();
+    tears.into_iter().collect()
 }
 
-impl<F: Fn(usize) -> bool> State<'_, F> {
-    /// The submaps behind which the way is torn, rising.
-    fn tears(&self, graph: &PoseGraph) -> Vec<usize> {
-        let ways = graph.edges().iter().filter(|e| e.cauchy.is_none());
-        let tears: BTreeSet<usize> = ways
-            .filter(|e| !(self.is_loose)(e.to))
-            .filter(|e| is_off(graph, e, TORN_SHIFT, TORN_TURN) && graph.chi2_of(e) > TORN_CHI2)
-            .map(|e| e.from)
-            .collect();
-        tears.into_iter().collect()
-    }
+struct State<F> {
+    proofs: BTreeMap<EdgeId, f64>,
+    is_loose: F,
+}
 
+impl<F: Fn(usize) -> bool> State<F> {
     fn closures<'g>(&self, graph: &'g PoseGraph) -> impl Iterator<Item = (EdgeId, &'g Edge)> {
         let all = graph.edge_ids().iter().copied().zip(graph.edges());
         all.filter(|(id, _)| self.proofs.contains_key(id))
@@ -124,7 +124,7 @@ impl<F: Fn(usize) -> bool> State<'_, F> {
             let most = best.entry(*submap).or_insert(0.0);
             *most = most.max(*proof);
         }
-        WAY_PROOF * self.tears(graph).len() as f64 + best.values().sum::<f64>()
+        WAY_PROOF * tears(graph, &self.is_loose).len() as f64 + best.values().sum::<f64>()
     }
 
     /// Sets of closures that may be the false ones.
@@ -174,10 +174,8 @@ fn pull(graph: &PoseGraph, edge: &Edge) -> f64 {
 
 fn is_off(graph: &PoseGraph, edge: &Edge, shift: f64, turn: f64) -> bool {
     let poses = graph.poses();
-    let off = edge
-        .motion
-        .delta_to(&poses[edge.from].delta_to(&poses[edge.to]));
-    off.position().coords.norm() > shift || off.heading().abs() > turn
+    let present = poses[edge.from].delta_to(&poses[edge.to]);
+    differs(&edge.motion, &present, shift, turn)
 }
 
 #[cfg(test)]
@@ -231,7 +229,7 @@ mod tests {
 
     fn out_of(graph: &mut PoseGraph, closures: &[Believed], newest: &[EdgeId]) -> Vec<EdgeId> {
         graph.optimize(50);
-        let found = contradicted(graph, closures, newest, |_| false, 50);
+        let found = contradicted(graph, closures.iter().copied(), newest, |_| false, 50);
         found.map_or(vec![], |(found, without)| {
             *graph = without;
             found.edges
@@ -295,7 +293,7 @@ mod tests {
         graph.optimize(50);
         let found = |loose: usize| {
             let is_loose = |submap| submap == loose;
-            contradicted(&graph, &closures, &[], is_loose, 50).is_some()
+            contradicted(&graph, closures.iter().copied(), &[], is_loose, 50).is_some()
         };
         assert!(!found(10));
     }
