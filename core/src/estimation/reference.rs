@@ -11,7 +11,8 @@
 //!    most there.
 //!
 //! Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V;
-//! motions over a distance as Geiger et al. (2012), "Are we ready for autonomous driving?", §3, have them.
+//! motions over a distance as Geiger et al. (2012), "Are we ready for autonomous driving?", §3,
+//! have them.
 
 use nalgebra::Point2;
 
