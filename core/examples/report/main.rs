@@ -6,7 +6,7 @@
 //!
 //! | NAME | standard output |
 //! |---|---|
-//! | a report | one JSON object whose keys say quantity and unit, on several lines or one (`--json`) |
+//! | a report | one JSON object whose keys say quantity and unit, on lines or one (`--json`) |
 //! | `all` | such an object for each report, as it is done, on a line each |
 //! | `list` | the names of the reports, one a line |
 //!
