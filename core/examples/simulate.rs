@@ -13,6 +13,8 @@
 mod options;
 #[path = "shared/prior_map.rs"]
 mod prior_map;
+#[path = "shared/saved_map.rs"]
+mod saved_map;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -75,6 +77,8 @@ struct Args {
     #[arg(long, default_value = "3600", value_parser = duration, allow_hyphen_values = true)]
     max_seconds: f64,
     #[command(flatten)]
+    saved_map: saved_map::SavedMapOptions,
+    #[command(flatten)]
     changes: options::Changes,
     /// Write the vector map as FILE.svg, FILE.dxf and FILE.geojson.
     #[arg(long, value_name = "FILE")]
@@ -115,8 +119,10 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<()> {
     let method: Method = args.method.parse().context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
-    let read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
+    let mut read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
+    read.extend(args.saved_map.read_paths());
     let mut written = args.outputs.paths();
+    written.extend(args.saved_map.written_paths());
     written.extend(options::given([("--truth", &args.truth)]));
     options::check(read, written)?;
     let world = load_world(args)?;
@@ -134,7 +140,15 @@ fn run(args: &Args) -> Result<()> {
         source: Source::Simulation,
         method,
     };
+    let defaults = settings.clone();
+    let saved = args.saved_map.read(&method)?;
+    if let Some(saved) = &saved {
+        let those = saved.settings.clone();
+        settings.take(&scope, those).context("--go-on")?;
+    }
     args.changes.apply_to(&mut settings, &scope)?;
+    let changes = settings.changes_from(&defaults);
+    settings.slam.saved_map = saved.map(|saved| args.saved_map.earlier(saved));
     let mut config = ExperimentConfig {
         method,
         mode,
@@ -165,7 +179,7 @@ fn run(args: &Args) -> Result<()> {
         }
     }
     let wall_seconds = begin.elapsed().as_secs_f64();
-    write_files(args, &experiment)?;
+    write_files(args, &experiment, &name, changes)?;
     let figures = experiment.figures(&area);
     let finished = matches!(experiment.session().status(), Status::Finished(_));
     let reason = if experiment.session().status().is_over() {
@@ -220,7 +234,12 @@ fn run(args: &Args) -> Result<()> {
 }
 
 /// Writes what was asked for.
-fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
+fn write_files(
+    args: &Args,
+    experiment: &Experiment,
+    world: &str,
+    changes: Vec<(String, f64)>,
+) -> Result<()> {
     let slam = experiment.session().slam();
     let poses = slam.trajectory().into_iter();
     let poses = poses.map(|(stamp, pose)| (stamp.seconds(), pose));
@@ -233,6 +252,8 @@ fn write_files(args: &Args, experiment: &Experiment) -> Result<()> {
         let poses = samples.map(|(scan, sample)| (scan.ipc_seconds, sample.truth));
         files.push((path.clone(), tum::write(poses).into()));
     }
+    let map = slam.saved_map(vec![]);
+    files.extend(args.saved_map.file(Path::new(world), map, changes)?);
     if let Some(stem) = &args.plan {
         let walls = slam.vector_map().walls();
         let named =

@@ -26,7 +26,7 @@ use crate::robot::{Command, OdometryCalibration, Scan};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
 use crate::sim::{Blocked, NoDoor, SimError, Simulation, reachable_area};
-use crate::slam::SlamError;
+use crate::slam::{EarlierMap, SlamError};
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
 
@@ -317,6 +317,13 @@ impl Experiment {
     #[must_use]
     pub fn sim(&self) -> &Simulation {
         &self.sim
+    }
+
+    /// Goes on in a saved map, before the first scan.
+    ///
+    /// # Errors    [`SlamError`]; then all stays as it was.
+    pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        self.session.go_on_in(saved)
     }
 
     /// What it believes and intends.

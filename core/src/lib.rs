@@ -31,6 +31,9 @@ mod lanes;
 // What crosses the border to a robot.
 pub mod robot;
 
+// State as bytes.
+pub mod snapshot;
+
 // The stages, in the order of the data.
 pub mod points;
 

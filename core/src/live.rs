@@ -21,7 +21,7 @@ use crate::pilot::Mode;
 use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
 use crate::session::{Session, SessionConfig};
 use crate::settings::{Scope, SettingError, Settings, Source};
-use crate::slam::{Method, PriorMap, SlamError};
+use crate::slam::{EarlierMap, Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
     Device, FromBridge, RecordingBody, RefusalReason, RobotFigures, Severity,
@@ -76,6 +76,8 @@ pub enum LiveError {
 pub struct Live {
     config: LiveConfig,
     client: Client,
+    /// The map that it goes on in.
+    saved_map: Option<EarlierMap>,
     /// The robot that the bridge named.
     figures: Option<RobotFigures>,
     /// Begins again with each robot that is named, as all of the readings' past does.
@@ -116,6 +118,16 @@ impl Live {
         &self.session
     }
 
+    /// Goes on in a saved map: now, and with each robot that the bridge names from here on. Where
+    /// robot or method do not allow it, they begin with an empty one.
+    ///
+    /// # Errors    [`SlamError`]; then all stays as it was.
+    pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        self.session.go_on_in(saved.clone())?;
+        self.saved_map = Some(saved);
+        Ok(())
+    }
+
     /// A session that has not heard anything yet.
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be.
@@ -124,6 +136,7 @@ impl Live {
         Ok(Self {
             client: Client::new(&config.name, config.token.as_deref()),
             config,
+            saved_map: None,
             figures: None,
             session,
             timeline: Timeline::default(),
@@ -198,6 +211,11 @@ impl Live {
             Ok((session, instead)) => {
                 self.session = session;
                 self.figures = figures;
+                if let Some(saved) = self.saved_map.clone()
+                    && let Err(error) = self.session.go_on_in(saved)
+                {
+                    self.note(Severity::Warning, error.to_string());
+                }
                 self.timeline = Timeline::default();
                 self.bumpers = Bumpers::default();
                 self.is_halted = false;

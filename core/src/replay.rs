@@ -15,7 +15,7 @@ mod reader;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::DriveFit;
+use crate::estimation::{DriveFit, SavedMap};
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -23,7 +23,7 @@ use crate::points::{Growth, estimate_sigma};
 use crate::robot::{OdometryCalibration, Scan, Stamp};
 use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
-use crate::slam::{Method, SlamError};
+use crate::slam::{EarlierMap, Method, SlamError};
 use feed::{Feed, Step};
 
 pub use log::Log;
@@ -56,6 +56,8 @@ pub struct Replay {
     last: Option<(Stamp, Pose2)>,
     /// Of each scan that was used, as many as the trajectory has poses.
     used: Vec<Used>,
+    /// Stamps and times of scans of earlier runs, rising, where it goes on in their map.
+    earlier: Vec<(Stamp, f64)>,
     notes: Vec<String>,
     session: Session,
 }
@@ -90,6 +92,8 @@ impl Replay {
             notes.push("No robot is in this recording: it is mapped by scan matching".into());
         }
         let method = log.method(method);
+        let saved = settings.slam.saved_map.as_ref();
+        let earlier = saved.map_or(vec![], |saved| saved.map.times.clone());
         let session = Session::new(SessionConfig {
             method,
             is_driven: false,
@@ -101,6 +105,7 @@ impl Replay {
             first: None,
             last: None,
             used: vec![],
+            earlier,
             notes,
             session,
         })
@@ -233,14 +238,14 @@ impl Replay {
     }
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
-    /// `ipc_timestamp` of a CARMEN log, the robot's clock in a recording.
+    /// `ipc_timestamp` of a CARMEN log, the robot's clock in a recording. Those of earlier runs in
+    /// the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
-        let used = self.used.iter();
-        let poses = used.zip(self.session.slam().trajectory());
-        let mut poses: Vec<_> = poses
-            .map(|(used, (_, pose))| (used.seconds, pose))
-            .collect();
+        let poses = self.session.slam().whole_trajectory();
+        let times = self.times_of(&poses);
+        let poses = poses.into_iter().map(|(_, pose)| pose);
+        let mut poses: Vec<(f64, Pose2)> = times.into_iter().zip(poses).collect();
         // Those of a log whose stamps run backwards.
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
         poses
@@ -248,9 +253,49 @@ impl Replay {
 
     /// Of each scan used so far its stamp, and its time as in [`Self::trajectory`], s.
     pub fn scan_times(&self) -> impl Iterator<Item = (Stamp, f64)> {
-        let stamps = self.session.slam().trajectory().into_iter();
-        let used = self.used.iter().map(|used| used.seconds);
-        stamps.map(|(stamp, _)| stamp).zip(used)
+        let poses = self.session.slam().whole_trajectory();
+        let times = self.times_of(&poses);
+        poses.into_iter().map(|(stamp, _)| stamp).zip(times)
+    }
+
+    /// The times of a trajectory, s.
+    fn times_of(&self, poses: &[(Stamp, Pose2)]) -> Vec<f64> {
+        let earlier = self.session.slam().earlier_scans();
+        let time = |stamp: Stamp| {
+            let at = self.earlier.partition_point(|(other, _)| *other < stamp);
+            let known = self.earlier.get(at).filter(|(other, _)| *other == stamp);
+            known.map_or(stamp.seconds(), |(_, seconds)| *seconds)
+        };
+        let of_earlier = poses[..earlier].iter().map(|(stamp, _)| time(*stamp));
+        of_earlier
+            .chain(self.used.iter().map(|used| used.seconds))
+            .collect()
+    }
+
+    /// The map to be gone on in by a later run; `None` of methods other than scan matching.
+    #[must_use]
+    pub fn saved_map(&self) -> Option<SavedMap> {
+        let mut times: Vec<(Stamp, f64)> = self.scan_times().collect();
+        times.sort_by_key(|(stamp, _)| *stamp);
+        times.dedup_by_key(|(stamp, _)| *stamp);
+        self.session.slam().saved_map(times)
+    }
+
+    /// Goes on in a saved map, before the first scan.
+    ///
+    /// # Errors    [`SlamError`]; then all stays as it was.
+    pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        let earlier = saved.map.times.clone();
+        self.session.go_on_in(saved)?;
+        self.earlier = earlier;
+        Ok(())
+    }
+
+    /// Passes over the next scans: they were taken by the run that this one goes on.
+    pub fn skip(&mut self, scans: usize) {
+        for _ in 0..scans {
+            self.feed.next(&self.log, self.session.robot());
+        }
     }
 
     /// All scans of the log with their odometry, those too that were not taken yet, as a CARMEN

@@ -34,7 +34,7 @@ use crate::geom::{Pose2, PoseEstimate};
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
 use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
 use crate::settings::Settings;
-use crate::slam::{Slam, SlamError};
+use crate::slam::{EarlierMap, Slam, SlamError};
 use crate::twin::Twin;
 pub use config::SessionConfig;
 
@@ -150,6 +150,13 @@ impl Session {
     /// Time passed that nobody watched: the drive before and after are not fitted as one.
     pub fn gap(&mut self) {
         self.drive.gap();
+    }
+
+    /// Goes on in a saved map, before anything was seen; see [`Slam::go_on_in`].
+    ///
+    /// # Errors    [`SlamError`]; then all stays as it was.
+    pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        self.slam.go_on_in(saved)
     }
 
     /// Completes all work that was put off, at the end of a recording.

@@ -195,6 +195,16 @@ impl Settings {
         Self::of(sensor, robot)
     }
 
+    /// The settings that are not as in `defaults`, with their numbers.
+    #[must_use]
+    pub fn changes_from(&self, defaults: &Self) -> Vec<(String, f64)> {
+        let changed = table().filter_map(|setting| {
+            let number = self.get(setting)?;
+            (defaults.get(setting) != Some(number)).then(|| (setting.key.to_owned(), number))
+        });
+        changed.collect()
+    }
+
     /// The number of a setting; `None` where this sensor or rule has none such.
     #[must_use]
     pub fn get(&self, setting: &Setting) -> Option<f64> {

@@ -24,13 +24,13 @@ mod walls;
 
 use std::borrow::Cow;
 
-use crate::estimation::{EkfError, ScanMatcherError};
+use crate::estimation::{EkfError, RestoreError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
 use crate::points::{BlindZone, MotionHistory, Points, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
-pub use config::SlamConfig;
+pub use config::{EarlierMap, SlamConfig};
 use drawn::Drawn;
 use method::Estimator;
 pub use method::{Method, UnknownMethod};
@@ -61,6 +61,12 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A saved map that the scan matcher cannot take up.
+    #[error(transparent)]
+    Restore(#[from] RestoreError),
+    /// A saved map for a method that does not go on in one.
+    #[error("only scan matching goes on in a saved map")]
+    NoSavedMap,
     /// A method that needs a map, and none is there.
     #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
@@ -73,6 +79,8 @@ pub struct Slam {
     config: SlamConfig,
     history: MotionHistory,
     estimator: Box<dyn Estimator>,
+    /// Places of the trajectory that are of earlier runs in the same map.
+    earlier: usize,
     /// The map, for methods without one of their own.
     drawn: Drawn,
     /// The pose at each scan, for methods without a map of their own.
@@ -95,10 +103,17 @@ impl Slam {
     /// Begins at the origin of the map.
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range.
-    pub fn new(method: Method, config: SlamConfig) -> Result<Self, SlamError> {
+    pub fn new(method: Method, mut config: SlamConfig) -> Result<Self, SlamError> {
+        if config.saved_map.is_some() && method != Method::ScanMatching {
+            return Err(SlamError::NoSavedMap);
+        }
+        let estimator = method.begin(&config)?;
+        // It is the estimator's from here on.
+        config.saved_map = None;
         Ok(Self {
             method,
-            estimator: method.begin(&config)?,
+            earlier: places_of(&*estimator),
+            estimator,
             drawn: Drawn::new(config.grid)?,
             track: vec![],
             // The slowest sweep is that of a ranger on a servo, a few seconds.
@@ -199,10 +214,28 @@ impl Slam {
             matcher: self.config.matcher,
             grid: self.config.grid,
             prior_map: std::mem::take(&mut self.config.prior_map),
+            saved_map: None,
             ..config.clone()
         };
         self.blind_zone.reconfigure(self.config.blind_zone);
         self.estimator.reconfigure(&self.config);
+        Ok(())
+    }
+
+    /// Goes on in a saved map, before anything was seen.
+    ///
+    /// # Errors    [`SlamError::NoSavedMap`] of methods other than scan matching,
+    /// [`SlamError::Restore`]; then all stays as it was.
+    pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        if self.method != Method::ScanMatching {
+            return Err(SlamError::NoSavedMap);
+        }
+        let config = SlamConfig {
+            saved_map: Some(saved),
+            ..self.config.clone()
+        };
+        self.estimator = self.method.begin(&config)?;
+        self.earlier = places_of(&*self.estimator);
         Ok(())
     }
 
@@ -216,4 +249,10 @@ impl Slam {
     pub fn disable_walkers(&mut self) {
         self.walkers = None;
     }
+}
+
+/// Number of places of the trajectory that a method keeps itself.
+fn places_of(estimator: &dyn Estimator) -> usize {
+    let map = estimator.view().map;
+    map.map_or(0, |map| map.trajectory().count())
 }

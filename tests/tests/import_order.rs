@@ -17,20 +17,26 @@ use Imports::{AllBefore, These};
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and
 /// sinks that no stage imports, so a real robot, the simulator and a recording can stand in for
 /// each other.
-const MAY_IMPORT: [(&str, Imports); 25] = [
+const MAY_IMPORT: [(&str, Imports); 26] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("bounds", These(&[])),
     ("lanes", These(&[])),
     ("robot", These(&["bounds", "geom"])),
-    ("points", These(&["bounds", "geom", "lanes", "robot"])),
+    ("snapshot", These(&["geom", "robot"])),
+    (
+        "points",
+        These(&["bounds", "geom", "lanes", "robot", "snapshot"]),
+    ),
     (
         "features",
         These(&["bounds", "geom", "lanes", "robot", "points"]),
     ),
     (
         "map",
-        These(&["bounds", "geom", "lanes", "robot", "points", "features"]),
+        These(&[
+            "bounds", "geom", "lanes", "robot", "snapshot", "points", "features",
+        ]),
     ),
     (
         "association",
@@ -47,6 +53,7 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
             "geom",
             "lanes",
             "robot",
+            "snapshot",
             "points",
             "features",
             "map",
@@ -64,7 +71,7 @@ const MAY_IMPORT: [(&str, Imports); 25] = [
     ("sim", These(&["bounds", "geom", "robot"])),
     (
         "format",
-        These(&["geom", "robot", "map", "estimation", "sim"]),
+        These(&["geom", "robot", "snapshot", "map", "estimation", "sim"]),
     ),
     ("wire", These(&["geom", "robot"])),
     ("settings", AllBefore),

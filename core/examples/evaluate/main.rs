@@ -5,7 +5,8 @@
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
 //! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE]
 //! [--og-map OUT] [--carmen OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER]
-//! [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]] [--json]`
+//! [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO]
+//! [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
 //! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
@@ -36,6 +37,8 @@ mod peak_memory;
 mod prior_map;
 mod quality;
 mod run;
+#[path = "../shared/saved_map.rs"]
+mod saved_map;
 mod several;
 mod table;
 
@@ -91,6 +94,12 @@ struct Arguments {
     /// where a map begins that was made of the same log. `anywhere`: it has to be found.
     #[arg(long, default_value = "0,0,0", value_name = "X,Y,DEGREES|anywhere", value_parser = prior_map::start, allow_hyphen_values = true)]
     start: prior_map::Start,
+    #[command(flatten)]
+    saved_map: saved_map::SavedMapOptions,
+    /// Only these scans of the log, counted from 0, the second left out: `FROM..TO`; either may be
+    /// missing.
+    #[arg(long, value_name = "FROM..TO", value_parser = run::scans)]
+    scans: Option<std::ops::Range<usize>>,
     #[command(flatten)]
     changes: options::Changes,
     #[command(flatten)]

@@ -1,5 +1,6 @@
 //! One log by one method: reads, replays, measures, writes what was asked for, prints the figures.
 
+use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -35,7 +36,14 @@ pub(crate) fn evaluate(
         source: Source::Recording,
         method: log.method(method),
     };
+    let defaults = settings.clone();
+    let saved = arguments.saved_map.read(&method)?;
+    if let Some(experiment) = &saved {
+        let those = experiment.settings.clone();
+        settings.take(&scope, those).context("--go-on")?;
+    }
     arguments.changes.apply_to(&mut settings, &scope)?;
+    let changes = settings.changes_from(&defaults);
     match (&arguments.prior_map, method) {
         (Some(path), method) if method.needs_prior_map() => {
             settings.slam.prior_map = prior_map::read(path, arguments.svg_unit, &arguments.start)?;
@@ -49,12 +57,22 @@ pub(crate) fn evaluate(
         ),
         (None, _) => {}
     }
+    let goes_on = saved.is_some();
+    settings.slam.saved_map = saved.map(|saved| arguments.saved_map.earlier(saved));
     let mut replay = Replay::new(log, method, &settings)?;
+    settings.slam.saved_map = None;
+    let part = arguments.scans.clone().unwrap_or(0..usize::MAX);
+    replay.skip(part.start);
     let slam = replay.session().slam();
     arguments.outputs.check_method(slam, method.name())?;
     let mut scan_ms = Vec::with_capacity(scans);
     let mut began = Instant::now();
-    while replay.step()? {
+    let mut placed_after = None;
+    while scan_ms.len() < part.len() && replay.step()? {
+        let map = replay.session().slam().view().map;
+        if placed_after.is_none() && map.is_some_and(ScanMatcher::is_placed) {
+            placed_after = Some(scan_ms.len() + 1);
+        }
         scan_ms.push(began.elapsed().as_secs_f64() * 1e3);
         began = Instant::now();
     }
@@ -81,7 +99,19 @@ pub(crate) fn evaluate(
         eprintln!("{}: false closure: {closure}", log_path.display());
     }
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
-    save(log_path, arguments, &replay, &trajectory, fit.as_ref())?;
+    let map = replay.session().slam().view().map;
+    if goes_on && !map.is_some_and(ScanMatcher::is_placed) {
+        let log = log_path.display();
+        eprintln!("{log}: it is not proved where in the saved map this log was recorded");
+    }
+    save(
+        log_path,
+        arguments,
+        &replay,
+        &trajectory,
+        fit.as_ref(),
+        changes,
+    )?;
     let figures = json!({
         "log": log_path.display().to_string(),
         "method": method.name(),
@@ -96,6 +126,7 @@ pub(crate) fn evaluate(
         },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
+        "placed_after_scans": placed_after.filter(|_| goes_on),
         "false_closures": false_closures.map(|closures| closures.len()),
         "prior_map_overlap": prior_map_overlap,
         "localisation": pose_quality.map(|quality| quality.localisation.name()),
@@ -120,7 +151,9 @@ fn check(log: &Path, arguments: &Arguments) -> anyhow::Result<()> {
         ("--preset", &arguments.changes.preset),
     ]);
     read.push(("--log", log.to_owned()));
+    read.extend(arguments.saved_map.read_paths());
     let mut written = arguments.outputs.paths();
+    written.extend(arguments.saved_map.written_paths());
     written.extend(options::given([("--fit", &arguments.fit)]));
     options::check(read, written)
 }
@@ -131,6 +164,7 @@ fn save(
     replay: &Replay,
     trajectory: &[(f64, Pose2)],
     fit: Option<&DriveFit>,
+    changes: Vec<(String, f64)>,
 ) -> anyhow::Result<()> {
     let poses = trajectory.iter().copied();
     let slam = replay.session().slam();
@@ -146,6 +180,7 @@ fn save(
         let text = preset::write(&preset, &fitted_lines(fit));
         files.push((path.clone(), text.into()));
     }
+    files.extend(arguments.saved_map.file(log, replay.saved_map(), changes)?);
     options::write(&files)
 }
 
@@ -182,4 +217,20 @@ fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
     values
         .get((last as f64 * fraction).round() as usize)
         .copied()
+}
+
+/// A part of a log, `FROM..TO`.
+pub(crate) fn scans(text: &str) -> anyhow::Result<Range<usize>> {
+    let (from, to) = text.split_once("..").context("expected FROM..TO")?;
+    let number = |word: &str, otherwise: usize| match word.trim() {
+        "" => Ok(otherwise),
+        word => word
+            .parse()
+            .with_context(|| format!("`{word}` is no number")),
+    };
+    let (from, to) = (number(from, 0)?, number(to, usize::MAX)?);
+    if from >= to {
+        bail!("{from} does not come before {to}");
+    }
+    Ok(from..to)
 }

@@ -22,6 +22,7 @@ mod couplings;
 mod dense;
 mod factor;
 mod inverse;
+mod saved;
 mod solve;
 #[cfg(test)]
 mod tests;

@@ -6,6 +6,7 @@
 use nalgebra::Point2;
 
 use crate::map::cells_on_ray;
+use crate::snapshot::snapshot;
 
 /// Side of a cell, m: coarse, since submaps drift by centimetres.
 const CELL: f64 = 0.2;
@@ -56,6 +57,24 @@ impl FreeSpace {
         self.bit(cell_of(place))
             .and_then(|(tile, bit)| Some(self.tiles.get(tile)? & bit != 0))
             .unwrap_or(false)
+    }
+
+    /// The middles of all cells that beams went through.
+    pub(super) fn places(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
+        let tiles = self
+            .tiles
+            .iter()
+            .zip(0_i32..)
+            .filter(|(bits, _)| **bits != 0);
+        tiles.flat_map(move |(bits, tile)| {
+            let col = (self.low.0 + tile % self.cols) * TILE;
+            let row = (self.low.1 + tile / self.cols) * TILE;
+            let set = (0..TILE * TILE).filter(move |bit| bits >> bit & 1 != 0);
+            set.map(move |bit| {
+                let middle = |cell: i32| (f64::from(cell) + 0.5) * CELL;
+                Point2::new(middle(col + bit % TILE), middle(row + bit / TILE))
+            })
+        })
     }
 
     /// Whether beams went through this place and all around it, a cell in each direction: not only
@@ -119,6 +138,29 @@ impl FreeSpace {
     }
 }
 
+snapshot!(
+    FreeSpace {
+        low,
+        cols,
+        rows,
+        tiles
+    },
+    |free| free.is_sound(),
+    "its tiles do not fill its area"
+);
+
+impl FreeSpace {
+    fn is_sound(&self) -> bool {
+        let spans = 0..=MOST_TILES;
+        let lies_near = |at: i32| at.abs() < 1 << 20;
+        lies_near(self.low.0)
+            && lies_near(self.low.1)
+            && spans.contains(&self.cols)
+            && spans.contains(&self.rows)
+            && self.tiles.len() == (self.cols * self.rows) as usize
+    }
+}
+
 fn cell_of(place: Point2<f64>) -> (i32, i32) {
     let at = |v: f64| (v / CELL).floor().clamp(-1e6, 1e6) as i32;
     (at(place.x), at(place.y))
@@ -144,6 +186,9 @@ mod tests {
             prop_assert!(free.contains(near + along * 0.5), "kept while the area grew");
             prop_assert!(free.contains(from + along * part * (length - UNSURE_END)));
             prop_assert!(!free.contains(from + along * (length + 0.01)));
+            prop_assert!(free.places().all(|place| free.contains(place)));
+            let bits: u32 = free.tiles.iter().map(|tile| tile.count_ones()).sum();
+            prop_assert_eq!(free.places().count(), bits as usize);
             let beside = from + nalgebra::Vector2::new(-along.y, along.x) * 0.6;
             prop_assume!((beside - near).norm() > 2.0);
             prop_assert!(!free.contains(beside));

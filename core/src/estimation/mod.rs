@@ -46,8 +46,9 @@ pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
 pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{
-    ClosureFate, ClosureRecord, Delay, Proof, Refusal, Residual, ScanMatcher, ScanMatcherConfig,
-    ScanMatcherError, ShownSubmap,
+    ClosureFate, ClosureRecord, Delay, EditError, EditKind, MapMergeError, MergedMaps, Proof,
+    Pruned, Refusal, Residual, RestoreError, SavedMap, ScanMatcher, ScanMatcherConfig,
+    ScanMatcherError, ShownEdit, ShownSubmap, Start,
 };
 pub use stamps::PosesByStamp;
 pub use submap::{ClosureConfig, Doubt};

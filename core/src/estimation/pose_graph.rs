@@ -20,6 +20,7 @@ mod edge;
 mod linear;
 mod marginals;
 mod optimize;
+mod saved;
 #[cfg(test)]
 mod tests;
 
@@ -50,6 +51,13 @@ pub struct PoseGraph {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EdgeId(usize);
 
+impl EdgeId {
+    /// The name of an edge that was appended to a graph with so many names.
+    pub(super) fn shifted(self, by: usize) -> Self {
+        Self(self.0 + by)
+    }
+}
+
 impl PoseGraph {
     /// Adds a pose and returns its number.
     pub fn add_pose(&mut self, pose: Pose2) -> usize {
@@ -79,6 +87,49 @@ impl PoseGraph {
         let at = self.ids.binary_search(&id).ok()?;
         self.ids.remove(at);
         Some(self.edges.remove(at))
+    }
+
+    /// The graph of the poses that have a number, under it, and of the edges between them, which
+    /// keep their names. The numbers rise.
+    pub(super) fn kept(&self, numbers: &[Option<usize>]) -> Self {
+        let number = |pose: usize| numbers.get(pose).copied().flatten();
+        let poses = self.poses.iter().enumerate();
+        let mut kept = Self {
+            poses: poses
+                .filter_map(|(at, pose)| number(at).map(|_| *pose))
+                .collect(),
+            next_id: self.next_id,
+            ..Self::default()
+        };
+        for (edge, id) in self.edges.iter().zip(&self.ids) {
+            if let (Some(from), Some(to)) = (number(edge.from), number(edge.to)) {
+                kept.edges.push(Edge { from, to, ..*edge });
+                kept.ids.push(*id);
+            }
+        }
+        kept
+    }
+
+    /// Appends another graph; its edges are named from the number on that is returned.
+    pub(super) fn append(&mut self, other: &Self) -> usize {
+        let (poses, names) = (self.poses.len(), self.next_id);
+        self.poses.extend(&other.poses);
+        self.edges.extend(other.edges.iter().map(|edge| Edge {
+            from: edge.from + poses,
+            to: edge.to + poses,
+            ..*edge
+        }));
+        self.ids
+            .extend(other.ids.iter().map(|id| id.shifted(names)));
+        self.next_id += other.next_id;
+        names
+    }
+
+    /// Puts a pose elsewhere; the edges stay as they are.
+    pub(super) fn set_pose(&mut self, number: usize, pose: Pose2) {
+        if let Some(kept) = self.poses.get_mut(number) {
+            *kept = pose;
+        }
     }
 
     /// An edge; `None` where it is no longer there.

@@ -24,15 +24,21 @@
 mod canvas;
 mod closures;
 mod config;
+mod edits;
 mod gathering;
+mod going_on;
 mod guesses;
 mod keyframes;
 mod local;
 mod loops;
+mod merging;
 mod motion;
+mod pruning;
 mod quality;
 mod records;
+mod renumber;
 mod revocation;
+mod saved;
 mod shown;
 #[cfg(test)]
 mod tests;
@@ -44,7 +50,9 @@ use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
 use self::closures::{Candidate, Waiting};
+use self::edits::Edit;
 use self::gathering::Gathering;
+use self::going_on::Piece;
 use self::motion::Motion;
 use self::records::Records;
 use super::free_space::FreeSpace;
@@ -57,7 +65,12 @@ use crate::robot::{Odometry, Stamp};
 
 pub use self::closures::Proof;
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
+pub use self::edits::{EditError, EditKind, ShownEdit};
+pub use self::going_on::Start;
+pub use self::merging::{MapMergeError, MergedMaps};
+pub use self::pruning::Pruned;
 pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
+pub use self::saved::{RestoreError, SavedMap};
 pub use self::shown::{Residual, ShownSubmap};
 
 /// SLAM by scan matching.
@@ -105,6 +118,15 @@ pub struct ScanMatcher {
     /// The submap by which a loop was closed last.
     last_closed: usize,
     graph_changed: bool,
+    /// What is added to the stamps of this run, µs, so that they follow those of earlier ones;
+    /// `None` until its first scan tells.
+    stamp_shift: Option<u64>,
+    /// Whether a run goes on in a saved map, and has not seen anything yet.
+    is_new_run: bool,
+    /// What was mapped since a run began of which it is not known where in the map it lies.
+    unplaced: Option<Piece>,
+    /// What a person has changed on the map.
+    edits: Vec<Edit>,
 }
 
 /// A stretch of the way with its own map.
@@ -160,6 +182,10 @@ impl ScanMatcher {
             motion: Motion::default(),
             gathering: Gathering::default(),
             graph_changed: false,
+            stamp_shift: Some(0),
+            is_new_run: false,
+            unplaced: None,
+            edits: vec![],
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity(), false)],
             running: SurfelMap::new(config.surfels),
@@ -187,6 +213,7 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
+        let points = &*self.in_order(points);
         let moved = self.pending.take().map(|moved| self.motion.moved(moved));
         if !self.gathering.is_sparse(points) {
             self.place(points, sigmas, oriented_points(points), moved.as_ref());
@@ -231,7 +258,11 @@ impl ScanMatcher {
         surfaces: Vec<OrientedPoint>,
         moved: Option<&Odometry>,
     ) {
-        let tracked = self.track(&surfaces, moved, points.stamp);
+        let mut tracked = self.track(&surfaces, moved, points.stamp);
+        if std::mem::take(&mut self.is_new_run) && !self.begins_here(&tracked) {
+            self.begin_piece();
+            tracked = self.track(&surfaces, moved, points.stamp);
+        }
         if moved.is_some() && tracked.is_sure {
             self.motion.model.note(tracked.was_right);
         }

@@ -14,6 +14,7 @@
 //! Whether two submaps that lie where they lie agree with one another is the matter of `overlap`.
 
 mod overlap;
+mod saved;
 
 use std::f64::consts::PI;
 
@@ -304,14 +305,21 @@ impl ClosedSubmap {
         self.surfels.iter().map(|surfel| surfel.position)
     }
 
+    /// Where beams went through.
+    pub(super) fn free(&self) -> &FreeSpace {
+        &self.free
+    }
+
+    /// Its surfaces with their directions, in its frame.
+    pub(super) fn oriented(&self) -> impl Iterator<Item = OrientedPoint> + '_ {
+        self.surfels.iter().map(|surfel| OrientedPoint {
+            position: surfel.position,
+            normal: surfel.normal,
+        })
+    }
+
     fn points(&self) -> Vec<OrientedPoint> {
-        self.surfels
-            .iter()
-            .map(|s| OrientedPoint {
-                position: s.position,
-                normal: s.normal,
-            })
-            .collect()
+        self.oriented().collect()
     }
 }
 

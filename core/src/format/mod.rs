@@ -13,6 +13,7 @@ pub mod preset;
 pub mod relations;
 pub mod rooms;
 mod rows;
+pub mod slamlab;
 pub mod tum;
 pub mod world;
 

@@ -17,5 +17,5 @@ pub use footprint::Footprint;
 pub use gaussian::gaussian_pair;
 pub use line::Line;
 pub use pose2::Pose2;
-pub use ring::{bounds, sides_of};
+pub use ring::{bounds, ring_holds, sides_of};
 pub use segment::Segment;

@@ -24,6 +24,16 @@ impl Pose2 {
         ))
     }
 
+    /// The pose at (`x`, `y`), metres, turned by the angle of this cosine and sine, which are taken
+    /// as they are: their squares sum to 1.
+    #[must_use]
+    pub fn from_cos_sin(x: f64, y: f64, cos: f64, sin: f64) -> Self {
+        Self(Isometry2::from_parts(
+            Translation2::new(x, y),
+            UnitComplex::from_cos_sin_unchecked(cos, sin),
+        ))
+    }
+
     /// No motion.
     #[must_use]
     pub fn identity() -> Self {

@@ -26,10 +26,12 @@ mod block;
 mod canvas;
 mod config;
 mod directory;
+mod edited;
 mod extent;
 mod free_cells;
 #[cfg(test)]
 mod free_cells_tests;
+mod saved;
 mod states;
 #[cfg(test)]
 mod tests;

@@ -242,6 +242,8 @@ impl SurfelMap {
     }
 }
 
+mod saved;
+
 #[cfg(test)]
 mod tests {
     use super::*;

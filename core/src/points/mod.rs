@@ -8,6 +8,7 @@ mod deskew;
 pub(crate) mod fixture;
 mod oriented;
 mod range_sigma;
+mod saved;
 mod sectors;
 mod segmentation;
 mod spacing;

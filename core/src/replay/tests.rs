@@ -3,7 +3,7 @@
 mod odd_logs;
 
 use super::*;
-use crate::estimation::relation_errors;
+use crate::estimation::{Start, relation_errors};
 use crate::format::carmen::CarmenLog;
 use crate::format::{recorded, relations};
 use crate::geom::Segment;
@@ -69,6 +69,49 @@ fn matching_finds_the_way_of_the_base_where_odometry_is_wrong() {
     assert!((raw.session().dead_reckoning().x() - 1.1 * 1.95).abs() < 1e-6);
     assert!((raw.trajectory()[39].1.x() - 1.1 * 1.95).abs() < 1e-6);
     assert_ne!(raw.state_hash(), matched.state_hash());
+}
+
+#[test]
+fn a_replay_that_was_paused_and_saved_ends_as_one_that_was_not() {
+    let whole = replay(small_log(), Method::ScanMatching);
+    let log = Log::from(small_log());
+    let mut settings = log.settings();
+    let mut first = Replay::new(log.clone(), Method::ScanMatching, &settings).unwrap();
+    for _ in 0..17 {
+        assert!(first.step().unwrap());
+    }
+    let map = std::sync::Arc::new(first.saved_map().unwrap());
+    let saved = |start| {
+        Some(EarlierMap {
+            map: map.clone(),
+            start,
+        })
+    };
+    settings.slam.saved_map = saved(Start::Paused);
+    let mut rest = Replay::new(log.clone(), Method::ScanMatching, &settings).unwrap();
+    rest.skip(17);
+    while rest.step().unwrap() {}
+    assert_eq!(rest.trajectory(), whole.trajectory());
+    assert_eq!(rest.state_hash(), whole.state_hash());
+    let slam = rest.session().slam();
+    assert_eq!((slam.earlier_scans(), slam.trajectory().len()), (17, 23));
+    // Another day: the whole log again, whose stamps begin anew and are put behind the others.
+    settings.slam.saved_map = saved(Start::At(Pose2::identity()));
+    let mut again = Replay::new(log.clone(), Method::ScanMatching, &settings).unwrap();
+    while again.step().unwrap() {}
+    let stamps: Vec<Stamp> = again.scan_times().map(|(stamp, _)| stamp).collect();
+    assert_eq!(stamps.len(), 57);
+    assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
+    let seconds: Vec<f64> = again.scan_times().map(|(_, seconds)| seconds).collect();
+    assert!((seconds[0] - 100.5).abs() < 1e-9 && (seconds[17] - 100.5).abs() < 1e-9);
+    assert!(
+        seconds.iter().all(|s| (100.0..140.0).contains(s)),
+        "{seconds:?}"
+    );
+    // By other methods there is nothing to go on in, and nothing to save.
+    let refused = Replay::new(log, Method::Odometry, &settings).unwrap_err();
+    assert_eq!(refused, ReplayError::Slam(SlamError::NoSavedMap));
+    assert!(replay(small_log(), Method::Odometry).saved_map().is_none());
 }
 
 #[test]

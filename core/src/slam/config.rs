@@ -1,7 +1,9 @@
 //! The settings of every stage, nested as the stages are.
 
+use std::sync::Arc;
+
 use super::{PriorMap, PriorMapMatching, SonarsConfig};
-use crate::estimation::{EkfConfig, MonteCarloConfig, ScanMatcherConfig};
+use crate::estimation::{EkfConfig, MonteCarloConfig, SavedMap, ScanMatcherConfig, Start};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
@@ -34,8 +36,19 @@ pub struct SlamConfig {
     /// What of a scan is found in it. Default surfaces; with rangers, whose few readings stand in
     /// many places equally well, lines.
     pub prior_map_matching: PriorMapMatching,
+    /// The saved map that scan matching goes on in. Default none: it begins with an empty one.
+    pub saved_map: Option<EarlierMap>,
     /// The particles that find the robot in it, wherever it is.
     pub particles: MonteCarloConfig,
+}
+
+/// A saved map to go on in, and where in it the robot is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlierMap {
+    /// The map.
+    pub map: Arc<SavedMap>,
+    /// Where the robot is.
+    pub start: Start,
 }
 
 impl SlamConfig {

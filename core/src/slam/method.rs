@@ -12,7 +12,7 @@ mod scan_matching;
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use super::{PreparedScan, SlamConfig, SlamError, View};
+use super::{EarlierMap, PreparedScan, SlamConfig, SlamError, View};
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{Method, Slam, SlamConfig, View};
-use crate::estimation::ScanMatcher;
+use crate::estimation::{SavedMap, ScanMatcher};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
@@ -91,8 +91,30 @@ impl Slam {
     /// The pose at each scan, as known now: a closed loop changes earlier ones.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        let whole = self.whole_trajectory().into_iter();
+        whole.skip(self.earlier).collect()
+    }
+
+    /// Number of poses of [`Self::whole_trajectory`] that are of earlier runs in the same map.
+    #[must_use]
+    pub fn earlier_scans(&self) -> usize {
+        self.earlier
+    }
+
+    /// The same with that of earlier runs in the same map before it.
+    #[must_use]
+    pub fn whole_trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let own = self.view().map;
         own.map_or_else(|| self.track.clone(), |map| map.trajectory().collect())
+    }
+
+    /// The map to be gone on in by a later run, with the `times` of its scans; `None` of methods
+    /// other than scan matching.
+    #[must_use]
+    pub fn saved_map(&self, times: Vec<(Stamp, f64)>) -> Option<SavedMap> {
+        let mut state = vec![];
+        self.view().map?.save(&mut state);
+        Some(SavedMap { state, times })
     }
 
     /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.

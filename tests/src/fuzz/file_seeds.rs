@@ -5,9 +5,13 @@ use std::io::Cursor;
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions};
+use slamlab_core::estimation::{SavedMap, ScanMatcher, ScanMatcherConfig};
 use slamlab_core::format::map_server::{MapImage, MapMode, OccupancyMap, write};
+use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::format::{preset, world};
 use slamlab_core::geom::Pose2;
+use slamlab_core::points::{PointConfig, Points};
+use slamlab_core::robot::{Odometry, Scan, Stamp};
 use slamlab_core::sim::worlds;
 use slamlab_core::wire::message::Format;
 use slamlab_core::wire::recording::{CHANNEL, ENCODING};
@@ -173,4 +177,66 @@ fn recording(options: WriteOptions) -> Result<Vec<u8>, McapError> {
     writer.finish()?;
     drop(writer);
     Ok(bytes.into_inner())
+}
+
+/// The states of matchers in a square room: of a few scans, and of some submaps.
+pub(super) fn matcher_states() -> Vec<Vec<u8>> {
+    [4, 60].map(matcher_state).into()
+}
+
+fn matcher_state(scans: u64) -> Vec<u8> {
+    let config = ScanMatcherConfig {
+        submap_keyframes: 4,
+        overlap_keyframes: 2,
+        ..ScanMatcherConfig::default()
+    };
+    let Ok(mut matcher) = ScanMatcher::new(config) else {
+        return vec![];
+    };
+    for at in 0..scans {
+        let stamp = Stamp(200_000 * (at + 1));
+        let heading = 0.1 * at as f64;
+        matcher.odometry(&Odometry {
+            motion: Pose2::new(0.0, 0.0, 0.1),
+            from: Stamp(200_000 * at),
+            to: stamp,
+            ..Odometry::standing(stamp)
+        });
+        let bearings: Vec<f64> = (0..90).map(|beam| 0.05 * f64::from(beam) - 2.2).collect();
+        let range = |bearing: &f64| {
+            let (sin, cos) = (heading + bearing).sin_cos();
+            (2.0 / cos.abs().max(sin.abs())) as f32
+        };
+        let scan = Scan {
+            stamp,
+            robot_from_sensor: Pose2::identity(),
+            sigmas: vec![0.01; bearings.len()],
+            ranges: bearings.iter().map(range).collect(),
+            bearings,
+            bearing_sigma: 0.0,
+            max_range: 20.0,
+            sweep: 0.0,
+            qualities: vec![],
+        };
+        let points = Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default());
+        matcher.update(&points, &vec![0.0; points.beams.len()]);
+    }
+    let mut state = vec![];
+    matcher.save(&mut state);
+    state
+}
+
+pub(super) fn slamlab() -> Vec<Vec<u8>> {
+    let of = |state: Vec<u8>| {
+        slamlab::write(&Experiment {
+            title: "a room".to_owned(),
+            map: SavedMap {
+                state,
+                times: vec![(Stamp(1), 0.5)],
+            },
+            ..Experiment::default()
+        })
+    };
+    let files = matcher_states().into_iter().map(of);
+    files.filter_map(Result::ok).collect()
 }

@@ -5,11 +5,14 @@
 //! world that can be saved.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use slamlab_core::estimation::{SavedMap, ScanMatcherConfig, Start};
 use slamlab_core::format::building::{self, Imported};
 use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
-use slamlab_core::format::{calibration, carmen, g2o, og_map, preset, relations, tum, world};
+use slamlab_core::format::{
+    calibration, carmen, g2o, og_map, preset, relations, slamlab, tum, world,
+};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::{RobotModel, Variable};
 use slamlab_core::settings::{Scope, Settings, Source, table};
@@ -91,6 +94,16 @@ pub(super) const FILES: &[Target] = &[
         run: preset_run,
     },
     Target {
+        name: "slamlab",
+        seeds: seeds::slamlab,
+        run: slamlab_run,
+    },
+    Target {
+        name: "slamlab-state",
+        seeds: seeds::matcher_states,
+        run: matcher_state_run,
+    },
+    Target {
         name: "recording",
         seeds: seeds::recordings,
         run: recording_run,
@@ -141,6 +154,39 @@ fn carmen_run(input: &[u8]) -> Result<u64, String> {
         &in_pieces.as_ref().map(|log| format!("{log:?}")),
     )?;
     Ok(outcome(&at_once.map(|log| log.scans.len().min(9))))
+}
+
+fn slamlab_run(input: &[u8]) -> Result<u64, String> {
+    let read = slamlab::read(input);
+    if let Ok(read) = &read {
+        let again = slamlab::write(read).and_then(|file| slamlab::read(&file));
+        same(&Ok(read), &again.as_ref())?;
+    }
+    Ok(outcome(&read.map(|_| ()).map_err(words)))
+}
+
+/// The state of a matcher without the sum that guards it in a file: one that is taken up can go on,
+/// and is saved as it was.
+fn matcher_state_run(input: &[u8]) -> Result<u64, String> {
+    let restored = |state: Vec<u8>| {
+        let times = vec![];
+        SavedMap { state, times }.matcher(ScanMatcherConfig::default())
+    };
+    let outcomes = match restored(input.to_vec()) {
+        Err(error) => Err(words(error)),
+        Ok(mut matcher) => {
+            let mut state = vec![];
+            matcher.save(&mut state);
+            let again = restored(state.clone()).map_err(|e| format!("not read again: {e}"))?;
+            let mut second = vec![];
+            again.save(&mut second);
+            same(&state, &second)?;
+            matcher.finish();
+            matcher.go_on(Start::Anywhere);
+            Ok(matcher.submaps().len().min(9))
+        }
+    };
+    Ok(outcome(&outcomes))
 }
 
 fn map_yaml_run(input: &[u8]) -> Result<u64, String> {

@@ -11,9 +11,11 @@ use nalgebra::Point2;
 
 use super::super::pose_graph::differs;
 use super::ScanMatcher;
+use super::edits::{erase, lay_walls};
 use crate::geom::Pose2;
 use crate::map::{Evidence, Grid};
 use crate::points::{Beam, Points};
+use crate::snapshot::snapshot;
 
 /// A grid in the making.
 #[derive(Clone, Debug)]
@@ -45,8 +47,22 @@ impl ScanMatcher {
             for submap in &mut self.submaps {
                 submap.drawn_at = submap.map_from_submap;
             }
-            self.redraw = Some(Redraw { grid, next: 0 });
+            let next = self.first_drawn();
+            self.redraw = Some(Redraw { grid, next });
         }
+    }
+
+    /// Draws the whole map anew, into a grid that is empty.
+    pub(super) fn redraw_at_once(&mut self) {
+        for submap in &mut self.submaps {
+            submap.drawn_at = submap.map_from_submap;
+        }
+        let Ok(grid) = Grid::new(self.config.grid) else {
+            return;
+        };
+        let next = self.first_drawn();
+        self.redraw = Some(Redraw { grid, next });
+        self.draw_on(usize::MAX);
     }
 
     pub(super) fn draw_on(&mut self, budget: usize) {
@@ -54,13 +70,16 @@ impl ScanMatcher {
             return;
         };
         for keyframe in self.keyframes.iter().skip(redraw.next).take(budget) {
+            erase(&self.edits, &self.submaps, redraw.next, &mut redraw.grid);
             let drawn_at = self.submaps[keyframe.submap].drawn_at;
             keyframe.draw(&mut redraw.grid, &(drawn_at * keyframe.submap_from_robot));
             redraw.next += 1;
         }
         if redraw.next >= self.keyframes.len()
-            && let Some(redraw) = self.redraw.take()
+            && let Some(mut redraw) = self.redraw.take()
         {
+            erase(&self.edits, &self.submaps, redraw.next, &mut redraw.grid);
+            lay_walls(&self.edits, &self.submaps, &mut redraw.grid);
             self.grid = redraw.grid;
             self.grid_version += 1;
         }
@@ -132,3 +151,11 @@ impl Keyframe {
 fn double([x, y]: [f32; 2]) -> Point2<f64> {
     Point2::new(f64::from(x), f64::from(y))
 }
+
+snapshot!(Redraw { grid, next });
+snapshot!(Keyframe {
+    submap,
+    submap_from_robot,
+    free,
+    hits,
+});

@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 use super::super::submap::{Closure, Doubt};
 use super::records::{ClosureFate, Delay, RecordId, Records, Refusal};
 use crate::geom::Pose2;
+use crate::snapshot::snapshot;
 
 /// A placement of one submap in another.
 #[derive(Clone, Copy, Debug)]
@@ -105,6 +106,31 @@ pub(super) trait Ways {
 }
 
 impl Waiting {
+    /// All of them.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Candidate> {
+        self.list.iter()
+    }
+
+    /// Takes over those of another map, of which the submaps and records are numbered from
+    /// `submaps` and `records` on.
+    pub(super) fn append(&mut self, other: Self, submaps: usize, records: usize) {
+        self.list.extend(other.list.into_iter().map(|c| Candidate {
+            old: c.old + submaps,
+            new: c.new + submaps,
+            record: c.record.shifted(records),
+            ..c
+        }));
+    }
+
+    /// Keeps those of which both submaps are left, under new `numbers`.
+    pub(super) fn keep(&mut self, numbers: impl Fn((usize, usize)) -> Option<(usize, usize)>) {
+        self.list.retain_mut(|candidate| {
+            let kept = numbers((candidate.old, candidate.new));
+            (candidate.old, candidate.new) = kept.unwrap_or_default();
+            kept.is_some()
+        });
+    }
+
     pub(super) fn push(&mut self, candidate: Candidate, records: &mut Records) {
         self.list.push(candidate);
         if self.list.len() > MOST_WAITING {
@@ -226,12 +252,26 @@ fn refused(why: Refusal) -> ClosureFate {
 }
 
 /// The evidence that is asked for with this doubt.
-fn places_proof(doubt: &Doubt) -> f64 {
+pub(super) fn places_proof(doubt: &Doubt) -> f64 {
     let along = (doubt.shift / PLACE_SHIFT).max(1.0);
     let about = (doubt.turn / PLACE_TURN).max(1.0);
     let places = along * about;
     LEAST_PROOF + PROOF_FOR_PLACES * libm::log(places)
 }
+
+snapshot!(Candidate {
+    old,
+    new,
+    closure,
+    doubt,
+    record,
+});
+snapshot!(Waiting { list });
+snapshot!(Proof {
+    evidence,
+    asked,
+    rival,
+});
 
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,7 @@ use nalgebra::Point2;
 use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::{Odometry, Stamp};
+use crate::snapshot::snapshot;
 
 /// Neighbouring beams farther apart than this, rad, seldom hit one surface.
 const SPARSE: f64 = 0.08;
@@ -161,3 +162,24 @@ impl Gathering {
         })
     }
 }
+
+snapshot!(Gathering {
+    is_sparse,
+    has_begun,
+    moved,
+    way,
+    turn,
+    scans,
+    last,
+    before,
+    places,
+});
+snapshot!(
+    Gathered {
+        start_from_robot,
+        points,
+        sigmas
+    },
+    |scan| scan.sigmas.len() == scan.points.beams.len(),
+    "there are not as many standard deviations as beams"
+);

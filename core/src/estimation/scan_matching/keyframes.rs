@@ -59,6 +59,7 @@ impl ScanMatcher {
         let map_from_robot = self.map_from_running() * at;
         keyframe.draw(&mut self.grid, &map_from_robot);
         self.keyframes.push(keyframe);
+        self.lay_walls();
         self.last_keyframe = Some(at);
         // Carried on by odometry, the local covariance holds the whole way since the last match
         // already.

@@ -79,7 +79,8 @@ impl ScanMatcher {
                 continue;
             }
             chosen.push(old);
-            if chosen.len() >= self.config.closure.candidates {
+            let is_anywhere = self.unplaced.is_some();
+            if chosen.len() >= self.config.closure.candidates && !is_anywhere {
                 break;
             }
         }
@@ -132,6 +133,7 @@ impl ScanMatcher {
         let proved = waiting.take_proved(new, &ways, self.config.closure.proof, &mut records);
         self.waiting = waiting;
         self.records = records;
+        self.place_piece(&proved);
         for candidate in &proved {
             self.believe(candidate);
         }
@@ -169,7 +171,8 @@ impl ScanMatcher {
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
         }
-        if let Some(cov) = self.graph.marginal(self.submaps.len() - 1) {
+        let origin = self.unplaced.as_ref().map_or(0, |piece| piece.first);
+        if let Some(cov) = self.cov_of_running(origin) {
             self.submap_cov = cov;
         }
     }

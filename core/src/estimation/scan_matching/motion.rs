@@ -19,6 +19,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use crate::geom::{Pose2, symmetrize};
 use crate::robot::{Odometry, Stamp};
+use crate::snapshot::snapshot;
 
 /// What is known beforehand of the bias: of the way, 1; of the turn for each metre, rad/m; of the
 /// turn, 1.
@@ -234,6 +235,26 @@ impl OdometryModel {
         symmetrize(&mut self.cov);
     }
 }
+
+snapshot!(Past {
+    stamp,
+    submap_from_robot,
+    odom_from_robot,
+});
+snapshot!(Motion {
+    model,
+    since_keyframe,
+    keyframe_is_sure,
+    odom_from_robot,
+    pasts,
+    speed,
+});
+snapshot!(OdometryModel {
+    bias,
+    cov,
+    noise,
+    slips,
+});
 
 #[cfg(test)]
 mod tests {

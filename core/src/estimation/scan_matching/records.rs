@@ -11,6 +11,7 @@ use super::super::pose_graph::{Edge, EdgeId};
 use super::super::submap::{Closure, Doubt};
 use super::closures::Proof;
 use crate::geom::Pose2;
+use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot, snapshot_names};
 
 /// A placement of one submap in another, and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,6 +104,13 @@ pub(super) struct Records {
 /// Most records of placements that were refused or revoked; the oldest go first.
 const MOST_REFUSED: usize = 400;
 
+impl RecordId {
+    /// The name of a record that was taken over by a map with so many before it.
+    pub(super) fn shifted(self, by: usize) -> Self {
+        Self(self.0 + by)
+    }
+}
+
 impl Records {
     /// A placement was found.
     pub(super) fn begin(
@@ -166,6 +174,48 @@ impl Records {
             })
     }
 
+    /// Takes over the records of another map, of which the submaps and edges are numbered from
+    /// `submaps` and `edges` on; its records are from the number on that is returned.
+    pub(super) fn append(&mut self, other: Self, submaps: usize, edges: usize) -> usize {
+        let first = self.next;
+        for (id, mut record) in other.list {
+            record.old += submaps;
+            record.new += submaps;
+            match &mut record.fate {
+                ClosureFate::Accepted { edge } => *edge = edge.shifted(edges),
+                ClosureFate::Revoked { torn } => *torn += submaps,
+                ClosureFate::Waiting { .. } | ClosureFate::Refused { .. } => {}
+            }
+            self.list.insert(RecordId(first + id.0), record);
+        }
+        self.next += other.next;
+        self.changes += 1;
+        first
+    }
+
+    /// Keeps the records of which both submaps are left, under new `numbers`; those of edges that
+    /// are no longer there go too.
+    pub(super) fn keep(
+        &mut self,
+        numbers: impl Fn((usize, usize)) -> Option<(usize, usize)>,
+        has_edge: impl Fn(EdgeId) -> bool,
+    ) {
+        self.list.retain(|_, record| {
+            let is_held = match record.fate {
+                ClosureFate::Accepted { edge } => has_edge(edge),
+                // Where the way was torn is named by a number that is no more.
+                ClosureFate::Revoked { .. } => false,
+                ClosureFate::Waiting { .. } | ClosureFate::Refused { .. } => true,
+            };
+            let Some((old, new)) = numbers((record.old, record.new)).filter(|_| is_held) else {
+                return false;
+            };
+            (record.old, record.new) = (old, new);
+            true
+        });
+        self.changes += 1;
+    }
+
     fn change(&mut self, id: RecordId, change: impl FnOnce(&mut ClosureRecord)) {
         if let Some(record) = self.list.get_mut(&id) {
             change(record);
@@ -199,5 +249,73 @@ impl ClosureRecord {
             information: self.information,
             cauchy: None,
         }
+    }
+}
+
+impl Snapshot for RecordId {
+    fn write(&self, out: &mut Vec<u8>) {
+        self.0.write(out);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Result<Self, SnapshotError> {
+        usize::read(from).map(Self)
+    }
+}
+
+snapshot!(Records {
+    list,
+    next,
+    changes,
+});
+snapshot!(ClosureRecord {
+    old,
+    new,
+    motion,
+    information,
+    doubt,
+    is_searched,
+    overlap,
+    part,
+    worth,
+    proof,
+    fate,
+});
+snapshot_names!(Delay {
+    NotJudged = 0,
+    TooLittleProof = 1,
+    Rivals = 2,
+    Tears = 3,
+});
+snapshot_names!(Refusal {
+    PlacedElsewhere = 0,
+    NeverProved = 1,
+});
+
+impl Snapshot for ClosureFate {
+    fn write(&self, out: &mut Vec<u8>) {
+        match self {
+            Self::Waiting { why } => (0_u64, *why).write(out),
+            Self::Accepted { edge } => (1_u64, *edge).write(out),
+            Self::Refused { why } => (2_u64, *why).write(out),
+            Self::Revoked { torn } => (3_u64, *torn).write(out),
+        }
+    }
+
+    fn read(from: &mut Reader<'_>) -> Result<Self, SnapshotError> {
+        Ok(match u64::read(from)? {
+            0 => Self::Waiting {
+                why: from.field("why")?,
+            },
+            1 => Self::Accepted {
+                edge: from.field("edge")?,
+            },
+            2 => Self::Refused {
+                why: from.field("why")?,
+            },
+            3 => Self::Revoked {
+                torn: from.field("torn")?,
+            },
+            other => return Err(from.no_variant(other)),
+        })
     }
 }

@@ -14,13 +14,13 @@ use crate::points::fixture::normal;
 use crate::robot::Scan;
 
 /// Takes a scan whose beams were all taken at once.
-fn update(matcher: &mut ScanMatcher, points: &Points) {
+pub(super) fn update(matcher: &mut ScanMatcher, points: &Points) {
     matcher.update(points, &vec![points.bearing_sigma; points.beams.len()]);
 }
 
 /// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides
 /// apart.
-fn ring() -> Vec<Segment> {
+pub(super) fn ring() -> Vec<Segment> {
     let rectangle = |x0: f64, y0: f64, x1: f64, y1: f64| {
         let c = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)];
         c.windows(2)
@@ -44,11 +44,11 @@ fn ring() -> Vec<Segment> {
     walls
 }
 
-fn points_of(scan: &Scan) -> Points {
+pub(super) fn points_of(scan: &Scan) -> Points {
     Points::from_scan(scan, &Pose2::identity(), &PointConfig::default())
 }
 
-fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) -> Scan {
+pub(super) fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) -> Scan {
     let bearings: Vec<f64> = (0..180)
         .map(|i| (f64::from(i) - 90.0).to_radians())
         .collect();

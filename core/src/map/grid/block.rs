@@ -87,6 +87,16 @@ impl Block {
         }
     }
 
+    /// Holds these cells from here on; those that are as free as the clamp allows hold `least`.
+    pub(super) fn take_over(&mut self, cells: Arc<Cells>, least: f32) {
+        let rows = cells.as_chunks::<BLOCK_CELLS>().0;
+        for (bits, row) in self.least.iter_mut().zip(rows) {
+            let are = row.iter().enumerate();
+            *bits = are.fold(0, |bits, (at, cell)| bits | u64::from(*cell <= least) << at);
+        }
+        self.cells = cells;
+    }
+
     #[inline]
     pub(super) fn cells(&self) -> &Cells {
         &self.cells

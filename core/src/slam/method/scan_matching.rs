@@ -1,14 +1,19 @@
 //! Scan matching. It keeps keyframes, and redraws the map where a closed loop moves them, so
 //! that map and trajectory are its own.
 
-use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
+use super::{EarlierMap, Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::ScanMatcher;
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
 
 pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
-    Ok(Box::new(ScanMatcher::new(config.matcher)?))
+    let Some(EarlierMap { map, start }) = &config.saved_map else {
+        return Ok(Box::new(ScanMatcher::new(config.matcher)?));
+    };
+    let mut matcher = map.matcher(config.matcher)?;
+    matcher.go_on(*start);
+    Ok(Box::new(matcher))
 }
 
 impl Estimator for ScanMatcher {

@@ -1,0 +1,168 @@
+//! Two maps of one building become one.
+//!
+//! In: two matchers. Out: one with the map of both, or why it is not proved how they lie to each
+//! other.
+//!
+//! The second map is laid into the first as a piece of which it is not known where it lies
+//! (`going_on`): its submaps are compared with those of the first, in the whole map and in all
+//! directions, and one map is made of them only by proof. So what is believed here is what would be
+//! believed of a robot that drove through the first map and saw what is in the second.
+
+use std::f64::consts::PI;
+
+use super::going_on::{BETWEEN_RUNS, Piece};
+use super::{Redraw, ScanMatcher};
+use crate::geom::pose_cov;
+use crate::robot::Stamp;
+
+/// Why two maps do not become one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapMergeError {
+    /// One of them is empty.
+    #[error("the {which} map holds nothing that was seen")]
+    Empty {
+        /// Which: `first` or `second`.
+        which: &'static str,
+    },
+    /// They have no part in common, or it is not proved which.
+    #[error(
+        "it is not proved where the maps overlap: the best place of the second in the first has \
+         evidence {evidence:.1} of {asked:.1} that is asked for, in submaps that lie wholly on \
+         one another, and what contradicts it has {rival:.1}"
+    )]
+    NotProved {
+        /// Of the best placement.
+        evidence: f64,
+        /// What is asked for.
+        asked: f64,
+        /// Of the best that contradicts it.
+        rival: f64,
+    },
+}
+
+/// Two maps that became one.
+#[derive(Debug)]
+pub struct MergedMaps {
+    /// The map, in the frame of the first.
+    pub matcher: ScanMatcher,
+    /// What was added to the stamps of the second, µs, so that they follow those of the first.
+    pub stamp_shift: u64,
+}
+
+impl ScanMatcher {
+    /// Makes one map of this and another.
+    ///
+    /// # Errors    [`MapMergeError`].
+    pub fn merged(mut self, mut other: Self) -> Result<MergedMaps, MapMergeError> {
+        for (which, map) in [("first", &mut self), ("second", &mut other)] {
+            map.drop_piece();
+            map.finish();
+            if map.keyframes.is_empty() {
+                return Err(MapMergeError::Empty { which });
+            }
+        }
+        // On the last submap nothing was mapped.
+        let last = self.submaps.len() - 1;
+        let kept: Vec<bool> = (0..self.submaps.len()).map(|at| at < last).collect();
+        self.keep_submaps(&kept);
+        let first = self.submaps.len();
+        let stamp_shift = self.take_over(other);
+        let cov = pose_cov(self.extent(), PI);
+        self.join_loosely(first, cov);
+        self.compare_all(first);
+        if !self.is_placed() {
+            return Err(self.best_of_placements(first));
+        }
+        // What lies near each other is known by now.
+        self.compare_all(first);
+        self.finish();
+        Ok(MergedMaps {
+            matcher: self,
+            stamp_shift,
+        })
+    }
+
+    /// Appends the submaps of another map, as a piece that lies anywhere.
+    fn take_over(&mut self, other: Self) -> u64 {
+        let first = self.submaps.len();
+        let last_stamp = self.trajectory.iter().map(|t| t.stamp.0).max();
+        let first_stamp = other.trajectory.iter().map(|t| t.stamp.0).min();
+        let stamp_shift = match (last_stamp, first_stamp) {
+            (Some(last), Some(begin)) if begin <= last => last - begin + BETWEEN_RUNS,
+            _ => 0,
+        };
+        let edges = self.graph.append(&other.graph);
+        let records = self.records.append(other.records, first, edges);
+        self.waiting.append(other.waiting, first, records);
+        let keyframes = self.keyframes.len();
+        let edits = other.edits.into_iter();
+        self.edits
+            .extend(edits.map(|edit| edit.behind(first, keyframes)));
+        self.submaps.extend(other.submaps);
+        self.keyframes
+            .extend(other.keyframes.into_iter().map(|mut keyframe| {
+                keyframe.submap += first;
+                keyframe
+            }));
+        self.trajectory
+            .extend(other.trajectory.into_iter().map(|mut track| {
+                track.submap += first;
+                track.stamp = Stamp(track.stamp.0.saturating_add(stamp_shift));
+                track
+            }));
+        let compared = other.compared.into_iter();
+        self.compared
+            .extend(compared.map(|((a, b), doubt)| ((a + first, b + first), doubt)));
+        self.closures = self.records.accepted().count();
+        self.last_closed = first;
+        let aside = std::mem::replace(&mut self.grid, other.grid);
+        self.grid_version += 1;
+        self.redraw = None::<Redraw>;
+        self.unplaced = Some(Piece {
+            first,
+            aside: Some(aside),
+        });
+        // The second is the one that a run goes on in.
+        self.running = other.running;
+        self.running_free = other.running_free;
+        self.local = other.local;
+        self.is_blind = other.is_blind;
+        self.motion = other.motion;
+        self.gathering = other.gathering;
+        self.recent = other.recent;
+        self.last_keyframe = other.last_keyframe;
+        self.way_cov = other.way_cov;
+        self.pending = other.pending;
+        stamp_shift
+    }
+
+    /// Compares all submaps from `first` on with those before them.
+    fn compare_all(&mut self, first: usize) {
+        for new in first..self.submaps.len() - 1 {
+            self.plan_comparisons(new);
+        }
+        self.work_off(usize::MAX);
+        for new in first..self.submaps.len() {
+            self.believe_proved(new);
+        }
+        self.work_off(usize::MAX);
+    }
+
+    fn best_of_placements(&self, first: usize) -> MapMergeError {
+        let judged = self
+            .records
+            .iter()
+            .filter(|r| r.old < first && r.new >= first);
+        let proofs = judged.filter_map(|record| record.proof);
+        let best = proofs.max_by(|a, b| a.evidence.total_cmp(&b.evidence));
+        MapMergeError::NotProved {
+            evidence: best.map_or(0.0, |proof| proof.evidence),
+            rival: best.map_or(0.0, |proof| proof.rival),
+            asked: best.map_or_else(|| self.asked_for_anywhere(), |proof| proof.asked),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,274 @@
+//! What newer submaps cover is taken out of the map, so that it grows with the building and not
+//! with the way.
+//!
+//! In: a map. Out: the map without submaps of which newer ones have all.
+//!
+//! 1. From the oldest on, a submap is covered if nearly all of its surfaces stand in some newer
+//!    ones, in the same place and facing the same way, and if nearly all that it saw through was
+//!    seen through by newer ones. Several of them: neighbours on a way share half of what they
+//!    hold, and what was seen once may have been seen badly.
+//! 2. Its pose is taken out of the graph. All that it was joined to is joined through it to one of
+//!    its neighbours on the way, unless it is joined to that already: motions follow one another,
+//!    and their covariances add up. The edge to that one is used several times then, so that its
+//!    covariance is counted as often: what comes out is never known better than it was.
+//! 3. Its keyframes and places of the way go with it, and the grid is drawn anew.
+//!
+//! Marginalising would join all neighbours to one another, with information that is exact, and
+//! the graph would fill in run by run. A tree through one neighbour keeps it sparse (Kretzschmar &
+//! Stachniss 2012, "Information-theoretic compression of pose graphs for laser-based SLAM", who
+//! choose the tree by mutual information).
+
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix3;
+
+use super::super::free_space::FreeSpace;
+use super::super::pose_graph::Edge;
+use super::{ScanMatcher, Submap};
+use crate::geom::{Pose2, symmetrize};
+
+/// What was taken out of a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pruned {
+    /// Submaps.
+    pub submaps: usize,
+    /// Keyframes.
+    pub keyframes: usize,
+}
+
+/// So many newer submaps have to hold a surface.
+const COVERED_BY: u32 = 3;
+/// This part of the surfaces of a submap has to be held.
+const COVERED_SURFACES: f64 = 0.97;
+/// This part of what it saw through has to be.
+const COVERED_FREE: f64 = 0.97;
+/// Surfaces are the same that fall into one cell of this side, m, or into neighbouring ones ...
+const CELL: f64 = 0.2;
+/// ... and face into one of so many directions, or neighbouring ones.
+const DIRECTIONS: i32 = 8;
+/// A closure with less weight than this by its kernel is not followed, and says nothing.
+const LEAST_WEIGHT: f64 = 0.1;
+
+/// A surface, coarsely: column, row, direction.
+type Key = (i32, i32, i32);
+
+impl ScanMatcher {
+    /// Takes out of the map what newer submaps cover. Only of a map that was finished
+    /// ([`Self::finish`]).
+    pub fn prune(&mut self) -> Pruned {
+        let count = self.submaps.len();
+        let keyframes = self.keyframes.len();
+        let held: Vec<Vec<Key>> = self.submaps.iter().map(keys).collect();
+        // How many submaps hold each surface, of those that are newer than the one that is asked
+        // about, or kept.
+        let mut holders: BTreeMap<Key, u32> = BTreeMap::new();
+        for key in held.iter().flatten() {
+            *holders.entry(*key).or_default() += 1;
+        }
+        let last = self.unplaced.as_ref().map_or(count, |piece| piece.first);
+        let mut kept = vec![true; count];
+        for submap in 0..last.saturating_sub(1) {
+            for key in &held[submap] {
+                if let Some(holders) = holders.get_mut(key) {
+                    *holders -= 1;
+                }
+            }
+            let is_covered = surfaces_are_held(&held[submap], &holders)
+                && self.free_is_held(submap, &kept)
+                && self.join_past(submap);
+            kept[submap] = !is_covered;
+        }
+        let pruned = kept.iter().filter(|kept| !**kept).count();
+        if pruned > 0 {
+            self.keep_submaps(&kept);
+            self.redraw_at_once();
+        }
+        Pruned {
+            submaps: pruned,
+            keyframes: keyframes - self.keyframes.len(),
+        }
+    }
+
+    /// Whether newer submaps saw through what this one did.
+    fn free_is_held(&self, submap: usize, kept: &[bool]) -> bool {
+        let this = &self.submaps[submap];
+        let middle = this.map_from_submap * this.closed.centre;
+        let newer = self.submaps.iter().zip(kept).skip(submap + 1);
+        let near: Vec<(Pose2, &FreeSpace)> = newer
+            .filter(|(other, kept)| {
+                let far = (other.map_from_submap * other.closed.centre - middle).norm();
+                let reach = 2.0 * (other.closed.radius + this.closed.radius);
+                **kept && far < reach
+            })
+            .map(|(other, _)| (other.map_from_submap.inverse(), other.closed.free()))
+            .collect();
+        let (mut free, mut held) = (0_usize, 0_usize);
+        for place in this.closed.free().places() {
+            let place = this.map_from_submap * place;
+            free += 1;
+            held += usize::from(
+                near.iter()
+                    .any(|(pose, other)| other.contains(*pose * place)),
+            );
+        }
+        held as f64 >= COVERED_FREE * free as f64
+    }
+
+    /// Joins what submap `submap` is joined to past it; `false` where it is joined to nothing.
+    fn join_past(&mut self, submap: usize) -> bool {
+        let ids = self.graph.edge_ids().iter().zip(self.graph.edges());
+        let own: Vec<_> = ids
+            .filter(|(_, edge)| edge.from == submap || edge.to == submap)
+            .map(|(id, edge)| (*id, *edge))
+            .collect();
+        let arms: Vec<Arm> = (own.iter())
+            .filter(|(_, edge)| self.is_followed(edge))
+            .filter_map(|(_, edge)| Arm::of(edge, submap))
+            .collect();
+        // The way stays one of motions that are believed.
+        let Some(best) = arms.iter().min_by(|a, b| {
+            let is_closure = |arm: &Arm| arm.cauchy.is_some();
+            let spread = |arm: &Arm| arm.cov.trace();
+            (is_closure(a).cmp(&is_closure(b))).then(spread(a).total_cmp(&spread(b)))
+        }) else {
+            return false;
+        };
+        for (id, _) in &own {
+            self.graph.remove_edge(*id);
+        }
+        let others: Vec<&Arm> = (arms.iter())
+            .filter(|arm| arm.end != best.end)
+            .filter(|arm| arm.cauchy.is_none() || !self.has_edge(arm.end, best.end))
+            .collect();
+        let joined: Vec<Edge> = (others.iter())
+            .filter_map(|arm| best.joined_to(arm, others.len()))
+            .collect();
+        for edge in joined {
+            self.graph.add_edge(edge);
+        }
+        if self.submaps[submap].is_loose
+            && let Some(next) = self.submaps.get_mut(submap + 1)
+        {
+            next.is_loose = true;
+        }
+        true
+    }
+
+    fn has_edge(&self, a: usize, b: usize) -> bool {
+        let ends = [a.min(b), a.max(b)];
+        let edges = self.graph.edges().iter();
+        let mut all = edges.map(|edge| [edge.from.min(edge.to), edge.from.max(edge.to)]);
+        all.any(|other| other == ends)
+    }
+
+    fn is_followed(&self, edge: &Edge) -> bool {
+        let chi2 = self.graph.chi2_of(edge);
+        edge.cauchy
+            .is_none_or(|scale| 1.0 / (1.0 + chi2 / (scale * scale)) >= LEAST_WEIGHT)
+    }
+}
+
+/// An edge as it is seen from one of its ends, `hub`.
+struct Arm {
+    end: usize,
+    hub_from_end: Pose2,
+    /// Covariance of (x, y, θ) of `hub_from_end`, in the frame of the end.
+    cov: Matrix3<f64>,
+    cauchy: Option<f64>,
+}
+
+impl Arm {
+    fn of(edge: &Edge, hub: usize) -> Option<Self> {
+        let cov = edge.information.try_inverse()?;
+        let cauchy = edge.cauchy;
+        if edge.from == hub {
+            return Some(Self {
+                end: edge.to,
+                hub_from_end: edge.motion,
+                cov,
+                cauchy,
+            });
+        }
+        // An error e at the end of a motion z is one of -Ad(z) e at the end of its inverse.
+        let carry = edge.motion.adjoint();
+        Some(Self {
+            end: edge.from,
+            hub_from_end: edge.motion.inverse(),
+            cov: carry * cov * carry.transpose(),
+            cauchy,
+        })
+    }
+
+    /// The edge from the end of this arm to that of another, past the hub. This arm is used so
+    /// often.
+    fn joined_to(&self, other: &Self, times: usize) -> Option<Edge> {
+        let motion = self.hub_from_end.inverse() * other.hub_from_end;
+        // The error at the end of this arm, carried to the end of the motion.
+        let carry = motion.inverse().adjoint();
+        let own = carry * self.cov * carry.transpose() * times as f64;
+        let mut information = (own + other.cov).try_inverse()?;
+        symmetrize(&mut information);
+        Some(Edge {
+            from: self.end.min(other.end),
+            to: self.end.max(other.end),
+            motion: if self.end < other.end {
+                motion
+            } else {
+                motion.inverse()
+            },
+            information: if self.end < other.end {
+                information
+            } else {
+                // As above, the other way.
+                let carry = motion.inverse().adjoint();
+                let mut turned = carry.transpose() * information * carry;
+                symmetrize(&mut turned);
+                turned
+            },
+            cauchy: self.cauchy.or(other.cauchy),
+        })
+    }
+}
+
+/// The surfaces of a submap in the map, each cell once.
+fn keys(submap: &Submap) -> Vec<Key> {
+    let surfels = submap.closed.oriented();
+    let mut keys: Vec<Key> = surfels
+        .map(|point| {
+            let place = submap.map_from_submap * point.position;
+            let normal = submap.map_from_submap.rotate(point.normal);
+            let turns = libm::atan2(normal.y, normal.x) / std::f64::consts::TAU;
+            let direction = (turns * f64::from(DIRECTIONS)).floor() as i32;
+            let cell = |v: f64| (v / CELL).floor() as i32;
+            (
+                cell(place.x),
+                cell(place.y),
+                direction.rem_euclid(DIRECTIONS),
+            )
+        })
+        .collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys
+}
+
+/// Whether so many submaps as are asked for hold nearly all of these surfaces.
+fn surfaces_are_held(keys: &[Key], holders: &BTreeMap<Key, u32>) -> bool {
+    let around = |(col, row, direction): Key| {
+        let steps = [-1, 0, 1];
+        let cells = steps.into_iter().flat_map(move |c| steps.map(|r| (c, r)));
+        let facing = move |(c, r): (i32, i32)| {
+            steps.map(|turn| (col + c, row + r, (direction + turn).rem_euclid(DIRECTIONS)))
+        };
+        cells.flat_map(facing)
+    };
+    let is_held = |key: &&Key| {
+        // The best of the neighbours: sums would count a submap several times.
+        let most = around(**key).filter_map(|key| holders.get(&key)).max();
+        most.is_some_and(|most| *most >= COVERED_BY)
+    };
+    keys.iter().filter(is_held).count() as f64 >= COVERED_SURFACES * keys.len() as f64
+}
+
+#[cfg(test)]
+mod tests;

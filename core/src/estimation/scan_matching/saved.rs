@@ -1,0 +1,211 @@
+//! The whole of a scan matcher as bytes: what is restored goes on as if it had never been stopped,
+//! to the bit.
+//!
+//! In: a matcher. Out: its bytes, and from them a matcher that works with the settings of a new
+//! run, or what is wrong and where. Only what can be made again without a trace is left out: the
+//! index of the submap that was compared last.
+
+use super::going_on::Piece;
+use super::{Recent, ScanMatcher, ScanMatcherConfig, ScanMatcherError, Submap, TrackPoint};
+use crate::map::{Grid, SurfelMap};
+use crate::robot::Stamp;
+use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
+
+snapshot!(Submap {
+    map_from_submap,
+    drawn_at,
+    own_keyframes,
+    is_loose,
+    closed,
+});
+snapshot!(Recent {
+    submap_from_robot,
+    surfaces,
+});
+snapshot!(TrackPoint {
+    stamp,
+    submap,
+    submap_from_robot,
+});
+
+/// A map as it was saved, and when it was seen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SavedMap {
+    /// As [`ScanMatcher::save`] wrote it.
+    pub state: Vec<u8>,
+    /// Stamps of scans, rising, with the times of their logs, s; as many as are known.
+    pub times: Vec<(Stamp, f64)>,
+}
+
+snapshot!(SavedMap { state, times });
+snapshot!(Piece { first, aside });
+
+/// Why a saved map cannot be taken up.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RestoreError {
+    /// Its bytes are not those of a map.
+    #[error("the saved map is damaged: {0}")]
+    Snapshot(#[from] SnapshotError),
+    /// A setting of the run that is to take it up.
+    #[error(transparent)]
+    Matcher(#[from] ScanMatcherError),
+}
+
+/// Writes and reads the fields in one order; a field that is missing here does not compile.
+macro_rules! fields {
+    ($($field:ident),* $(,)?) => {
+        fn write_fields(matcher: &ScanMatcher, out: &mut Vec<u8>) {
+            let ScanMatcher { config: _, indexed: _, $($field),* } = matcher;
+            $($field.write(out);)*
+        }
+
+        fn read_fields(
+            from: &mut Reader<'_>,
+            config: ScanMatcherConfig,
+        ) -> Result<ScanMatcher, SnapshotError> {
+            Ok(ScanMatcher {
+                config,
+                indexed: None,
+                $($field: from.field(stringify!($field))?),*
+            })
+        }
+    };
+}
+
+fields!(
+    pending,
+    submaps,
+    running,
+    running_free,
+    local,
+    is_blind,
+    motion,
+    gathering,
+    recent,
+    keyframes,
+    last_keyframe,
+    trajectory,
+    grid,
+    grid_version,
+    redraw,
+    graph,
+    way_cov,
+    submap_cov,
+    jobs,
+    closures,
+    waiting,
+    newest,
+    records,
+    optimizations,
+    compared,
+    last_closed,
+    graph_changed,
+    stamp_shift,
+    is_new_run,
+    unplaced,
+    edits,
+);
+
+impl SavedMap {
+    /// The matcher that was saved, with the settings of a new run.
+    ///
+    /// # Errors    [`RestoreError`]: what is wrong, and where.
+    pub fn matcher(&self, config: ScanMatcherConfig) -> Result<ScanMatcher, RestoreError> {
+        let mut from = Reader::new(&self.state);
+        let matcher = ScanMatcher::restore(&mut from, config)?;
+        from.rule(from.is_at_end(), "more follows than a map")?;
+        Ok(matcher)
+    }
+}
+
+impl ScanMatcher {
+    /// Appends the whole state.
+    pub fn save(&self, out: &mut Vec<u8>) {
+        write_fields(self, out);
+    }
+
+    /// Takes up a state that was saved, with the settings of a new run: those of maps hold for what
+    /// is made from here on, and a grid of other figures is drawn anew.
+    ///
+    /// # Errors    [`RestoreError`]: what is wrong, and where.
+    pub fn restore(from: &mut Reader<'_>, config: ScanMatcherConfig) -> Result<Self, RestoreError> {
+        config.validate()?;
+        let mut matcher = read_fields(from, config)?;
+        matcher.check_names(from)?;
+        if *matcher.running.config() != config.surfels {
+            let surfels = matcher.running.into_surfels();
+            matcher.running = SurfelMap::from_surfels(config.surfels, surfels);
+        }
+        if *matcher.grid.config() != config.grid {
+            if let Some(piece) = &mut matcher.unplaced {
+                piece.aside = None;
+            }
+            matcher.grid = Grid::new(config.grid).map_err(ScanMatcherError::from)?;
+            matcher.redraw_at_once();
+        }
+        Ok(matcher)
+    }
+
+    /// Whether all that names a submap, a keyframe or an edge names one that is there.
+    fn check_names(&self, from: &Reader<'_>) -> Result<(), SnapshotError> {
+        let count = self.submaps.len();
+        let is_there = |submap: usize| submap < count;
+        let in_order = |(old, new): (usize, usize)| old < new && new < count;
+        from.rule(
+            count > 0 && self.graph.poses().len() == count,
+            "there are not as many submaps as poses of the graph, or none",
+        )?;
+        from.rule(
+            self.keyframes.iter().all(|k| is_there(k.submap)),
+            "a keyframe names a submap that is not there",
+        )?;
+        from.rule(
+            self.trajectory.iter().all(|t| is_there(t.submap)),
+            "a place of the way names a submap that is not there",
+        )?;
+        let pairs = self.jobs.iter().copied();
+        from.rule(
+            pairs.chain(self.compared.keys().copied()).all(in_order),
+            "two submaps to be compared are not there",
+        )?;
+        let waiting = self
+            .waiting
+            .iter()
+            .chain(self.newest.iter().map(|(_, c)| c));
+        let recorded = self.records.iter().map(|r| (r.old, r.new));
+        from.rule(
+            (waiting.map(|c| (c.old, c.new)).chain(recorded)).all(in_order),
+            "a placement names submaps that are not there",
+        )?;
+        let accepted = self.records.accepted().count();
+        let held = self.records.accepted();
+        let held = held.filter(|(_, edge, _)| self.graph.edge(*edge).is_some());
+        from.rule(
+            held.count() == accepted,
+            "an accepted placement names an edge that is not there",
+        )?;
+        from.rule(
+            self.last_closed < count,
+            "the submap by which a loop was closed last is not there",
+        )?;
+        let (submaps, keyframes) = (count, self.keyframes.len());
+        from.rule(
+            (self.edits.iter()).all(|e| e.submap < submaps && e.after <= keyframes),
+            "a change names a submap or a keyframe that is not there",
+        )?;
+        let piece = self.unplaced.as_ref();
+        from.rule(
+            piece.is_none_or(|piece| (1..count).contains(&piece.first)),
+            "a piece of the map begins where none can",
+        )?;
+        let drawn = self.redraw.as_ref().map_or(0, |redraw| redraw.next);
+        from.rule(
+            drawn <= self.keyframes.len(),
+            "more keyframes were drawn than there are",
+        )
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

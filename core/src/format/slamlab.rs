@@ -1,0 +1,169 @@
+//! Experiment files (`.slamlab`): a map with everything that a run needs to go on in it.
+//!
+//! In: an [`Experiment`]. Out: bytes, and from them the experiment, or what is wrong and where.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | `89` and `slamlab` |
+//! | 4 | version of the format: 1 |
+//! | 8 | length of the content, unpacked |
+//! | 8 | XXH64 of the content, unpacked |
+//! | rest | the content, packed (RFC 1950, zlib) |
+//!
+//! Numbers stand lowest byte first. The content is the fields of [`Experiment`], written as
+//! [`crate::snapshot`] says. A file of a newer version is refused by its number, for what its
+//! content means cannot be known. What is unpacked is never longer than the file says, and what a
+//! file says is believed only as far as so few bytes can be packed.
+
+use std::io::{Read as _, Write as _};
+
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+use twox_hash::XxHash64;
+
+use crate::estimation::SavedMap;
+use crate::snapshot::{Reader, Snapshot as _, SnapshotError, snapshot};
+
+/// The first bytes of a file.
+pub const MAGIC: [u8; 8] = *b"\x89slamlab";
+/// The version that is written, and the only one there is.
+pub const VERSION: u32 = 1;
+/// The longest content that is unpacked, bytes: some tens of kilometres of way.
+pub const MOST_UNPACKED: u64 = 1 << 29;
+/// Zlib packs no more than so many bytes into one, ...
+const MOST_RATIO: u64 = 1032;
+/// ... and so many more.
+const HEAD: u64 = 64;
+
+/// What an experiment file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Experiment {
+    /// What people call it.
+    pub title: String,
+    /// The program that wrote it, with its version.
+    pub program: String,
+    /// The method that made the map, by its name.
+    pub method: String,
+    /// Settings that were not the defaults, by their keys.
+    pub settings: Vec<(String, f64)>,
+    /// The map.
+    pub map: SavedMap,
+}
+
+snapshot!(Experiment {
+    title,
+    program,
+    method,
+    settings,
+    map,
+});
+
+/// Why a file is no experiment that can be opened.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SlamlabError {
+    /// Of another kind.
+    #[error("this is no .slamlab file: it does not begin as one")]
+    NotSlamlab,
+    /// Of a later version.
+    #[error(
+        "the .slamlab file is of version {found}, and this program reads version {VERSION}: it was written by a newer one"
+    )]
+    Version {
+        /// What the file says.
+        found: u32,
+    },
+    /// It ends too soon.
+    #[error("the .slamlab file ends within its header, at byte {at}")]
+    Header {
+        /// Its length.
+        at: usize,
+    },
+    /// Absurdly long.
+    #[error("the .slamlab file says that it unpacks to {bytes} bytes; {most} are possible")]
+    TooLong {
+        /// What it says.
+        bytes: u64,
+        /// What so many packed bytes, or this program, can hold at most.
+        most: u64,
+    },
+    /// It cannot be unpacked.
+    #[error("the .slamlab file cannot be unpacked: {0}")]
+    Packing(String),
+    /// It unpacks to something else than was packed.
+    #[error("the .slamlab file is damaged: its content is not what was written")]
+    Damaged,
+    /// The content means nothing.
+    #[error("the .slamlab file cannot be read: {0}")]
+    Content(#[from] SnapshotError),
+}
+
+/// Writes a file.
+///
+/// # Errors   [`SlamlabError::TooLong`] for a map that could not be read again,
+/// [`SlamlabError::Packing`].
+pub fn write(experiment: &Experiment) -> Result<Vec<u8>, SlamlabError> {
+    let mut content = vec![];
+    experiment.write(&mut content);
+    let bytes = content.len() as u64;
+    if bytes > MOST_UNPACKED {
+        let most = MOST_UNPACKED;
+        return Err(SlamlabError::TooLong { bytes, most });
+    }
+    let mut file = MAGIC.to_vec();
+    file.extend(VERSION.to_le_bytes());
+    file.extend(bytes.to_le_bytes());
+    file.extend(XxHash64::oneshot(0, &content).to_le_bytes());
+    let words = |error: std::io::Error| SlamlabError::Packing(error.to_string());
+    let mut packer = ZlibEncoder::new(file, Compression::default());
+    packer.write_all(&content).map_err(words)?;
+    packer.finish().map_err(words)
+}
+
+/// Reads a file.
+///
+/// # Errors   [`SlamlabError`]: what is wrong, and where.
+pub fn read(file: &[u8]) -> Result<Experiment, SlamlabError> {
+    let content = unpacked(file)?;
+    let mut from = Reader::new(&content);
+    let experiment = Experiment::read(&mut from)?;
+    from.rule(from.is_at_end(), "more follows than an experiment")?;
+    Ok(experiment)
+}
+
+/// Whether a file begins as one of these.
+#[must_use]
+pub fn begins(file: &[u8]) -> bool {
+    file.starts_with(&MAGIC)
+}
+
+fn unpacked(file: &[u8]) -> Result<Vec<u8>, SlamlabError> {
+    let rest = file.strip_prefix(&MAGIC).ok_or(SlamlabError::NotSlamlab)?;
+    let ends = || SlamlabError::Header { at: file.len() };
+    let (version, rest) = rest.split_first_chunk().ok_or_else(ends)?;
+    let found = u32::from_le_bytes(*version);
+    if found != VERSION {
+        return Err(SlamlabError::Version { found });
+    }
+    let (bytes, rest) = rest.split_first_chunk().ok_or_else(ends)?;
+    let (sum, packed) = rest.split_first_chunk().ok_or_else(ends)?;
+    let bytes = u64::from_le_bytes(*bytes);
+    let most = MOST_UNPACKED.min(packed.len() as u64 * MOST_RATIO + HEAD);
+    if bytes > most {
+        return Err(SlamlabError::TooLong { bytes, most });
+    }
+    let mut content = vec![];
+    // A byte more shows that more would come.
+    let mut unpacker = ZlibDecoder::new(packed).take(bytes + 1);
+    let read = unpacker.read_to_end(&mut content);
+    read.map_err(|error| SlamlabError::Packing(error.to_string()))?;
+    let is_whole = content.len() as u64 == bytes;
+    match is_whole && XxHash64::oneshot(0, &content) == u64::from_le_bytes(*sum) {
+        true => Ok(content),
+        false => Err(SlamlabError::Damaged),
+    }
+}
+
+#[cfg(test)]
+mod tests;

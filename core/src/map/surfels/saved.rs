@@ -1,0 +1,84 @@
+//! Surfels as bytes, with their index: a surfel stands in the cells that were near it when it was
+//! first seen, and has moved since, so that the index cannot be made again from the surfels.
+
+use super::{BLOCK, Entry, NO_BLOCK, Surfel, SurfelConfig, SurfelMap};
+use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
+
+/// Half of the side of a map and the side of its cells, m: what a file may say.
+const HALF_SIDES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+const CELLS: std::ops::RangeInclusive<f64> = 0.01..=1.0;
+
+snapshot!(Surfel {
+    position,
+    normal,
+    weight,
+});
+snapshot!(
+    SurfelConfig {
+        cell,
+        reach,
+        half_side
+    },
+    |config| CELLS.contains(&config.cell)
+        && HALF_SIDES.contains(&config.half_side)
+        && (0.0..=2.0).contains(&config.reach),
+    "cells, reach or side of a map of surfaces are out of bounds"
+);
+
+impl SurfelMap {
+    /// The configuration it was made with.
+    #[must_use]
+    pub fn config(&self) -> &SurfelConfig {
+        &self.config
+    }
+}
+
+impl Snapshot for SurfelMap {
+    fn write(&self, out: &mut Vec<u8>) {
+        self.config.write(out);
+        self.surfels.write(out);
+        // The blocks in the order in which they were made, each with its slot.
+        let mut slots: Vec<(u32, u32)> = (self.directory.iter().zip(0_u32..))
+            .filter(|(block, _)| **block != NO_BLOCK)
+            .map(|(block, slot)| (*block, slot))
+            .collect();
+        slots.sort_unstable();
+        slots.len().write(out);
+        for ((_, slot), block) in slots.into_iter().zip(&self.blocks) {
+            slot.write(out);
+            for entry in block {
+                let stands = entry.surfel != u32::MAX;
+                stands.then_some((entry.surfel, entry.squared)).write(out);
+            }
+        }
+    }
+
+    fn read(from: &mut Reader<'_>) -> Result<Self, SnapshotError> {
+        let mut map = Self::new(from.field("config")?);
+        map.surfels = from.field("surfels")?;
+        let blocks: usize = from.field("blocks")?;
+        from.rule(
+            blocks <= map.directory.len(),
+            "more blocks than the map has room for",
+        )?;
+        for number in 0..blocks {
+            let slot: u32 = from.field("slot")?;
+            let room = map.directory.get_mut(slot as usize);
+            let free = room.filter(|block| **block == NO_BLOCK);
+            let Some(block) = free else {
+                return Err(from.refuse("a block stands where none can"));
+            };
+            *block = number as u32;
+            let mut entries = [super::NOTHING; BLOCK * BLOCK];
+            for entry in &mut entries {
+                if let Some((surfel, squared)) = from.field::<Option<(u32, f32)>>("nearest")? {
+                    let is_there = (surfel as usize) < map.surfels.len();
+                    from.rule(is_there, "a cell names a surface that is not there")?;
+                    *entry = Entry { surfel, squared };
+                }
+            }
+            map.blocks.push(entries);
+        }
+        Ok(map)
+    }
+}
