@@ -56,6 +56,15 @@ impl WebRun {
             SavedKind::Plan => plan(slam, stem),
             SavedKind::Rooms => rooms(slam, stem),
             SavedKind::Tum => trajectory(&self.trajectory(), stem),
+            SavedKind::Slamlab => {
+                let name = format!("{stem}.slamlab");
+                let bytes = self.experiment_file(stem)?;
+                Ok(vec![SavedFile::new(
+                    name,
+                    "application/octet-stream",
+                    bytes,
+                )])
+            }
             SavedKind::Carmen => match &self.source {
                 Source::Simulation(sim) => carmen(sim.experiment.log(), stem),
                 Source::Recording(replay) => carmen(&replay.carmen_log(), stem),

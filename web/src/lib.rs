@@ -21,6 +21,7 @@ mod quality;
 mod recording;
 mod rooms;
 mod run;
+mod saved_map;
 mod settings;
 mod setup;
 mod sigma;

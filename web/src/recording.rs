@@ -96,10 +96,13 @@ impl WebRun {
             return vec![];
         };
         let odometry = replay.odometry_trajectory();
-        let poses = odometry.zip(replay.trajectory());
+        // Of earlier runs in the same map no odometry is known.
+        let earlier = self.slam().earlier_scans();
+        let poses = odometry.zip(replay.trajectory().into_iter().skip(earlier));
         let map = self.slam().view().map;
         let submaps = map.into_iter().flat_map(ScanMatcher::scans_in_submaps);
-        let submaps = submaps.map(|(_, submap, _)| submap).chain(repeat(0));
+        let submaps = submaps.skip(earlier).map(|(_, submap, _)| submap);
+        let submaps = submaps.chain(repeat(0));
         let mut begin = None;
         flat(
             poses

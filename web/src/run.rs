@@ -43,6 +43,9 @@ pub enum RunError {
         "σ(ρ) is estimated from a recording: record the standing robot, and open the recording here"
     )]
     NotRecorded,
+    /// Only scan matching keeps what a later run needs.
+    #[error("only the map of scan matching can be saved to go on in: choose that method")]
+    NoSavedMap,
 }
 
 /// What feeds a run.

@@ -312,6 +312,10 @@ export class Client {
         else this.start({ world: name, worldJson, mode: "explore" });
         return;
       }
+      if (/\.slamlab$/i.test(name)) {
+        this.send({ kind: "go-on", name, bytes }, [bytes]);
+        return;
+      }
       this.store.set("run", { reading: { name, done: 0 } });
       this.send({ kind: "replay", name, bytes, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
       this.#opening = file;
@@ -399,6 +403,11 @@ export class Client {
     "prior-map": ({ priorMap, skipped }) => {
       this.localiseIn(priorMap);
       this.#leaveOut(priorMap.name, skipped);
+    },
+    "going-on": ({ name }) => {
+      this.store.set("run", { savedMap: name });
+      this.again("scan-matching");
+      this.#note("good", name ? `Goes on in the map ${name}: where the robot was left, or wherever it finds itself` : "Begins with an empty map");
     },
     saved: ({ files }) => {
       downloadAll(files);

@@ -92,6 +92,8 @@ export type Command =
   /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a
       preset. */
   | { kind: "save"; what: SavedKind | "fit" }
+  /** Runs by scan matching go on in this saved map from the next one on; without bytes in none. */
+  | { kind: "go-on"; name: string; bytes: ArrayBuffer | null }
   | { kind: "drawn" };
 
 /** What is done about each kind of message. */
@@ -113,6 +115,7 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
   rooms: "Rooms and doors (GeoJSON)",
   tum: "Way of the robot (TUM)",
   carmen: "Scans and odometry (CARMEN log)",
+  slamlab: "Map to go on in later (.slamlab)",
 };
 
 export type Answer =
@@ -129,6 +132,8 @@ export type Answer =
   | ({ kind: "built"; name: string } & Building)
   /** A map to be found in that was asked for. */
   | ({ kind: "prior-map" } & PriorMapFile)
+  /** The saved map that runs go on in from here on; none where the name is empty. */
+  | { kind: "going-on"; name: string }
   | { kind: "hash"; run: number; text: string }
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }

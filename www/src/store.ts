@@ -69,6 +69,8 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
+  /** The saved map that runs by scan matching go on in; empty when none. */
+  savedMap = "";
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;

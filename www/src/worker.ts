@@ -1,10 +1,11 @@
 // Runs the core for the page: with local_bridge.ts the only file that starts the WebAssembly
 // module. Each command of the page has one handler.
 
-import init, { WebRun, offer } from "../pkg/slamlab_web.js";
+import init, { WebRun, WebSavedMap, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
+import type { MethodName } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
@@ -21,6 +22,14 @@ const MOST_STEPS = 400;
 const player = new Player();
 let reading: LogReading | null = null;
 let conversation: Conversation | null = null;
+/** The map that runs by scan matching go on in. */
+let savedMap: WebSavedMap | null = null;
+
+/** A run of this method, in the saved map if it can go on in one. */
+function goingOn(run: WebRun, method: MethodName): WebRun {
+  if (savedMap && method === "scan-matching") run.go_on_in(savedMap);
+  return run;
+}
 
 function stopReading(): void {
   reading?.free();
@@ -63,8 +72,8 @@ const handlers: Handlers<Command> = {
   start: ({ setup, play }) => {
     if (reading) stopReading();
     given(setup.worldJson === null ? "" : setup.world, () => {
-      const run = WebRun.simulate(setup);
       const { world: title, method, sensor, seed } = setup;
+      const run = goingOn(WebRun.simulate(setup), method);
       begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
     });
   },
@@ -77,7 +86,7 @@ const handlers: Handlers<Command> = {
         const run = log.readOn(SLICE_MILLIS);
         if (!run) return true;
         reading = null;
-        begin(new Run(run, { kind: "replay", title: name, method: setup.method }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
+        begin(new Run(goingOn(run, setup.method), { kind: "replay", title: name, method: setup.method }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
       } catch (error) {
         stopReading();
         fail(error, name);
@@ -119,8 +128,14 @@ const handlers: Handlers<Command> = {
     else player.run?.setTwin(on);
     player.changed();
   },
-  connect: ({ url, ...setup }) => converse({ ...setup, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
-  cable: ({ wire, ...setup }) => converse({ ...setup, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
+  connect: ({ url, ...setup }) => converse({ ...setup, goingOn, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
+  cable: ({ wire, ...setup }) => converse({ ...setup, goingOn, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
+  "go-on": ({ name, bytes }) => given(name, () => {
+    const next = bytes && new WebSavedMap(new Uint8Array(bytes));
+    savedMap?.free();
+    savedMap = next;
+    post({ kind: "going-on", name: next ? name : "" });
+  }),
   unplug: () => {
     if (conversation?.link instanceof CableLink) disconnect();
   },

@@ -55,7 +55,7 @@ kinds! {
     Setting: slamlab_core::settings::SettingError;
     File: slamlab_core::format::building::BuildingError, slamlab_core::format::building::BuildingFileError, slamlab_core::format::calibration::CalibrationFileError,
         slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
-        slamlab_core::replay::LogError;
+        slamlab_core::estimation::RestoreError, slamlab_core::format::slamlab::SlamlabError, slamlab_core::replay::LogError;
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
         crate::contest::AskError, crate::run::RunError;
     Save: crate::export::ExportError, slamlab_core::format::floor_plan::FloorPlanError,

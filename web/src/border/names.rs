@@ -121,7 +121,7 @@ names! {
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Plan = "plan", Rooms = "rooms",
-        Tum = "tum", Carmen = "carmen",
+        Tum = "tum", Carmen = "carmen", Slamlab = "slamlab",
     }
 }
 

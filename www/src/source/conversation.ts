@@ -5,7 +5,7 @@ import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
 import type { LiveSetup } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
-import type { SettingValues } from "../protocol/module.js";
+import type { MethodName, SettingValues } from "../protocol/module.js";
 import type { Link, LinkEvents } from "./link.js";
 import type { Player } from "./player.js";
 import { Run } from "./run.js";
@@ -13,6 +13,8 @@ import { Run } from "./run.js";
 export interface ConversationSetup extends LiveSetup {
   title: string;
   token: string;
+  /** A run of this method, in the saved map if there is one. */
+  goingOn: (run: WebRun, method: MethodName) => WebRun;
 }
 
 /** Makes the link for a module. */
@@ -25,10 +27,10 @@ export class Conversation {
   #shown: { run: Run; begun: number } | null = null;
   #twin: boolean;
 
-  constructor(private readonly player: Player, { title, token, method, priorMap, cycle, settings, twin }: ConversationSetup, wire: Wire) {
+  constructor(private readonly player: Player, { title, token, method, priorMap, cycle, settings, twin, goingOn }: ConversationSetup, wire: Wire) {
     this.#twin = twin;
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings }));
+    const module = (this.#module = goingOn(WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings }), method));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.
