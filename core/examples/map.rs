@@ -16,6 +16,7 @@
 )]
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
@@ -99,8 +100,18 @@ fn ends(text: &str) -> Result<Ends> {
     }
 }
 
-fn main() -> Result<()> {
-    let figures = match Arguments::parse().task {
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("map: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> Result<()> {
+    let figures = match task {
         Task::Info { map } => {
             let (experiment, matcher) = open(&map)?;
             json!({
