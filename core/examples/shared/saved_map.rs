@@ -64,7 +64,8 @@ impl SavedMapOptions {
         }
     }
 
-    /// The file to be written of a run in `of`, a log or a world, with the settings that were not the defaults.
+    /// The file to be written of a run in `of`, a log or a world, with the settings that were not
+    /// the defaults.
     pub(crate) fn file(
         &self,
         of: &Path,
