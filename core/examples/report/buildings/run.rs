@@ -84,7 +84,7 @@ impl Run {
         let begin = cpu_seconds();
         let log = match log_file::read(&path)? {
             Log::Carmen(log) => Log::Carmen(damage.apply(log)),
-            Log::Recording(_) => bail!("{} is no CARMEN log", path.display()),
+            _ => bail!("{} is no CARMEN log", path.display()),
         };
         let (scans, seconds) = (log.scans(), log.duration());
         let settings = log.settings();
