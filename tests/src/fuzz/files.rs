@@ -165,7 +165,9 @@ fn carmen_run(input: &[u8]) -> Result<u64, String> {
 fn rover_log_run(input: &[u8]) -> Result<u64, String> {
     let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
         let mut reader = rover_log::RoverLogReader::default();
-        pieces.try_for_each(|piece| reader.push(piece))?;
+        for piece in pieces {
+            reader.push(piece)?;
+        }
         reader.finish()
     };
     let scans = |log: &rover_log::RoverLog| {
@@ -178,7 +180,9 @@ fn rover_log_run(input: &[u8]) -> Result<u64, String> {
 fn ranger_log_run(input: &[u8]) -> Result<u64, String> {
     let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
         let mut reader = ranger_log::RangerLogReader::default();
-        pieces.try_for_each(|piece| reader.push(piece))?;
+        for piece in pieces {
+            reader.push(piece)?;
+        }
         reader.finish()
     };
     let scans = |log: &ranger_log::RangerLog| {
@@ -211,7 +215,9 @@ fn text_log<T: std::fmt::Debug>(
 fn log_run(input: &[u8]) -> Result<u64, String> {
     let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
         let mut reader = LogReader::default();
-        pieces.try_for_each(|piece| reader.push(piece))?;
+        for piece in pieces {
+            reader.push(piece)?;
+        }
         reader.finish().map(|log| {
             let kind: String = format!("{log:?}").chars().take(12).collect();
             (kind, log.scans(), log.has_odometry())

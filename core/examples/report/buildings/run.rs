@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use slamlab_core::estimation::{RelationErrors, StampedMotion, relation_errors, revisits};
+use slamlab_core::estimation::{
+    MapQuality, RelationErrors, ScanMatcher, StampedMotion, relation_errors, revisits,
+};
 use slamlab_core::format::{relations, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, Replay};
@@ -75,6 +77,8 @@ pub(super) struct Run {
     pub(super) scan_ms_p99: f64,
     /// Of the process until now, MB.
     pub(super) peak_memory_mb: Option<f64>,
+    /// What the map is said to be worth, by itself.
+    pub(super) quality: MapQuality,
 }
 
 impl Run {
@@ -107,9 +111,12 @@ impl Run {
                 path.display()
             );
         }
+        let view = replay.session().slam().view();
+        let quality = view.map.map(ScanMatcher::quality);
         Ok(Self {
+            quality: quality.context("scan matching keeps no map")?,
             scans,
-            closures: replay.session().slam().view().loop_closures,
+            closures: view.loop_closures,
             errors,
             long,
             motions,
