@@ -17,6 +17,8 @@ use crate::log_file;
 use crate::peak_memory::peak_memory_mb;
 use crate::statistics::quantile;
 
+/// Of the map of a whole log a pose is taken each so many metres, as a reference at its revisits.
+const THINNED: f64 = 0.5;
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
 
@@ -125,6 +127,21 @@ impl Run {
             scan_ms_p99: quantile(&scan_ms, 0.99),
             peak_memory_mb,
         })
+    }
+
+    /// The part of the places seen again, in the map of the whole log, that are off by more than
+    /// half a metre in this one. Relations are few and lie where their authors looked; this is
+    /// everywhere.
+    pub(super) fn wrong_part_of_revisits(&self, whole: &Self) -> f64 {
+        let mut thinned: Vec<(f64, Pose2)> = vec![];
+        for (seconds, pose) in &whole.trajectory {
+            let is_on =
+                |(_, last): &(f64, Pose2)| (pose.position() - last.position()).norm() >= THINNED;
+            if thinned.last().is_none_or(is_on) {
+                thinned.push((*seconds, *pose));
+            }
+        }
+        relation_errors(revisits(&thinned), &self.trajectory).wrong_part
     }
 
     /// Errors over those motions only whose scans another run has, too: what is left of a log may

@@ -4,6 +4,8 @@
 //!    the whole log's map over the same motions, by a part that noise does not explain:
 //!    [`TORN_PART`]. A whole log is held against none wrong at all. References of key frames are
 //!    themselves good to some centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
+//!    Or where that part of the places seen again is off by as much, as the whole log's map has
+//!    them, which is known to be good: relations do not lie everywhere.
 //! 2. Every map that is really torn has to be called so, and of the others less than
 //!    [`MOST_FALSE`]. `doubtful` does not count as torn.
 
@@ -29,6 +31,8 @@ pub(super) struct Judged {
     /// Parts of wrong motions: of this map, and of the whole log's over the same.
     wrong: f64,
     wrong_of_whole: f64,
+    /// Part of wrong places seen again, as the whole log's map has them.
+    wrong_again: Option<f64>,
     is_torn: bool,
 }
 
@@ -41,6 +45,8 @@ impl Judged {
             Kind::Relations => TORN_PART,
             Kind::Keyframes => TORN_PART_OF_KEYFRAMES,
         };
+        let wrong_again = whole.map(|whole| run.wrong_part_of_revisits(whole));
+        let is_torn = wrong - wrong_of_whole > most || wrong_again.is_some_and(|part| part > most);
         Self {
             name,
             verdict: run.quality.verdict,
@@ -48,7 +54,8 @@ impl Judged {
             agreement: run.quality.agreement,
             wrong,
             wrong_of_whole,
-            is_torn: wrong - wrong_of_whole > most,
+            wrong_again,
+            is_torn,
         }
     }
 
@@ -69,6 +76,7 @@ impl Judged {
             "agreement": self.agreement,
             "wrong_part": self.wrong,
             "wrong_part_of_whole": self.wrong_of_whole,
+            "wrong_part_of_places_seen_again": self.wrong_again,
             "is_torn": self.is_torn,
             "is_right": self.is_right(),
         })
@@ -81,15 +89,18 @@ impl Judged {
         let right = if self.is_right() { "yes" } else { "no" };
         let (said, tears) = (self.verdict.name(), self.tears);
         let (wrong, of_whole) = (part(self.wrong), part(self.wrong_of_whole));
+        let again = self.wrong_again.map_or("–".into(), part);
         let name = &self.name;
-        format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {right} |")
+        format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {again} | {right} |")
     }
 }
 
 /// Adds what was said of all maps, and what of that is wrong.
 pub(super) fn report(judged: &[Judged], outcome: &mut Outcome) {
-    eprintln!("\n| row | said (places) | is | wrong | of the whole log | right |");
-    eprintln!("| --- | --- | --- | --- | --- | --- |");
+    eprintln!(
+        "\n| row | said (places) | is | wrong | of the whole log | places seen again | right |"
+    );
+    eprintln!("| --- | --- | --- | --- | --- | --- | --- |");
     for judged in judged {
         eprintln!("{}", judged.row());
     }
