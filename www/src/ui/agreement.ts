@@ -22,8 +22,8 @@ export class SlamAgreement extends SlamCharts {
     return this.#history;
   }
 
-  override render(): TemplateResult | typeof nothing {
-    return this.store.quality ? html`${super.render()}` : nothing;
+  override render(): TemplateResult {
+    return this.store.quality ? super.render() : html`${nothing}`;
   }
 
   override updated(): void {
