@@ -7,6 +7,8 @@ import { type Curve, SlamCharts } from "./charts.js";
 
 /** Behind the time. */
 const AGREEMENT = 1;
+/** Seconds between two stretches that are more than the time between two scans. */
+const PAUSE = 10;
 
 export class SlamAgreement extends SlamCharts {
   protected override readonly topics = ["theme", "run", "quality"] as const;
@@ -31,9 +33,13 @@ export class SlamAgreement extends SlamCharts {
     if (quality !== this.#shown) {
       this.#shown = quality;
       this.#history.clear();
+      let last = NaN;
       for (const { seen: [from, to], agreement } of quality?.overTime ?? []) {
         const percent = agreement === null ? NaN : 100 * agreement;
-        this.#history.append(Float64Array.of((from + to) / 2, percent));
+        // Over a pause there is nothing to draw a line through.
+        if (from - last > PAUSE) this.#history.append(Float64Array.of((last + from) / 2, NaN));
+        this.#history.append(Float64Array.of(from, percent, to, percent));
+        last = to;
       }
     }
     super.updated();

@@ -1,7 +1,7 @@
 // A place where the map is torn that was chosen on the map: why, by how much, and when its two sides
 // were seen.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, html, nothing, svg, type TemplateResult } from "lit";
 import type { Tear, TearName } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
@@ -51,7 +51,7 @@ export class SlamTorn extends SlamElement {
     const measured = off === null ? null : length(off);
     const how = kind === "doubled" ? "Walls apart by" : "Known to";
     return html`<section aria-live="polite" aria-label="Torn place" data-testid="torn">
-      <header><svg viewBox="0 0 20 20" aria-hidden="true" fill="none" stroke="var(--map-torn)" stroke-width="2"><circle cx="10" cy="10" r="8" stroke-dasharray=${kind === "unproven" ? "3 3" : "none"}/>${kind === "unproven" ? nothing : html`<svg><path d="M7 7l6 6M13 7l-6 6" stroke="var(--map-torn)" stroke-width="2"/></svg>`}</svg>
+      <header><svg viewBox="0 0 20 20" aria-hidden="true" fill="none" stroke-width="2"><circle cx="10" cy="10" r="8" stroke="var(--map-torn)" stroke-dasharray=${kind === "unproven" ? "3 3" : "none"}/>${kind === "unproven" ? nothing : svg`<path d="M7 7l6 6M13 7l-6 6" stroke="var(--map-torn)"/>`}</svg>
         <b data-testid="torn-why">${TITLES[kind]}</b>
         <button class="icon" aria-label="Close" @click=${() => this.store.set("torn", { torn: null })}>${icons.close}</button></header>
       <p>${MEANS[kind]}</p>

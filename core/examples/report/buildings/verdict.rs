@@ -10,7 +10,7 @@
 //!    [`MOST_FALSE`]. `doubtful` does not count as torn.
 
 use serde_json::{Value, json};
-use slamlab_core::estimation::MapVerdict;
+use slamlab_core::estimation::{MapVerdict, Tear};
 
 use super::run::{Kind, Run};
 use crate::Outcome;
@@ -26,7 +26,7 @@ pub(super) struct Judged {
     name: String,
     /// What the map is said to be.
     verdict: MapVerdict,
-    tears: usize,
+    tears: Vec<Tear>,
     agreement: Option<f64>,
     /// Parts of wrong motions: of this map, and of the whole log's over the same.
     wrong: f64,
@@ -50,7 +50,7 @@ impl Judged {
         Self {
             name,
             verdict: run.quality.verdict,
-            tears: run.quality.tears.len(),
+            tears: run.quality.tears.clone(),
             agreement: run.quality.agreement,
             wrong,
             wrong_of_whole,
@@ -69,10 +69,14 @@ impl Judged {
 
     /// For the table of the report.
     fn json(&self) -> Value {
+        let place = |tear: &Tear| {
+            let kind = tear.kind.name();
+            json!({ "kind": kind, "off_m": tear.off, "x_m": tear.place.x, "y_m": tear.place.y })
+        };
         json!({
             "row": self.name,
             "said": self.verdict.name(),
-            "tears": self.tears,
+            "tears": self.tears.iter().map(place).collect::<Vec<_>>(),
             "agreement": self.agreement,
             "wrong_part": self.wrong,
             "wrong_part_of_whole": self.wrong_of_whole,
@@ -87,7 +91,7 @@ impl Judged {
         let part = |part: f64| format!("{:.2} %", 100.0 * part);
         let is = if self.is_torn { "torn" } else { "whole" };
         let right = if self.is_right() { "yes" } else { "no" };
-        let (said, tears) = (self.verdict.name(), self.tears);
+        let (said, tears) = (self.verdict.name(), self.tears.len());
         let (wrong, of_whole) = (part(self.wrong), part(self.wrong_of_whole));
         let again = self.wrong_again.map_or("–".into(), part);
         let name = &self.name;
