@@ -129,10 +129,9 @@ impl Run {
         })
     }
 
-    /// The part of the places seen again, in the map of the whole log, that are off by more than
-    /// half a metre in this one. Relations are few and lie where their authors looked; this is
-    /// everywhere.
-    pub(super) fn wrong_part_of_revisits(&self, whole: &Self) -> f64 {
+    /// How far the places seen again, in the map of the whole log, are off in this one, m.
+    /// Relations are few and lie where their authors looked; this is everywhere.
+    pub(super) fn errors_at_revisits(&self, whole: &Self) -> Vec<f64> {
         let mut thinned: Vec<(f64, Pose2)> = vec![];
         for (seconds, pose) in &whole.trajectory {
             let is_on =
@@ -141,7 +140,11 @@ impl Run {
                 thinned.push((*seconds, *pose));
             }
         }
-        relation_errors(revisits(&thinned), &self.trajectory).wrong_part
+        let error = |motion: StampedMotion| {
+            let errors = relation_errors([motion], &self.trajectory);
+            (errors.count > 0).then_some(errors.trans_abs_mean)
+        };
+        revisits(&thinned).into_iter().filter_map(error).collect()
     }
 
     /// Errors over those motions only whose scans another run has, too: what is left of a log may

@@ -4,8 +4,9 @@
 //!    the whole log's map over the same motions, by a part that noise does not explain:
 //!    [`TORN_PART`]. A whole log is held against none wrong at all. References of key frames are
 //!    themselves good to some centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
-//!    Or where that part of the places seen again is off by as much, as the whole log's map has
-//!    them, which is known to be good: relations do not lie everywhere.
+//!    Or where that part of the places seen again, as the whole log's map has them, is off by more
+//!    than a good map may be ([`TORN_BEYOND`]): relations do not lie everywhere, and the whole
+//!    log's map is known to be good.
 //! 2. Every map that is really torn has to be called so, and of the others less than
 //!    [`MOST_FALSE`]. `doubtful` does not count as torn.
 
@@ -18,6 +19,8 @@ use crate::Outcome;
 /// The part of wrong motions, beyond those of the whole log, of a map that is really torn.
 const TORN_PART: f64 = 0.005;
 const TORN_PART_OF_KEYFRAMES: f64 = 0.02;
+/// A good map is off by less than this everywhere, m: that of `estimation::map_quality`.
+const TORN_BEYOND: f64 = 0.3;
 /// The most maps that are called torn and are not, as a part of those that are not.
 const MOST_FALSE: f64 = 0.05;
 
@@ -31,8 +34,9 @@ pub(super) struct Judged {
     /// Parts of wrong motions: of this map, and of the whole log's over the same.
     wrong: f64,
     wrong_of_whole: f64,
-    /// Part of wrong places seen again, as the whole log's map has them.
-    wrong_again: Option<f64>,
+    /// Of the places seen again, as the whole log's map has them, the part that is off by more than
+    /// [`TORN_BEYOND`], and by how much at most, m.
+    off_again: Option<[f64; 2]>,
     is_torn: bool,
 }
 
@@ -45,8 +49,14 @@ impl Judged {
             Kind::Relations => TORN_PART,
             Kind::Keyframes => TORN_PART_OF_KEYFRAMES,
         };
-        let wrong_again = whole.map(|whole| run.wrong_part_of_revisits(whole));
-        let is_torn = wrong - wrong_of_whole > most || wrong_again.is_some_and(|part| part > most);
+        let off_again = whole.map(|whole| {
+            let errors = run.errors_at_revisits(whole);
+            let off = errors.iter().filter(|error| **error > TORN_BEYOND).count();
+            let most = errors.iter().copied().fold(0.0, f64::max);
+            [off as f64 / errors.len().max(1) as f64, most]
+        });
+        let is_torn =
+            wrong - wrong_of_whole > most || off_again.is_some_and(|[part, _]| part > most);
         Self {
             name,
             verdict: run.quality.verdict,
@@ -54,7 +64,7 @@ impl Judged {
             agreement: run.quality.agreement,
             wrong,
             wrong_of_whole,
-            wrong_again,
+            off_again,
             is_torn,
         }
     }
@@ -80,7 +90,7 @@ impl Judged {
             "agreement": self.agreement,
             "wrong_part": self.wrong,
             "wrong_part_of_whole": self.wrong_of_whole,
-            "wrong_part_of_places_seen_again": self.wrong_again,
+            "places_seen_again": self.off_again.map(|[part, m]| json!({ "off_part": part, "most_m": m })),
             "is_torn": self.is_torn,
             "is_right": self.is_right(),
         })
@@ -93,7 +103,9 @@ impl Judged {
         let right = if self.is_right() { "yes" } else { "no" };
         let (said, tears) = (self.verdict.name(), self.tears.len());
         let (wrong, of_whole) = (part(self.wrong), part(self.wrong_of_whole));
-        let again = self.wrong_again.map_or("–".into(), part);
+        let again = self.off_again.map_or("–".into(), |[off, most]| {
+            format!("{}, {most:.2} m", part(off))
+        });
         let name = &self.name;
         format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {again} | {right} |")
     }
