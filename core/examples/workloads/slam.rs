@@ -50,7 +50,8 @@ pub(crate) fn run(inputs: &Inputs) -> Result<()> {
         let (rmse, most) = errors(&truth, poses).context("no scans")?;
         let closures = replay.session().slam().view().loop_closures;
         let extra = format!(
-            "ms per scan; total_ms={ms:.0} ate_rmse_m={rmse:.4} max_m={most:.3} loops={closures} scans={}",
+            "ms per scan; total_ms={ms:.0} ate_rmse_m={rmse:.4} max_m={most:.3} \
+             loops={closures} scans={}",
             truth.len()
         );
         let peer = format!("slamlab-scan-matching({name})");

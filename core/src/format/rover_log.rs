@@ -2,8 +2,8 @@
 //!
 //! In: bytes, in chunks of any size. Out: a [`RoverLog`].
 //!
-//! A line is `left right t_ms d0 … d359`, whole numbers apart by blanks: the encoders' counts, the
-//! milliseconds, and the range in each degree, mm, 0 where nothing was measured. All three counters
+//! A line is `left right t_ms d0 … d359`, whole numbers apart by blanks: the encoders' counts,
+//! the milliseconds, and the range in each degree, mm, 0 where nothing was measured. All three counters
 //! have 16 bits and begin anew: what counts is their difference modulo 65 536, of the encoders the
 //! one nearest to 0, of the time the one ahead. So a pause of more than a minute cannot be told.
 //!

@@ -28,6 +28,8 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// Bytes that are unpacked at once: what comes of them is at most a thousand times as much.
 const PIECE: usize = 1 << 12;
 
+/// What some programs put before a text to say that it is UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// What a log is shows within so many bytes; with more comments at its head it is CARMEN's.
 const MOST_UNDECIDED: usize = 1 << 16;
 
@@ -196,7 +198,7 @@ impl PlainReader {
             Kind::Rover => Self::Rover(RoverLogReader::default()),
             Kind::Rangers => Self::Rangers(RangerLogReader::default()),
         };
-        self.push(&begun)
+        self.push(without_mark(&begun))
     }
 
     fn finish(mut self) -> Result<Log, LogError> {
@@ -218,6 +220,10 @@ impl PlainReader {
             Self::Undecided(_) => Err(CarmenError::Empty.into()),
         }
     }
+}
+
+fn without_mark(begun: &[u8]) -> &[u8] {
+    begun.strip_prefix(BYTE_ORDER_MARK).unwrap_or(begun)
 }
 
 /// What a file that is not packed, or no more, is by its first bytes.
@@ -247,7 +253,7 @@ impl Kind {
             Some(head) => (head, true),
             None => (begun, end),
         };
-        let mut lines = head.split_inclusive(|b| *b == b'\n');
+        let mut lines = without_mark(head).split_inclusive(|b| *b == b'\n');
         let Some(first) = lines.find(|line| !is_empty_or_comment(line)) else {
             return end.then_some(Self::Carmen);
         };

@@ -79,6 +79,7 @@ impl Judged {
 
     /// For the table of the report.
     fn json(&self) -> Value {
+        let again = |[part, m]: [f64; 2]| json!({ "off_part": part, "most_m": m });
         let place = |tear: &Tear| {
             let kind = tear.kind.name();
             json!({ "kind": kind, "off_m": tear.off, "x_m": tear.place.x, "y_m": tear.place.y })
@@ -90,7 +91,7 @@ impl Judged {
             "agreement": self.agreement,
             "wrong_part": self.wrong,
             "wrong_part_of_whole": self.wrong_of_whole,
-            "places_seen_again": self.off_again.map(|[part, m]| json!({ "off_part": part, "most_m": m })),
+            "places_seen_again": self.off_again.map(again),
             "is_torn": self.is_torn,
             "is_right": self.is_right(),
         })

@@ -118,8 +118,11 @@ fn four_rangers_are_mapped_by_their_odometry() {
             6.0 - x
         )
     };
-    let log = read(&(head + &(0..=100).map(row).collect::<String>()));
+    let text = head + &(0..=100).map(row).collect::<String>();
+    let log = read(&text);
     assert!(matches!(log, Log::Rangers(_)) && log.scans() == 101);
+    // As spreadsheets write it.
+    assert_eq!(read(&format!("\u{feff}{text}")).scans(), 101);
     let replay = replayed(log.clone(), &log.settings());
     let pose = replay.session().estimate().pose;
     assert!(
