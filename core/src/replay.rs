@@ -1,13 +1,15 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-//! In: a [`Log`]: a CARMEN log, or a recording of the bridge. Out: scan by scan, the pose, the
-//! trajectory and the map.
+//! In: a [`Log`]: of CARMEN, of the bridge, of a rover or of four rangers. Out: scan by scan, the
+//! pose, the trajectory and the map.
 //!
 //! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans,
 //!    with the noise of a Pioneer.
 //! 2. A recording holds what the bridge heard. It goes through the timeline that a live robot goes
 //!    through ([`crate::wire::timeline`]), so that a recorded drive is mapped as it would have been
 //!    live.
+//! 3. A rover's log holds counts of encoders. What one is worth, and how far apart the tracks are,
+//!    are settings ([`crate::settings::LogSettings`]); so is whether odometry is used at all.
 
 mod feed;
 mod log;
@@ -22,7 +24,7 @@ use crate::hash::StateHash;
 use crate::points::{Growth, estimate_sigma};
 use crate::robot::{OdometryCalibration, Scan, Stamp};
 use crate::session::{Session, SessionConfig};
-use crate::settings::Settings;
+use crate::settings::{LogSettings, Settings};
 use crate::slam::{EarlierMap, Method, SlamError};
 use feed::{Feed, Step};
 
@@ -39,9 +41,9 @@ pub enum ReplayError {
     /// A setting of the estimation.
     #[error(transparent)]
     Slam(#[from] SlamError),
-    /// A sensor that was carried is not found in a prior map.
+    /// Without odometry nothing is found in a prior map.
     #[error(
-        "no robot is in this recording: without odometry nothing can be found in a prior map; choose scan-matching"
+        "this recording has no odometry, or it is not to be used: without it nothing can be found in a prior map; choose scan-matching"
     )]
     NoOdometry,
 }
@@ -51,6 +53,8 @@ pub enum ReplayError {
 pub struct Replay {
     log: Log,
     feed: Feed,
+    /// As the replay began.
+    figures: LogSettings,
     first: Option<Stamp>,
     /// Stamp and log's odometry of the scan taken last.
     last: Option<(Stamp, Pose2)>,
@@ -85,22 +89,32 @@ impl Replay {
     ) -> Result<Self, ReplayError> {
         let log = log.into();
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
-        if !log.has_odometry() {
+        let uses_odometry = settings.log.uses_odometry && log.has_odometry();
+        if !uses_odometry {
             if method.needs_prior_map() {
                 return Err(ReplayError::NoOdometry);
             }
-            notes.push("No robot is in this recording: it is mapped by scan matching".into());
+            let why = match log.has_odometry() {
+                true => "The recording's odometry is not used",
+                false => "No robot is in this recording",
+            };
+            notes.push(format!("{why}: it is mapped by scan matching"));
         }
-        let method = log.method(method);
+        let method = match uses_odometry {
+            true => method,
+            false => Method::ScanMatching,
+        };
+        let robot = log.robot(&settings.log);
         let saved = settings.slam.saved_map.as_ref();
         let earlier = saved.map_or(vec![], |saved| saved.map.times.clone());
         let session = Session::new(SessionConfig {
             method,
             is_driven: false,
-            ..SessionConfig::of(settings, log.robot(), log.scans_on_command())
+            ..SessionConfig::of(settings, robot, log.scans_on_command())
         })?;
         Ok(Self {
-            feed: Feed::of(&log),
+            feed: Feed::of(&log, &settings.log),
+            figures: settings.log,
             log,
             first: None,
             last: None,
@@ -161,7 +175,7 @@ impl Replay {
     }
 
     /// Messages of a recording taken so far, those that came with the last scan included; scans of
-    /// a CARMEN log.
+    /// other logs.
     #[must_use]
     pub fn messages_done(&self) -> usize {
         self.feed.position()
@@ -200,7 +214,7 @@ impl Replay {
     /// Stretches of scans during which the odometry stood still, three scans or more.
     #[must_use]
     pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
-        let mut feed = Feed::of(&self.log);
+        let mut feed = Feed::of(&self.log, &self.figures);
         let (mut stretches, mut stretch) = (vec![], vec![]);
         let mut last: Option<Pose2> = None;
         while let Some(step) = feed.next(&self.log, self.session.robot()) {
@@ -238,8 +252,8 @@ impl Replay {
     }
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
-    /// `ipc_timestamp` of a CARMEN log, the robot's clock in a recording. Those of earlier runs in
-    /// the same map come first.
+    /// `ipc_timestamp` of a CARMEN log, `t_s` of one of rangers, the time since its begin of a
+    /// rover's, the robot's clock in a recording. Those of earlier runs in the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let poses = self.session.slam().whole_trajectory();
@@ -302,13 +316,13 @@ impl Replay {
     /// log.
     #[must_use]
     pub fn carmen_log(&self) -> CarmenLog {
-        let recording = match &self.log {
+        let others = match &self.log {
             Log::Carmen(log) => return log.clone(),
-            recording @ Log::Recording(_) => recording,
+            others => others,
         };
-        let mut feed = Feed::of(recording);
+        let mut feed = Feed::of(others, &self.figures);
         let mut log = CarmenLog::empty();
-        while let Some(step) = feed.next(recording, self.session.robot()) {
+        while let Some(step) = feed.next(others, self.session.robot()) {
             log.push(step.seconds, &step.odom_from_robot, &step.scan);
         }
         log

@@ -26,6 +26,7 @@ pub use presets::{PRESETS, Preset};
 pub use setting::{Acts, Kind, Named, Needs, Setting, Source, Unit};
 pub use table::table;
 
+use crate::bounds::config;
 use crate::map::EvidenceConfig;
 use crate::pilot::PilotConfig;
 use crate::robot::{
@@ -48,6 +49,8 @@ pub struct Settings {
     pub wear: SimulatedWear,
     /// What is assumed of the errors of the odometry.
     pub odometry: OdometrySettings,
+    /// What a recorded log does not say of itself.
+    pub log: LogSettings,
     /// Estimation.
     pub slam: SlamConfig,
     /// Planning and driving.
@@ -148,6 +151,24 @@ impl OdometrySettings {
     }
 }
 
+config! {
+    /// What a recorded log does not say of itself. Encoders and wheels are those of rovers' logs
+    /// (`format::rover_log`), the reach is that of rangers' (`format::ranger_log`).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct LogSettings {
+        /// Whether the log's odometry is used; without it, the sensor might have been carried.
+        pub uses_odometry: bool = true,
+        /// Counts of an encoder in a revolution of its wheel. Larger: ways are shorter.
+        pub counts_per_revolution: f64 = 333.3,
+        /// Diameter of the wheels, m. Larger: ways are longer.
+        pub wheel_diameter: f64 = 0.0582,
+        /// From the left wheels to the right ones, m. Larger: turns are smaller.
+        pub track_width: f64 = 0.190,
+        /// Readings of rangers from here on, m, say that nothing came back from nearer.
+        pub ranger_reach: f64 = 2.0,
+    }
+}
+
 /// Why a setting cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -180,6 +201,7 @@ impl Settings {
             body: SimulatedBody::default(),
             wear: SimulatedWear::default(),
             odometry: OdometrySettings::of(robot),
+            log: LogSettings::default(),
             slam,
             pilot,
         }

@@ -76,6 +76,19 @@ export function record(scans: number, { walls, start: [x, y], legs, reach }: Bui
   return { text: `${lines.join('\n')}\n`, end: relative(start, truth), wheelsEnd: relative(start, wheels) };
 }
 
+/** Two buildings in one log, as of a robot that was carried from one to the other with its recorder
+    running: what was seen in the second cannot stand in the map of the first. */
+export function carried(): string {
+  const [first, second] = [record(600), record(400, RING)].map(({ text }) => text.split('\n').filter((line) => line.startsWith('FLASER')));
+  const later = (line: string): string => {
+    const fields = line.split(' ');
+    const stamp = fields.length - 3;
+    fields[stamp] = (Number(fields[stamp]) + 200).toFixed(6);
+    return fields.join(' ');
+  };
+  return `${[...first!, ...second!.map(later)].join('\n')}\n`;
+}
+
 /** Motions along a rectangle: straight legs, quarter turns. */
 function* laps(legs: readonly number[]): Generator<[number, number], never> {
   for (;;) {

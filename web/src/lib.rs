@@ -45,7 +45,7 @@ pub use inspection::{Candidate, Inspection, LearnedOdometry, Sighting};
 pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
 pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
-pub use quality::{Quality, Tear};
+pub use quality::{Quality, Stretch, Tear, WebJudgement};
 pub use recording::{ReplaySetup, WebLogReader};
 pub use rooms::{Doorway, Region, Rooms};
 pub use run::{Notice, RunError, SourceKind, WebRun};

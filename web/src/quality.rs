@@ -1,7 +1,7 @@
 //! What the map is worth, for the page: whether it is torn, and where.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{self, MapQuality, ScanMatcher};
+use slamlab_core::estimation::{self, MapJudgement, MapQuality, ScanMatcher};
 use slamlab_core::robot::Stamp;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -11,14 +11,27 @@ use crate::run::WebRun;
 
 /// What a map is worth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Quality {
     /// In a word.
     pub verdict: MapVerdictName,
     /// Of what was seen twice, the part that agrees, 0 to 1.
     pub agreement: Option<f64>,
+    /// The same of each stretch of the way, in the order of time.
+    pub over_time: Vec<Stretch>,
     /// Where it is torn or doubtful, the worst first.
     pub tears: Vec<Tear>,
+}
+
+/// A stretch of the way, as long as a submap.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
+pub struct Stretch {
+    /// Seconds, from and to, in which it was seen.
+    pub seen: [f64; 2],
+    /// Of what the rest of the way says of its walls, the part that agrees, 0 to 1.
+    pub agreement: Option<f64>,
 }
 
 /// A place where a map is torn, or may be.
@@ -35,16 +48,47 @@ pub struct Tear {
     pub earlier: [f64; 2],
     /// The same of the other side.
     pub later: [f64; 2],
+    /// Pairs of submaps that bear witness.
+    pub witnesses: usize,
+}
+
+/// A map that is being judged, so that the page can do other things meanwhile.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebJudgement {
+    judgement: MapJudgement,
 }
 
 #[wasm_bindgen]
 impl WebRun {
-    /// What the map is worth; nothing of methods that keep no submaps. Takes up to a second.
+    /// Begins to judge the map as it is now; nothing of methods that keep no submaps.
+    #[must_use]
+    pub fn judge(&self) -> Option<WebJudgement> {
+        let judgement = self.slam().view().map.map(ScanMatcher::judgement);
+        judgement.map(|judgement| WebJudgement { judgement })
+    }
+}
+
+#[wasm_bindgen]
+impl WebJudgement {
+    /// Judges on, by one submap: some milliseconds. `false` when there is none left.
+    pub fn step(&mut self, run: &WebRun) -> bool {
+        let map = run.slam().view().map;
+        map.is_some_and(|map| map.judge_on(&mut self.judgement))
+    }
+
+    /// The part that is done, 0 to 1.
+    #[must_use]
+    pub fn progress(&self) -> f64 {
+        self.judgement.progress()
+    }
+
+    /// What the map is worth.
     ///
     /// # Errors    None that a page can cause.
-    pub fn quality(&self) -> Result<Option<Ts<Quality>>, WebError> {
-        let quality = self.slam().view().map.map(ScanMatcher::quality);
-        let quality = quality.as_ref().map(Quality::from);
+    pub fn quality(&self, run: &WebRun) -> Result<Option<Ts<Quality>>, WebError> {
+        let map = run.slam().view().map;
+        let quality = map.map(|map| Quality::from(&map.judged(&self.judgement)));
         quality.as_ref().map(typed).transpose()
     }
 }
@@ -54,20 +98,34 @@ impl From<&MapQuality> for Quality {
         Self {
             verdict: (&quality.verdict).into(),
             agreement: quality.agreement,
+            over_time: quality.stretches.iter().map(Into::into).collect(),
             tears: quality.tears.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+fn seconds(seen: [Stamp; 2]) -> [f64; 2] {
+    seen.map(Stamp::seconds)
+}
+
+impl From<&estimation::Stretch> for Stretch {
+    fn from(stretch: &estimation::Stretch) -> Self {
+        Self {
+            seen: seconds(stretch.seen),
+            agreement: stretch.agreement,
         }
     }
 }
 
 impl From<&estimation::Tear> for Tear {
     fn from(tear: &estimation::Tear) -> Self {
-        let seconds = |seen: [Stamp; 2]| seen.map(Stamp::seconds);
         Self {
             kind: (&tear.kind).into(),
             place: tear.place.into(),
             off: tear.off,
             earlier: seconds(tear.earlier),
             later: seconds(tear.later),
+            witnesses: tear.witnesses,
         }
     }
 }

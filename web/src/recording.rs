@@ -1,4 +1,4 @@
-//! Reads a log, of CARMEN or of the bridge, piece by piece, and begins the run that maps it.
+//! Reads a log of any kind, piece by piece, and begins the run that maps it.
 
 use std::iter::repeat;
 
@@ -75,7 +75,7 @@ impl WebLogReader {
         setup
             .settings
             .apply_to(&mut settings, settings::Source::Recording, method)?;
-        let calibration = settings.odometry.calibration(&log.robot());
+        let calibration = settings.odometry.calibration(&log.robot(&settings.log));
         if let Some(map) = &setup.prior_map {
             settings.slam.prior_map = map.into();
         }
@@ -134,6 +134,10 @@ impl WebRun {
                 let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
                 format!("{scans} scans of {beams} beams in {seconds:.0} s")
             }
+            Log::Rover(_) => {
+                format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
+            }
+            Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
             Log::Recording(recording) => {
                 let messages = recording.len();
                 format!("{scans} scans and {messages} messages in {seconds:.0} s")

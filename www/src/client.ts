@@ -388,7 +388,13 @@ export class Client {
     sigma: (sigma) => this.store.set("sigma", { sigma }),
     fit: (fit) => this.store.set("fit", { fit }),
     quality: ({ run, quality }) => {
-      if (run === this.#run) this.store.set("quality", { quality });
+      if (run !== this.#run) return;
+      this.store.set("quality", { quality, judging: null });
+      // The places are others now, or say something else.
+      if (this.store.torn) this.store.set("torn", { torn: null });
+    },
+    judging: ({ run, part }) => {
+      if (run === this.#run) this.store.set("quality", { judging: part });
     },
     preset: ({ name, settings }) => {
       this.usePreset({ name, settings });

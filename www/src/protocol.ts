@@ -146,6 +146,8 @@ export type Answer =
   | { kind: "sigma"; curve: SigmaCurve | null; error: string }
   /** The fit of a drive, or why there is none. */
   | { kind: "fit"; fit: DriveFit | null; error: string }
+  /** The part of the map that is judged, 0 to 1. */
+  | { kind: "judging"; run: number; part: number }
   /** What the map is worth; null where the method cannot tell. */
   | { kind: "quality"; run: number; quality: Quality | null }
   /** A preset that was opened. */

@@ -1,5 +1,5 @@
-//! Replays recorded logs (CARMEN, or MCAP of the bridge) and prints how well and how fast they were
-//! mapped.
+//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers') and prints how well
+//! and how fast they were mapped. `--set log.odometry=0` maps one without its wheels.
 //!
 //! One log by one method, as a JSON object:
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
@@ -54,7 +54,8 @@ use serde_json::Value;
 #[derive(Parser)]
 #[command(after_help = "Exit status: 0, 3 where a map is torn, 1 where something failed.")]
 struct Arguments {
-    /// CARMEN logs (.log, .clf), or recordings of the bridge (.mcap).
+    /// CARMEN logs (.log, .clf), recordings of the bridge (.mcap), logs of a rover with an RPLIDAR
+    /// (.log) or of four rangers (.csv); what they are shows in their first line.
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// One more of them; can be given several times.

@@ -12,12 +12,15 @@
 //! 4. Intel in how many times real time, and its slow scans: processor time, reading included. The
 //!    memory that Killian takes is the high-water mark of the process: it is run first, and nothing
 //!    beside it or before it but other reports, of which `all` has none before.
+//! 5. What each map is said to be worth, against the errors that were found: every torn one is
+//!    called so, and of the others less than 5 % ([`verdict`]).
 //!
-//! `--only ROW` measures one row, and what its limits refer to. Standard error has the rows as a
-//! table.
+//! `--only ROW` measures one row, and what its limits refer to. Standard error has the rows and the
+//! verdicts as tables.
 
 mod damage;
 mod run;
+mod verdict;
 
 use std::collections::BTreeMap;
 
@@ -26,6 +29,7 @@ use serde_json::{Value, json};
 
 use self::damage::Damage;
 use self::run::{Building, Kind, Run};
+use self::verdict::Judged;
 use super::{Args, Outcome, chosen};
 use crate::threads::each;
 
@@ -111,12 +115,15 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     }
     let mut outcome = Outcome::default();
     let mut table = vec![];
+    let mut judged = vec![];
     eprintln!("| row | measured | at most | met |\n| --- | --- | --- | --- |");
     for row in rows {
         let limits = row.limits(&found);
         table.push(row.judge(&found, limits, &mut outcome));
+        judged.extend(row.verdict(&found));
     }
     outcome.figure("rows", table);
+    verdict::report(&judged, &mut outcome);
     if let Some(Ok(run)) = found.get(&ALONE[0]) {
         let megabytes = run.peak_memory_mb.unwrap_or(f64::NAN);
         outcome.at_most("killian_peak_memory_mb", megabytes, MOST_MEMORY);
@@ -136,7 +143,9 @@ fn run_all(args: &Args, rows: &[&Row]) -> Found {
         Run::of(building, damage, &data).map_err(|error| format!("{error:#}"))
     };
     let is_needed = |case: &Case| {
-        let of = |row: &&Row| row.case == *case || row.reference() == Some(*case);
+        let of = |row: &&Row| {
+            row.case == *case || row.reference() == Some(*case) || row.whole_log() == *case
+        };
         rows.iter().any(of)
     };
     let needed = || ROWS.iter().map(|row| row.case).filter(is_needed);
@@ -167,6 +176,21 @@ impl Row {
             Limit::TimesWhole => Some((building, Damage::Whole)),
             Limit::AsWithoutOdometry => Some((building, Damage::WithoutOdometry)),
         }
+    }
+
+    /// The same log, undamaged.
+    fn whole_log(&self) -> Case {
+        (self.case.0, Damage::Whole)
+    }
+
+    /// What its map is said to be worth, and what it is.
+    fn verdict(&self, found: &Found) -> Option<Judged> {
+        let run = found.get(&self.case)?.as_ref().ok()?;
+        let whole = match self.whole_log() {
+            case if case == self.case => None,
+            case => Some(found.get(&case)?.as_ref().ok()?),
+        };
+        Some(Judged::of(self.name(), self.case.0.kind, run, whole))
     }
 
     /// What is required by what was found; NaN, which nothing meets, where the run that it refers

@@ -25,6 +25,7 @@ mod plan;
 mod rays;
 #[path = "../report/score.rs"]
 mod score;
+mod slam;
 mod split_and_merge;
 mod timing;
 
@@ -39,11 +40,12 @@ use inputs::Inputs;
 type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 
 /// All workloads, by name.
-const WORKLOADS: [Entry; 5] = [
+const WORKLOADS: [Entry; 6] = [
     ("ekf_step", ekf_step::run),
     ("grid", grid::run),
     ("plan", plan::run),
     ("rays", rays::run),
+    ("slam", slam::run),
     ("split_and_merge", split_and_merge::run),
 ];
 

@@ -23,7 +23,7 @@ mod tests;
 
 use nalgebra::Point2;
 
-use self::pairs::{agreement, pairs};
+use self::pairs::{Pair, Pairs, agreement};
 use self::tears::{Witness, gather};
 use super::submap::ClosedSubmap;
 use crate::geom::Pose2;
@@ -147,15 +147,49 @@ pub(super) struct Untied {
     pub(super) is_lost: bool,
 }
 
-impl MapQuality {
+/// A map that is being judged, submap by submap, as it was when that began.
+#[derive(Clone, Debug)]
+pub struct MapJudgement {
+    /// Where each submap lay, and when it was seen.
+    pub(super) places: Vec<(Pose2, [Stamp; 2])>,
+    pub(super) untied: Vec<Untied>,
+    pairs: Pairs,
+}
+
+impl MapJudgement {
     /// Of submaps in the order in which they were made; each shares scans with the next.
-    pub(super) fn of(
+    pub(super) fn new(places: Vec<(Pose2, [Stamp; 2])>, untied: Vec<Untied>) -> Self {
+        Self {
+            places,
+            untied,
+            pairs: Pairs::default(),
+        }
+    }
+
+    /// Asks the next submap; `false` when all have been.
+    pub(super) fn step(
+        &mut self,
         placed: &[Placed<'_>],
-        untied: &[Untied],
         surfels: &SurfelConfig,
         matching: &MatchConfig,
-    ) -> Self {
-        let pairs = pairs(placed, surfels, matching);
+    ) -> bool {
+        self.pairs.step(placed, surfels, matching)
+    }
+
+    /// The part that is done, 0 to 1.
+    #[must_use]
+    pub fn progress(&self) -> f64 {
+        self.pairs.done as f64 / self.places.len().max(1) as f64
+    }
+
+    /// What the submaps asked so far make of the map.
+    pub(super) fn quality(&self, placed: &[Placed<'_>]) -> MapQuality {
+        MapQuality::of(&self.pairs.found, placed, &self.untied)
+    }
+}
+
+impl MapQuality {
+    fn of(pairs: &[Pair], placed: &[Placed<'_>], untied: &[Untied]) -> Self {
         let of_one = |index: usize| {
             pairs
                 .iter()

@@ -34,7 +34,7 @@ pub use ekf_slam::{
     RobotState, SweepTiming, UpdateReport,
 };
 pub use line_localisation::LineLocaliser;
-pub use map_quality::{MapQuality, MapVerdict, Stretch, Tear, TearKind};
+pub use map_quality::{MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind};
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{

@@ -10,14 +10,19 @@ pub mod g2o;
 pub mod map_server;
 pub mod og_map;
 pub mod preset;
+pub mod ranger_log;
 pub mod relations;
 pub mod rooms;
+pub mod rover_log;
 mod rows;
 pub mod slamlab;
+mod text_log;
 pub mod tum;
 pub mod world;
 
 pub use field_error::FieldError;
+pub use text_log::TextLogError;
+pub(crate) use text_log::is_empty_or_comment;
 
 /// More cells than this are no map: a square kilometre in cells of 10 cm.
 const MOST_CELLS: usize = 100_000_000;

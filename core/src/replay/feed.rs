@@ -4,8 +4,11 @@ use std::collections::VecDeque;
 
 use super::log::Log;
 use crate::format::carmen::CarmenLog;
+use crate::format::ranger_log::RangerLog;
+use crate::format::rover_log::RoverLog;
 use crate::geom::Pose2;
-use crate::robot::{Odometry, RobotModel, Scan, Stamp, Tracks};
+use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
+use crate::settings::LogSettings;
 use crate::wire::recording::{Recorded, Recording, Said};
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 
@@ -26,10 +29,14 @@ pub(super) struct Step {
 /// How far a log was read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Feed {
-    /// Number of the next scan of a CARMEN log, of the next message of a recording.
+    /// Number of the next message of a recording, of the next scan of other logs.
     next: usize,
+    /// What the log does not say of itself.
+    figures: LogSettings,
     has_robot: bool,
     timeline: Timeline,
+    /// Counts of a rover's log.
+    tracks: Option<TrackOdometry>,
     readings: VecDeque<Reading>,
     odom_from_robot: Pose2,
     /// What a person should read; the caller empties it.
@@ -41,26 +48,27 @@ pub(super) struct Feed {
 const MOST_REPORTED: usize = 3;
 
 impl Feed {
-    pub(super) fn of(log: &Log) -> Self {
+    pub(super) fn of(log: &Log, figures: &LogSettings) -> Self {
         Self {
-            has_robot: log.has_odometry(),
+            figures: *figures,
+            has_robot: figures.uses_odometry && log.has_odometry(),
             ..Self::default()
         }
     }
 
     /// The next scan; `None` behind the last.
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
-        match log {
-            Log::Carmen(log) => {
-                let mut step = carmen_step(log, self.next, robot)?;
-                if !self.has_robot {
-                    step.odometry.clear();
-                }
-                self.next += 1;
-                Some(step)
-            }
-            Log::Recording(recording) => self.step(recording),
+        let mut step = match log {
+            Log::Recording(recording) => return self.step(recording),
+            Log::Carmen(log) => carmen_step(log, self.next, robot)?,
+            Log::Rover(log) => self.rover_step(log, robot)?,
+            Log::Rangers(log) => ranger_step(log, self.next, robot, self.figures.ranger_reach)?,
+        };
+        if !self.has_robot {
+            step.odometry.clear();
         }
+        self.next += 1;
+        Some(step)
     }
 
     /// Scans or messages read so far.
@@ -70,8 +78,8 @@ impl Feed {
 
     pub(super) fn progress(&self, log: &Log) -> f64 {
         let all = match log {
-            Log::Carmen(log) => log.scans.len(),
             Log::Recording(recording) => recording.len(),
+            others => others.scans(),
         };
         self.next as f64 / all.max(1) as f64
     }
@@ -94,6 +102,23 @@ fn carmen_step(log: &CarmenLog, index: usize, robot: &RobotModel) -> Option<Step
     })
 }
 
+fn ranger_step(log: &RangerLog, index: usize, robot: &RobotModel, reach: f64) -> Option<Step> {
+    let scan = log.scans.get(index)?;
+    let stamp = log.stamp(scan);
+    let last = index.checked_sub(1).and_then(|last| log.scans.get(last));
+    let odometry = last.map_or(Odometry::standing(stamp), |last| {
+        let motion = last.odom_from_robot.delta_to(&scan.odom_from_robot);
+        recorded_odometry(robot, log.stamp(last), stamp, motion)
+    });
+    Some(Step {
+        odometry: vec![odometry],
+        is_after_gap: false,
+        seconds: scan.seconds,
+        odom_from_robot: scan.odom_from_robot,
+        scan: log.scan(scan, reach),
+    })
+}
+
 /// A recorded motion with the covariance that the robot's model gives to the tracks that made it.
 fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) -> Odometry {
     let turn = 0.5 * motion.heading() * robot.track_width;
@@ -110,6 +135,20 @@ fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) 
 }
 
 impl Feed {
+    fn rover_step(&mut self, log: &RoverLog, robot: &RobotModel) -> Option<Step> {
+        let line = log.scans.get(self.next)?;
+        let tracks = self.tracks.get_or_insert_with(|| TrackOdometry::new(robot));
+        let odometry = tracks.update(line.stamp(), line.counts);
+        self.odom_from_robot = self.odom_from_robot * odometry.motion;
+        Some(Step {
+            odometry: vec![odometry],
+            is_after_gap: false,
+            seconds: line.seconds(),
+            odom_from_robot: self.odom_from_robot,
+            scan: log.scan(self.next)?,
+        })
+    }
+
     fn step(&mut self, recording: &Recording) -> Option<Step> {
         let mut odometry = vec![];
         let mut is_after_gap = false;

@@ -1,8 +1,12 @@
-//! A recorded log of either kind.
+//! A recorded log of any kind.
+
+use std::f64::consts::PI;
 
 use crate::format::carmen::CarmenLog;
+use crate::format::ranger_log::RangerLog;
+use crate::format::rover_log::RoverLog;
 use crate::robot::RobotModel;
-use crate::settings::Settings;
+use crate::settings::{LogSettings, Settings};
 use crate::slam::Method;
 use crate::wire::message::RobotFigures;
 use crate::wire::recording::{Damage, Recording};
@@ -14,6 +18,10 @@ pub enum Log {
     Carmen(CarmenLog),
     /// Of the bridge.
     Recording(Recording),
+    /// Of a rover with an RPLIDAR.
+    Rover(RoverLog),
+    /// Of a robot with four rangers.
+    Rangers(RangerLog),
 }
 
 impl From<CarmenLog> for Log {
@@ -28,6 +36,18 @@ impl From<Recording> for Log {
     }
 }
 
+impl From<RoverLog> for Log {
+    fn from(log: RoverLog) -> Self {
+        Self::Rover(log)
+    }
+}
+
+impl From<RangerLog> for Log {
+    fn from(log: RangerLog) -> Self {
+        Self::Rangers(log)
+    }
+}
+
 impl Log {
     /// Scans in it.
     #[must_use]
@@ -35,6 +55,8 @@ impl Log {
         match self {
             Self::Carmen(log) => log.scans.len(),
             Self::Recording(recording) => recording.scans(),
+            Self::Rover(log) => log.scans.len(),
+            Self::Rangers(log) => log.scans.len(),
         }
     }
 
@@ -44,12 +66,18 @@ impl Log {
         match self {
             Self::Carmen(log) => log.duration(),
             Self::Recording(recording) => recording.duration(),
+            Self::Rover(log) => log.duration(),
+            Self::Rangers(log) => log.duration(),
         }
     }
 
-    /// The robot that it was recorded with; a Pioneer where the log does not tell.
+    /// The robot that it was recorded with: of a rover's log one with tracks and these figures; a
+    /// Pioneer where the log does not tell.
     #[must_use]
-    pub fn robot(&self) -> RobotModel {
+    pub fn robot(&self, figures: &LogSettings) -> RobotModel {
+        if let Self::Rover(_) = self {
+            return rover(figures);
+        }
         let model = self.figures().and_then(|figures| figures.model());
         model.unwrap_or_else(RobotModel::pioneer)
     }
@@ -64,7 +92,8 @@ impl Log {
     /// The default settings of its robot.
     #[must_use]
     pub fn settings(&self) -> Settings {
-        Settings::of_robot(&self.robot(), self.scans_on_command())
+        let robot = self.robot(&LogSettings::default());
+        Settings::of_robot(&robot, self.scans_on_command())
     }
 
     /// The method by which it can be mapped where `asked` was asked for: without odometry there is
@@ -81,6 +110,8 @@ impl Log {
         match self {
             Self::Carmen(log) => log.has_odometry(),
             Self::Recording(recording) => recording.has_odometry(),
+            Self::Rover(log) => log.has_odometry(),
+            Self::Rangers(log) => log.has_odometry(),
         }
     }
 
@@ -88,15 +119,26 @@ impl Log {
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         match self {
-            Self::Carmen(_) => &[],
+            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) => &[],
             Self::Recording(recording) => recording.damage(),
         }
     }
 
     fn figures(&self) -> Option<RobotFigures> {
         match self {
-            Self::Carmen(_) => None,
+            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) => None,
             Self::Recording(recording) => recording.robot(),
         }
+    }
+}
+
+/// A small rover with tracks, which slips as an RP6 does.
+fn rover(figures: &LogSettings) -> RobotModel {
+    RobotModel {
+        name: "rover",
+        metres_per_tick: PI * figures.wheel_diameter / figures.counts_per_revolution,
+        track_width: figures.track_width,
+        ruled_width: figures.track_width,
+        ..RobotModel::rp6()
     }
 }

@@ -1,4 +1,13 @@
-//! Reads a recorded log of either kind, packed or not, recognised by its first bytes.
+//! Reads a recorded log of any kind, packed or not, recognised by its first bytes.
+//!
+//! | first | log |
+//! |---|---|
+//! | bytes of MCAP | a recording of the bridge |
+//! | line: a number | a rover's: counts and ranges, nothing else |
+//! | line: names apart by commas | four rangers' |
+//! | line: anything else | CARMEN |
+//!
+//! Empty lines and comments (`#`) do not count.
 //!
 //! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
 //! bytes come; several members, one behind the other, are one log.
@@ -8,13 +17,21 @@ use std::io::Write as _;
 use flate2::write::MultiGzDecoder;
 
 use super::log::Log;
-use crate::format::carmen::{CarmenError, CarmenLog, CarmenReader};
+use crate::format::carmen::{CarmenError, CarmenReader};
+use crate::format::ranger_log::RangerLogReader;
+use crate::format::rover_log::RoverLogReader;
+use crate::format::{TextLogError, is_empty_or_comment};
 use crate::wire::recording::{MAGIC, RecordingError, RecordingReader};
 
 /// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// Bytes that are unpacked at once: what comes of them is at most a thousand times as much.
 const PIECE: usize = 1 << 12;
+
+/// What some programs put before a text to say that it is UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// What a log is shows within so many bytes; with more comments at its head it is CARMEN's.
+const MOST_UNDECIDED: usize = 1 << 16;
 
 /// Why a log cannot be opened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -23,6 +40,9 @@ pub enum LogError {
     /// As a CARMEN log.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
+    /// As a rover's log, or one of four rangers.
+    #[error(transparent)]
+    Text(#[from] TextLogError),
     /// As a recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
@@ -133,8 +153,12 @@ impl GzipReader {
 enum PlainReader {
     /// Fewer bytes than show what it is.
     Undecided(Vec<u8>),
-    /// Text.
+    /// Text with names of messages.
     Carmen(CarmenReader),
+    /// Text of numbers alone.
+    Rover(RoverLogReader),
+    /// Text of columns.
+    Rangers(RangerLogReader),
     /// MCAP.
     Recording(RecordingReader),
 }
@@ -150,33 +174,37 @@ impl PlainReader {
         match self {
             Self::Undecided(begun) => {
                 begun.extend_from_slice(bytes);
-                if begun.len() >= MAGIC.len() {
-                    self.decide()?;
+                if let Some(kind) = Kind::of(begun, false) {
+                    self.begin(kind)?;
                 }
             }
             Self::Carmen(reader) => reader.push(bytes)?,
+            Self::Rover(reader) => reader.push(bytes)?,
+            Self::Rangers(reader) => reader.push(bytes)?,
             Self::Recording(reader) => reader.push(bytes)?,
         }
         Ok(())
     }
 
-    fn decide(&mut self) -> Result<(), LogError> {
+    fn begin(&mut self, kind: Kind) -> Result<(), LogError> {
         let Self::Undecided(begun) = self else {
             return Ok(());
         };
         let begun = std::mem::take(begun);
-        if begun.starts_with(&GZIP) {
-            return Err(LogError::GzipInGzip);
-        }
-        *self = if begun.starts_with(&MAGIC) {
-            Self::Recording(RecordingReader::default())
-        } else {
-            Self::Carmen(CarmenReader::default())
+        *self = match kind {
+            Kind::Gzip => return Err(LogError::GzipInGzip),
+            Kind::Recording => Self::Recording(RecordingReader::default()),
+            Kind::Carmen => Self::Carmen(CarmenReader::default()),
+            Kind::Rover => Self::Rover(RoverLogReader::default()),
+            Kind::Rangers => Self::Rangers(RangerLogReader::default()),
         };
-        self.push(&begun)
+        self.push(without_mark(&begun))
     }
 
-    fn finish(self) -> Result<Log, LogError> {
+    fn finish(mut self) -> Result<Log, LogError> {
+        if let Self::Undecided(begun) = &self {
+            self.begin(Kind::of(begun, true).unwrap_or(Kind::Carmen))?;
+        }
         match self {
             Self::Recording(reader) => {
                 let recording = reader.finish()?;
@@ -186,8 +214,58 @@ impl PlainReader {
                 }
             }
             Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
-            // Too short for a recording.
-            Self::Undecided(begun) => Ok(Log::Carmen(CarmenLog::parse(&begun)?)),
+            Self::Rover(reader) => Ok(Log::Rover(reader.finish()?)),
+            Self::Rangers(reader) => Ok(Log::Rangers(reader.finish()?)),
+            // Begun above.
+            Self::Undecided(_) => Err(CarmenError::Empty.into()),
+        }
+    }
+}
+
+fn without_mark(begun: &[u8]) -> &[u8] {
+    begun.strip_prefix(BYTE_ORDER_MARK).unwrap_or(begun)
+}
+
+/// What a file that is not packed, or no more, is by its first bytes.
+#[derive(Clone, Copy)]
+enum Kind {
+    Gzip,
+    Recording,
+    Carmen,
+    Rover,
+    Rangers,
+}
+
+impl Kind {
+    /// `None` where more bytes are needed to tell, which there are not at the `end`.
+    fn of(begun: &[u8], end: bool) -> Option<Self> {
+        if begun.starts_with(&GZIP) {
+            return Some(Self::Gzip);
+        }
+        if begun.starts_with(&MAGIC) {
+            return Some(Self::Recording);
+        }
+        if !end && (MAGIC.starts_with(begun) || GZIP.starts_with(begun)) {
+            return None;
+        }
+        // The same however the file is cut.
+        let (head, end) = match begun.get(..MOST_UNDECIDED) {
+            Some(head) => (head, true),
+            None => (begun, end),
+        };
+        let mut lines = without_mark(head).split_inclusive(|b| *b == b'\n');
+        let Some(first) = lines.find(|line| !is_empty_or_comment(line)) else {
+            return end.then_some(Self::Carmen);
+        };
+        let word = first.trim_ascii_start();
+        let length = word
+            .iter()
+            .position(|b| *b == b',' || b.is_ascii_whitespace());
+        match (length.map(|at| word[at]), word.first()) {
+            (None, _) if !end => None,
+            (Some(b','), _) => Some(Self::Rangers),
+            (_, Some(b'0'..=b'9' | b'-' | b'+')) => Some(Self::Rover),
+            _ => Some(Self::Carmen),
         }
     }
 }
@@ -195,6 +273,7 @@ impl PlainReader {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::carmen::CarmenLog;
     use flate2::Compression;
     use flate2::write::GzEncoder;
     use proptest::prelude::*;
@@ -220,7 +299,7 @@ mod tests {
         }
         match reader.finish()? {
             Log::Carmen(log) => Ok(log),
-            Log::Recording(_) => panic!("a recording"),
+            other => panic!("{other:?}"),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Logs of small robots, and recorded buildings.
 
 mod odd_logs;
+mod other_logs;
 
 use super::*;
 use crate::estimation::{Start, relation_errors};

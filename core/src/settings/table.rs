@@ -25,6 +25,11 @@ const DRIVEN: Group = Group {
     acts: Acts::AtOnce,
     ..SIMULATED
 };
+/// A recorded log's.
+const RECORDED: Group = Group {
+    sources: &[Source::Recording],
+    ..SIMULATED
+};
 /// Any robot's.
 const ANY: Group = Group {
     sources: &[Source::Simulation, Source::Recording, Source::Live],
@@ -33,7 +38,7 @@ const ANY: Group = Group {
 /// The methods that look for lines, and draw a grid as each scan comes.
 const BY_LINES: &[Method] = &[Method::LineEkf, Method::PriorMap];
 /// All settings, each group in one piece, a choice before the settings that depend on it.
-const TABLE: [&[Setting]; 15] = [
+const TABLE: [&[Setting]; 16] = [
     sensor::LIDAR,
     sensor::RANGERS,
     sensor::SONAR,
@@ -41,6 +46,7 @@ const TABLE: [&[Setting]; 15] = [
     robot::BODY,
     robot::TRACKS,
     robot::ODOMETRY,
+    robot::LOG,
     perception::POINTS,
     perception::LINES,
     perception::BLIND_ZONE,

@@ -39,6 +39,34 @@ pub(super) fn carmen() -> Vec<Vec<u8>> {
     ]
 }
 
+/// Three turns of an RPLIDAR, over the end of 16 bits.
+pub(super) fn rover_logs() -> Vec<Vec<u8>> {
+    let line = |[left, right, millis]: [i32; 3], range: u32| {
+        let ranges: String = (0..360)
+            .map(|degree| format!(" {}", range + degree % 7))
+            .collect();
+        format!("{left} {right} {millis}{ranges}\n")
+    };
+    let text = line([32_760, -32_760, 65_500], 500)
+        + "# a comment\n\n"
+        + &line([-32_766, 32_766, 146], 510)
+        + &line([-32_760, 32_770, 328], 0);
+    vec![text.into_bytes()]
+}
+
+pub(super) fn ranger_logs() -> Vec<Vec<u8>> {
+    vec![
+        b"t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3,range4\n10.5,0.014,-0.119,-0.001,0.762,0.627,1.458,2.843,2.407\n10.6,0.02,-0.119,-0.001,0.759,nan,,0,2.4\n".to_vec(),
+        b"range3, t_s,x_m,y_m,yaw_rad,range0,range1,range2\r\n1,1e9,2,3,-3.14,1,2,3\r\n".to_vec(),
+    ]
+}
+
+/// Of every kind.
+pub(super) fn logs() -> Vec<Vec<u8>> {
+    let kinds = [carmen(), rover_logs(), ranger_logs(), recordings()];
+    kinds.into_iter().flatten().collect()
+}
+
 pub(super) fn map_yaml() -> Vec<Vec<u8>> {
     vec![
         b"image: map.pgm\nmode: trinary\nresolution: 0.5\norigin: [-1.5, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n".to_vec(),

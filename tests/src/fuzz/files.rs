@@ -11,10 +11,12 @@ use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
 use slamlab_core::format::{
-    calibration, carmen, g2o, og_map, preset, relations, slamlab, tum, world,
+    TextLogError, calibration, carmen, g2o, og_map, preset, ranger_log, relations, rover_log,
+    slamlab, tum, world,
 };
 use slamlab_core::geom::Pose2;
-use slamlab_core::robot::{RobotModel, Variable};
+use slamlab_core::replay::LogReader;
+use slamlab_core::robot::{RobotModel, Scan, Variable};
 use slamlab_core::settings::{Scope, Settings, Source, table};
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
@@ -39,6 +41,21 @@ pub(super) const FILES: &[Target] = &[
         name: "carmen",
         seeds: seeds::carmen,
         run: carmen_run,
+    },
+    Target {
+        name: "rover-log",
+        seeds: seeds::rover_logs,
+        run: rover_log_run,
+    },
+    Target {
+        name: "ranger-log",
+        seeds: seeds::ranger_logs,
+        run: ranger_log_run,
+    },
+    Target {
+        name: "log",
+        seeds: seeds::logs,
+        run: log_run,
     },
     Target {
         name: "relations",
@@ -187,6 +204,72 @@ fn matcher_state_run(input: &[u8]) -> Result<u64, String> {
         }
     };
     Ok(outcome(&outcomes))
+}
+
+fn rover_log_run(input: &[u8]) -> Result<u64, String> {
+    let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
+        let mut reader = rover_log::RoverLogReader::default();
+        for piece in pieces {
+            reader.push(piece)?;
+        }
+        reader.finish()
+    };
+    let scans = |log: &rover_log::RoverLog| {
+        let scans = (0..log.scans.len()).filter_map(|index| log.scan(index));
+        scans.collect()
+    };
+    text_log(input, read, scans)
+}
+
+fn ranger_log_run(input: &[u8]) -> Result<u64, String> {
+    let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
+        let mut reader = ranger_log::RangerLogReader::default();
+        for piece in pieces {
+            reader.push(piece)?;
+        }
+        reader.finish()
+    };
+    let scans = |log: &ranger_log::RangerLog| {
+        let scans = log.scans.iter().map(|scan| log.scan(scan, 2.0));
+        scans.collect()
+    };
+    text_log(input, read, scans)
+}
+
+/// In pieces the same as at once, and every scan is one that can be used.
+fn text_log<T: std::fmt::Debug>(
+    input: &[u8],
+    read: impl Fn(&mut dyn Iterator<Item = &[u8]>) -> Result<T, TextLogError>,
+    scans: impl Fn(&T) -> Vec<Scan>,
+) -> Result<u64, String> {
+    let at_once = read(&mut std::iter::once(input));
+    let in_pieces = read(&mut pieces(input));
+    same(&format!("{at_once:?}"), &format!("{in_pieces:?}"))?;
+    let scans = at_once.as_ref().map(&scans).unwrap_or_default();
+    for scan in &scans {
+        scan.validate().map_err(|error| error.to_string())?;
+    }
+    Ok(outcome(&(
+        scans.len().min(9),
+        at_once.map(drop).map_err(words),
+    )))
+}
+
+/// A log of any kind, packed or not: which one it is does not depend on how it is cut.
+fn log_run(input: &[u8]) -> Result<u64, String> {
+    let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
+        let mut reader = LogReader::default();
+        for piece in pieces {
+            reader.push(piece)?;
+        }
+        reader.finish().map(|log| {
+            let kind: String = format!("{log:?}").chars().take(12).collect();
+            (kind, log.scans(), log.has_odometry())
+        })
+    };
+    let at_once = read(&mut std::iter::once(input)).map_err(words);
+    same(&at_once, &read(&mut pieces(input)).map_err(words))?;
+    Ok(outcome(&at_once))
 }
 
 fn map_yaml_run(input: &[u8]) -> Result<u64, String> {

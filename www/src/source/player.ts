@@ -5,7 +5,7 @@
 import { fail, post } from "../answer.js";
 import type { Answer } from "../protocol.js";
 import { transferables } from "../protocol/frame.js";
-import type { MapVerdictName } from "../protocol/module.js";
+import type { MapVerdictName, WebJudgement } from "../protocol/module.js";
 import { Extras } from "./extras.js";
 import { Pace } from "./pace.js";
 import type { Run } from "./run.js";
@@ -15,6 +15,10 @@ const IDLE_MILLIS = 6;
 /** Wall milliseconds of one slice. */
 export const SLICE_MILLIS = 12;
 const HASH_MILLIS = 500;
+/** While a recording is mapped, its map is judged again when it has grown by this factor. */
+const JUDGED_AGAIN = 1.5;
+/** Share of the recording from which on it is worth it. */
+const JUDGED_FROM = 0.1;
 
 /** Of a map that is good there is nothing to tell. */
 const TOLD: Readonly<Record<MapVerdictName, string>> = {
@@ -43,6 +47,8 @@ export class Player {
   #stale = false;
   #hashAt = -Infinity;
   #begunAt = 0;
+  /** Share of the recording that was mapped when its map was judged last. */
+  #judgedAt = 0;
   #scheduled = false;
   readonly #immediate = new MessageChannel();
 
@@ -60,6 +66,7 @@ export class Player {
     this.#seq = 0;
     this.#hashAt = -Infinity;
     this.#begunAt = performance.now();
+    this.#judgedAt = 0;
     this.#playing = playing;
     const { kind: source, title, method } = run;
     post({ kind: "started", run: this.#number, source, title, method, setup, playing });
@@ -128,14 +135,46 @@ export class Player {
     post(frame, transferables(frame));
   }
 
-  /** Says what the map is worth. */
-  judge(): void {
+  /** Says what the map is worth, slice by slice: it takes a second for an hour's drive. `isWarned`:
+      also as an event, if it is not good. */
+  judge(isWarned = true): void {
     const { run } = this;
-    if (!run) return;
-    const quality = run.module.quality() ?? null;
+    // What is being read or judged comes first.
+    if (!run || this.before) return;
+    const judgement = run.module.judge();
+    if (!judgement) return post({ kind: "quality", run: this.#number, quality: null });
+    this.before = () => {
+      const isOver = this.run !== run;
+      const goesOn = !isOver && this.#judgeOn(run, judgement, isWarned);
+      if (!goesOn) judgement.free();
+      return goesOn;
+    };
+    this.schedule();
+  }
+
+  /** One slice of it; returns whether there is more. */
+  #judgeOn(run: Run, judgement: WebJudgement, isWarned: boolean): boolean {
+    const begin = performance.now();
+    while (judgement.step(run.module)) {
+      if (performance.now() - begin < SLICE_MILLIS) continue;
+      post({ kind: "judging", run: this.#number, part: judgement.progress() });
+      return true;
+    }
+    const quality = judgement.quality(run.module) ?? null;
     post({ kind: "quality", run: this.#number, quality });
-    const text = quality ? TOLD[quality.verdict] : "";
+    const text = quality && isWarned ? TOLD[quality.verdict] : "";
     if (text !== "") post({ kind: "event", run: this.#number, time: run.time, level: "warn", text, topic: "quality" });
+    // The run's clock stood still meanwhile.
+    this.#rebase();
+    return false;
+  }
+
+  /** Now and then on the way: a loop that closes later may mend what is torn, so nobody is warned. */
+  #judgeOnTheWay(run: Run): void {
+    const { progress } = run.status();
+    if (progress < this.#judgedAt * JUDGED_AGAIN || progress < JUDGED_FROM) return;
+    this.#judgedAt = progress;
+    this.judge(false);
   }
 
   schedule(now = true): void {
@@ -179,6 +218,8 @@ export class Player {
     if (run.finished) {
       this.play(false);
       if (run.kind === "replay") this.judge();
+    } else if (run.kind === "replay") {
+      this.#judgeOnTheWay(run);
     }
     this.show();
     this.schedule(late);

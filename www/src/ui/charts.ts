@@ -21,6 +21,8 @@ export interface Curve {
   key: string;
   digits: number;
   colour: string;
+  /** The axis ends there; else where the values do. */
+  most?: number;
 }
 
 const REDRAW_MILLIS = 250;
@@ -54,13 +56,13 @@ export abstract class SlamCharts extends SlamPlotted {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.store.on("frame", () => this.#feed());
+    this.store.on("frame", () => this.feed());
   }
 
   protected override resized(): void {
     super.resized();
     this.#drawn = -1;
-    this.#feed();
+    this.feed();
   }
 
   override render(): TemplateResult {
@@ -80,7 +82,7 @@ export abstract class SlamCharts extends SlamPlotted {
     this.#theme = theme;
     super.updated();
     this.#drawn = -1;
-    this.#feed();
+    this.feed();
   }
 
   protected override draw(): uPlot[] {
@@ -100,13 +102,14 @@ export abstract class SlamCharts extends SlamPlotted {
       series,
       ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
-      scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, Math.max(max * 1.1, 1e-6)] } },
+      scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, curve.most ?? Math.max(max * 1.1, 1e-6)] } },
       hooks: { setCursor: [() => this.#readout()] },
     };
     return new uPlot(options, columns(this.history.columns, curve), host);
   }
 
-  #feed(): void {
+  /** Draws what came, if somebody sees it. */
+  protected feed(): void {
     const { history } = this;
     const { playing } = this.store;
     const now = performance.now();

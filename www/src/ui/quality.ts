@@ -1,21 +1,15 @@
 // What the map is worth: whether it agrees with itself, and where not and why.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { MapVerdictName, Quality, Tear, TearName } from "../protocol/module.js";
+import type { MapVerdictName, Quality, Tear } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
-import { clock, fixed } from "./format.js";
+import { fixed, percent } from "./format.js";
+import { apart, seen, WHY } from "./tears.js";
 
 const VERDICTS: Readonly<Record<MapVerdictName, string>> = {
   good: "Wherever a place was seen again, both agree.",
   doubtful: "Nothing contradicts, but parts of it may lie elsewhere.",
   torn: "This map is torn.",
-};
-
-const WHY: Readonly<Record<TearName, string>> = {
-  doubled: "the same walls stand twice",
-  contradicted: "walls stand where nothing was at the other time",
-  loose: "the robot was lost in between",
-  unproven: "the way between was long, and nothing else proves it",
 };
 
 /** The worst places, told in words. */
@@ -33,12 +27,12 @@ export class SlamQuality extends SlamElement {
   protected override readonly topics = ["quality", "run"] as const;
 
   override render(): TemplateResult | typeof nothing {
-    const { quality, method } = this.store;
+    const { quality, judging, method } = this.store;
     if (method !== "scan-matching") return nothing;
     return html`
       <h2>Quality of the map</h2>
-      ${quality ? this.#judged(quality) : html`<p>It is judged when a recording ends, or now.</p>`}
-      <button data-testid="judge" @click=${() => this.client.send({ kind: "quality" })}>Judge the map</button>
+      ${quality ? this.#judged(quality) : html`<p>It is judged while a recording is mapped and when it ends, or now.</p>`}
+      <button data-testid="judge" ?disabled=${judging !== null} @click=${() => this.client.send({ kind: "quality" })}>${judging === null ? "Judge the map" : html`Judging … ${percent(judging)}`}</button>
     `;
   }
 
@@ -51,9 +45,10 @@ export class SlamQuality extends SlamElement {
     `;
   }
 
-  #item({ kind, place: [x, y], off, earlier, later }: Tear): TemplateResult {
-    const between = ([from, to]: readonly [number, number]): string => `${clock(from)} to ${clock(to)}`;
-    return html`<li>At (${fixed(x, 1)}, ${fixed(y, 1)}) m: ${WHY[kind]}${off === null ? "" : `, ${fixed(off, 1)} m off`}; seen ${between(earlier)} and ${between(later)}.</li>`;
+  #item(tear: Tear): TemplateResult {
+    const { kind, place: [x, y], earlier, later } = tear;
+    const off = apart(tear);
+    return html`<li>At (${fixed(x, 1)}, ${fixed(y, 1)}) m: ${WHY[kind]}${off === "" ? "" : `, ${off}`}; seen ${seen(earlier)} and ${seen(later)}.</li>`;
   }
 }
 

@@ -2,9 +2,10 @@
 // tied to the robot.
 
 import { css, html, type TemplateResult } from "lit";
-import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
+import { DOOR, DOOR_STRIDE, type Tear } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
+import { tearWords } from "../ui/tears.js";
 import { Camera } from "./camera.js";
 import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
@@ -15,6 +16,7 @@ import type { Brush } from "./layers/layer.js";
 import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
+import { MARK, tearAt } from "./layers/torn.js";
 import { type Palette, readPalette } from "./palette.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
@@ -44,7 +46,7 @@ export class SlamMap extends SlamElement {
     #tools button { background: var(--glass); }
     #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
     #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
-    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; }
+    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: 350px; }
     #scale { display: flex; align-items: end; gap: 8px; }
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
@@ -89,7 +91,7 @@ export class SlamMap extends SlamElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    for (const topic of ["rooms", "spot", "inspection", "closure", "quality"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
+    for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
@@ -180,13 +182,17 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A wall, while the filter's tab is open; a door; a loop closure; a room, where rooms are shown;
-      else a goal for the robot. */
+  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure; a room, where
+      rooms are shown; else a goal for the robot. */
   #choose(x: number, y: number): void {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
-    const closure = this.#closureAt(x, y);
+    const torn = this.#tearAt(x, y);
+    if (torn || this.store.torn) this.store.set("torn", { torn });
+    // Marks lie over all else.
+    const closure = torn ? null : this.#closureAt(x, y);
     if (closure || this.store.closure) this.store.set("closure", { closure });
+    if (torn) return;
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
@@ -221,7 +227,8 @@ export class SlamMap extends SlamElement {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     const room = this.#roomAt(x, y);
-    const closure = this.#closureAt(x, y);
+    const torn = this.#tearAt(x, y);
+    const closure = torn ? null : this.#closureAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const tiles = this.#tiles();
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
@@ -231,10 +238,11 @@ export class SlamMap extends SlamElement {
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
       closure === null ? "" : ` · closure ${closure[0]}–${closure[1]}`,
+      torn === null ? "" : ` · ${tearWords(torn)}, click to see more`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
-    this.#element("pad").classList.toggle("door", door !== null || closure !== null);
+    this.#element("pad").classList.toggle("door", door !== null || closure !== null || torn !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
   }
@@ -265,6 +273,13 @@ export class SlamMap extends SlamElement {
   #closureAt(x: number, y: number): ClosureName | null {
     const { layers, aiming, tab } = this.store;
     return layers.closures && !aiming && tab !== "paths" ? closureAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
+  }
+
+  /** The torn place under a map point, while they are shown and nothing else is being chosen. */
+  #tearAt(x: number, y: number): Tear | null {
+    const { layers, aiming, tab, quality } = this.store;
+    const reach = this.camera.px(Math.max(MARK, REACH));
+    return layers.torn && !aiming && tab !== "paths" ? tearAt(quality?.tears ?? [], x, y, reach) : null;
   }
 
   #isOpen(door: number): boolean {
@@ -349,7 +364,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms(), tears: store.quality?.tears ?? [] });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

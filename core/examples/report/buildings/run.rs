@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use slamlab_core::estimation::{RelationErrors, StampedMotion, relation_errors, revisits};
+use slamlab_core::estimation::{
+    MapQuality, RelationErrors, ScanMatcher, StampedMotion, relation_errors, revisits,
+};
 use slamlab_core::format::{relations, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::{Log, Replay};
@@ -15,6 +17,8 @@ use crate::log_file;
 use crate::peak_memory::peak_memory_mb;
 use crate::statistics::quantile;
 
+/// Of the map of a whole log a pose is taken each so many metres, as a reference at its revisits.
+const THINNED: f64 = 0.5;
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
 
@@ -75,6 +79,8 @@ pub(super) struct Run {
     pub(super) scan_ms_p99: f64,
     /// Of the process until now, MB.
     pub(super) peak_memory_mb: Option<f64>,
+    /// What the map is said to be worth, by itself.
+    pub(super) quality: MapQuality,
 }
 
 impl Run {
@@ -84,7 +90,7 @@ impl Run {
         let begin = cpu_seconds();
         let log = match log_file::read(&path)? {
             Log::Carmen(log) => Log::Carmen(damage.apply(log)),
-            Log::Recording(_) => bail!("{} is no CARMEN log", path.display()),
+            _ => bail!("{} is no CARMEN log", path.display()),
         };
         let (scans, seconds) = (log.scans(), log.duration());
         let settings = log.settings();
@@ -107,9 +113,12 @@ impl Run {
                 path.display()
             );
         }
+        let view = replay.session().slam().view();
+        let quality = view.map.map(ScanMatcher::quality);
         Ok(Self {
+            quality: quality.context("scan matching keeps no map")?,
             scans,
-            closures: replay.session().slam().view().loop_closures,
+            closures: view.loop_closures,
             errors,
             long,
             motions,
@@ -118,6 +127,24 @@ impl Run {
             scan_ms_p99: quantile(&scan_ms, 0.99),
             peak_memory_mb,
         })
+    }
+
+    /// How far the places seen again, in the map of the whole log, are off in this one, m.
+    /// Relations are few and lie where their authors looked; this is everywhere.
+    pub(super) fn errors_at_revisits(&self, whole: &Self) -> Vec<f64> {
+        let mut thinned: Vec<(f64, Pose2)> = vec![];
+        for (seconds, pose) in &whole.trajectory {
+            let is_on =
+                |(_, last): &(f64, Pose2)| (pose.position() - last.position()).norm() >= THINNED;
+            if thinned.last().is_none_or(is_on) {
+                thinned.push((*seconds, *pose));
+            }
+        }
+        let error = |motion: StampedMotion| {
+            let errors = relation_errors([motion], &self.trajectory);
+            (errors.count > 0).then_some(errors.trans_abs_mean)
+        };
+        revisits(&thinned).into_iter().filter_map(error).collect()
     }
 
     /// Errors over those motions only whose scans another run has, too: what is left of a log may

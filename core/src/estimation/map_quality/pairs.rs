@@ -27,6 +27,7 @@ const AGREEING: f64 = 0.25;
 const GAIN: f64 = 1.5;
 
 /// Two submaps that overlap in the map, the older first.
+#[derive(Clone, Debug)]
 pub(super) struct Pair {
     pub(super) submaps: [usize; 2],
     /// What each says of the other.
@@ -35,32 +36,46 @@ pub(super) struct Pair {
     doubled: Option<(Point2<f64>, f64)>,
 }
 
-/// All that overlap and share no scan.
-pub(super) fn pairs(
-    placed: &[Placed<'_>],
-    surfels: &SurfelConfig,
-    matching: &MatchConfig,
-) -> Vec<Pair> {
-    let mut pairs: Vec<Pair> = vec![];
-    // The pairs of which each submap is the later. One submap is laid at a time, for it takes
-    // memory: the earlier of a pair says first what it says, the later when its turn comes.
-    let mut of_later: Vec<Vec<usize>> = vec![vec![]; placed.len()];
-    for (index, this) in placed.iter().enumerate() {
+/// All that overlap and share no scan, found submap by submap.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pairs {
+    pub(super) found: Vec<Pair>,
+    /// The pairs of which each submap is the later. One submap is laid at a time, for it takes
+    /// memory: the earlier of a pair says first what it says, the later when its turn comes.
+    of_later: Vec<Vec<usize>>,
+    /// Submaps whose turn is over.
+    pub(super) done: usize,
+}
+
+impl Pairs {
+    /// Asks the next submap; `false` when all have been.
+    pub(super) fn step(
+        &mut self,
+        placed: &[Placed<'_>],
+        surfels: &SurfelConfig,
+        matching: &MatchConfig,
+    ) -> bool {
+        let index = self.done;
+        let Some(this) = placed.get(index) else {
+            return false;
+        };
+        self.done += 1;
+        self.of_later.resize(placed.len(), vec![]);
         let laid = Laid::new(this.submap, surfels);
         let with = |other: usize| Together {
             laid: &laid,
             this,
             other: &placed[other],
         };
-        for &pair in &of_later[index] {
-            let pair = &mut pairs[pair];
+        for &pair in &self.of_later[index] {
+            let pair = &mut self.found[pair];
             let together = with(pair.submaps[0]);
             pair.said[1] = together.said();
             if pair.doubled.is_none() {
                 pair.doubled = together.doubled(&pair.said[1], matching);
             }
         }
-        for (other, of_other) in of_later.iter_mut().enumerate().skip(index + 2) {
+        for (other, of_other) in self.of_later.iter_mut().enumerate().skip(index + 2) {
             let together = with(other);
             if !together.is_near() {
                 continue;
@@ -69,15 +84,15 @@ pub(super) fn pairs(
             if said.spoken_of() == 0 {
                 continue;
             }
-            of_other.push(pairs.len());
-            pairs.push(Pair {
+            of_other.push(self.found.len());
+            self.found.push(Pair {
                 submaps: [index, other],
                 said: [said, Said::default()],
                 doubled: together.doubled(&said, matching),
             });
         }
+        self.done < placed.len()
     }
-    pairs
 }
 
 impl Pair {

@@ -62,7 +62,14 @@ fn judged(submaps: &[(ClosedSubmap, Pose2)], untied: &[Untied]) -> MapQuality {
         })
         .collect();
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
-    MapQuality::of(&placed, untied, &surfels, &matching)
+    let places = placed.iter().map(|p| (p.map_from_submap, p.seen));
+    let mut judgement = MapJudgement::new(places.collect(), untied.to_vec());
+    assert_eq!(judgement.progress(), 0.0);
+    while judgement.step(&placed, &surfels, &matching) {
+        assert!(judgement.progress() < 1.0);
+    }
+    assert_eq!(judgement.progress(), 1.0);
+    judgement.quality(&placed)
 }
 
 /// The room seen four times: two submaps where they belong, two that are put `off` from there.

@@ -1,10 +1,11 @@
 //! What the map is worth that scan matching has made.
 //!
 //! In: the closed submaps where they lie, and the pose graph. Out: [`MapQuality`]. It takes a
-//! second for an hour's drive, so it is made when somebody asks.
+//! second for an hour's drive, so it is made when somebody asks, and submap by submap where others
+//! wait meanwhile ([`MapJudgement`]).
 
 use super::ScanMatcher;
-use crate::estimation::map_quality::{MapQuality, Placed, Untied};
+use crate::estimation::map_quality::{MapJudgement, MapQuality, Placed, Untied};
 use crate::robot::Stamp;
 
 /// A submap whose way to the next is known worse than this, m, was left by a robot that was lost.
@@ -15,22 +16,43 @@ impl ScanMatcher {
     /// closed is left out.
     #[must_use]
     pub fn quality(&self) -> MapQuality {
+        let mut judgement = self.judgement();
+        while self.judge_on(&mut judgement) {}
+        self.judged(&judgement)
+    }
+
+    /// Begins to judge the map as it is now. It may change meanwhile.
+    #[must_use]
+    pub fn judgement(&self) -> MapJudgement {
         let closed = self.submaps.len().saturating_sub(1);
-        let seen = self.seen(closed);
-        let placed: Vec<Placed<'_>> = (self.submaps[..closed].iter().zip(seen))
-            .map(|(submap, seen)| Placed {
-                submap: &submap.closed,
-                map_from_submap: submap.map_from_submap,
-                seen,
-            })
-            .collect();
+        let poses = self.submaps.iter().map(|submap| submap.map_from_submap);
+        let places = poses.zip(self.seen(closed)).collect();
+        MapJudgement::new(places, self.untied(closed))
+    }
+
+    /// Judges on, by one submap; `false` when there is none left.
+    pub fn judge_on(&self, judgement: &mut MapJudgement) -> bool {
+        let placed = self.placed(judgement);
         let config = &self.config;
-        MapQuality::of(
-            &placed,
-            &self.untied(closed),
-            &config.surfels,
-            &config.matching,
-        )
+        judgement.step(&placed, &config.surfels, &config.matching)
+    }
+
+    /// What [`Self::quality`] says, as far as it was judged.
+    #[must_use]
+    pub fn judged(&self, judgement: &MapJudgement) -> MapQuality {
+        judgement.quality(&self.placed(judgement))
+    }
+
+    /// The submaps as they lay when the judgement began; what is in a closed one never changes.
+    fn placed(&self, judgement: &MapJudgement) -> Vec<Placed<'_>> {
+        let submaps = self.submaps.iter().zip(&judgement.places);
+        submaps
+            .map(|(submap, (map_from_submap, seen))| Placed {
+                submap: &submap.closed,
+                map_from_submap: *map_from_submap,
+                seen: *seen,
+            })
+            .collect()
     }
 
     /// When each of the first submaps was seen, from and to.

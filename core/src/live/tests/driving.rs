@@ -1,6 +1,7 @@
 //! Driving to a goal and mapping on the way, live and from the recording of it.
 
 use super::*;
+use crate::settings::LogSettings;
 
 #[test]
 fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
@@ -144,7 +145,10 @@ fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
         .retain(|(_, message)| !matches!(message, FromBridge::Hello(_)));
     let replay = replayed(&bridge.reported);
     assert_eq!(
-        (replay.session().robot().name, replay.log().robot().name),
+        (
+            replay.session().robot().name,
+            replay.log().robot(&LogSettings::default()).name
+        ),
         ("pioneer", "pioneer")
     );
     let off =

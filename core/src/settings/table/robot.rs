@@ -1,10 +1,11 @@
-//! The simulated robot's body and tracks; what is assumed of any robot's odometry.
+//! The simulated robot's body and tracks; what is assumed of any robot's odometry, and what a
+//! recorded log does not say of itself.
 
-use super::{ANY, Group, SIMULATED};
+use super::{ANY, Group, RECORDED, SIMULATED};
 use crate::robot::BodyShape;
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
-    CENTIMETRES, Field, Named, PERCENT, Setting, named, one_of, real, si,
+    CENTIMETRES, Field, METRES, NUMBER, Named, PERCENT, Setting, named, one_of, real, si, switch,
 };
 
 const OF_BODY: Group = Group {
@@ -62,4 +63,22 @@ rows! { ODOMETRY = OF_ODOMETRY;
         "Variance of the sideways slip for each metre of way. Larger: odometry is trusted less.";
     "odometry.turn", "Slip in turns", real([0.0, 1.0], si("rad²/rad")), [odometry.proportional.heading_per_radian].needs("odometry.model", GROWING),
         "Variance of the heading for each radian turned. Larger: turns are trusted less.";
+}
+
+const OF_LOG: Group = Group {
+    name: "Recording",
+    ..RECORDED
+};
+
+rows! { LOG = OF_LOG;
+    "log.odometry", "Odometry of the recording", switch(), [log.uses_odometry].basic(),
+        "Off: the recording is mapped from its scans alone, by scan matching, as if its sensor had been carried.";
+    "log.counts", "Encoder counts of a revolution", real([1.0, 1e6], NUMBER), [log.counts_per_revolution],
+        "Of a rover's log, which holds counts and does not say what one is worth. Larger: ways are shorter.";
+    "log.wheel", "Diameter of the wheels", real([0.001, 5.0], CENTIMETRES), [log.wheel_diameter],
+        "Of a rover's log. Larger: ways are longer.";
+    "log.track", "Track width", real([0.01, 5.0], CENTIMETRES), [log.track_width],
+        "Of a rover's log: from the left wheels to the right ones. Larger: turns are smaller. Tracks that slip turn as if they lay wider apart.";
+    "log.reach", "Rangers are believed up to", real([0.1, 20.0], METRES), [log.ranger_reach],
+        "Of a log of rangers: a reading from here on says that nothing came back from nearer. Larger: more walls, and more that are none.";
 }

@@ -32,6 +32,8 @@ export interface Brush {
   readonly closure: ClosureName | null;
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
+  /** The one that was chosen. */
+  readonly torn: Tear | null;
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
       closed. */
   readonly sightings: readonly Sighting[];

@@ -1,6 +1,7 @@
 // Where the map is torn: a red ring with a cross, and how far its sides are apart. Dashed, without
 // a cross, where nothing proves how its parts lie.
 
+import type { Tear } from "../../protocol/module.js";
 import { type Brush, label, stroke } from "./layer.js";
 
 /** Radius of a ring, CSS pixels. */
@@ -9,10 +10,13 @@ const RADIUS = 13;
 const CROSS = 5;
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette, tears } = brush;
-  for (const { kind, place: [x, y], off } of tears) {
+  const { context, camera, palette, tears, torn } = brush;
+  for (const tear of tears) {
+    const { kind, place: [x, y], off } = tear;
     const isTorn = kind !== "unproven";
-    const [radius, arm] = [camera.px(RADIUS), camera.px(CROSS)];
+    // The one that was chosen stands out.
+    const radius = camera.px(tear === torn ? RADIUS + 4 : RADIUS);
+    const arm = camera.px(CROSS);
     for (const [colour, width] of [[palette.css.free, 6], [palette.css.torn, 2.6]] as const) {
       stroke(brush, { colour, width, dash: isTorn ? [] : [5, 4] }, () => {
         context.arc(x, y, radius, 0, 2 * Math.PI);
@@ -35,3 +39,13 @@ export function draw(brush: Brush): void {
     });
   }
 }
+
+/** The nearest mark within `reach` (m) of a map point. */
+export function tearAt(tears: readonly Tear[], x: number, y: number, reach: number): Tear | null {
+  const off = ({ place }: Tear): number => Math.hypot(place[0] - x, place[1] - y);
+  const near = tears.filter((tear) => off(tear) <= reach);
+  return near.sort((a, b) => off(a) - off(b))[0] ?? null;
+}
+
+/** How far a mark goes from its middle, CSS pixels. */
+export const MARK = RADIUS + 3;

@@ -1,0 +1,153 @@
+//! What a map is said to be worth, held against the errors of its trajectory.
+//!
+//! 1. A map is really torn where more of its motions are wrong (off by over half a metre) than of
+//!    the whole log's map over the same motions, by a part that noise does not explain:
+//!    [`TORN_PART`]. A whole log is held against none wrong at all. References of key frames are
+//!    themselves good to some centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
+//!    Or where that part of the places seen again, as the whole log's map has them, is off by more
+//!    than a good map may be ([`TORN_BEYOND`]): relations do not lie everywhere, and the whole
+//!    log's map is known to be good.
+//! 2. Every map that is really torn has to be called so, and of the others less than
+//!    [`MOST_FALSE`]. `doubtful` does not count as torn.
+
+use serde_json::{Value, json};
+use slamlab_core::estimation::{MapVerdict, Tear};
+
+use super::run::{Kind, Run};
+use crate::Outcome;
+
+/// The part of wrong motions, beyond those of the whole log, of a map that is really torn.
+const TORN_PART: f64 = 0.005;
+const TORN_PART_OF_KEYFRAMES: f64 = 0.02;
+/// A good map is off by less than this everywhere, m: that of `estimation::map_quality`.
+const TORN_BEYOND: f64 = 0.3;
+/// The most maps that are called torn and are not, as a part of those that are not.
+const MOST_FALSE: f64 = 0.05;
+
+/// Of one run.
+pub(super) struct Judged {
+    name: String,
+    /// What the map is said to be.
+    verdict: MapVerdict,
+    tears: Vec<Tear>,
+    agreement: Option<f64>,
+    /// Parts of wrong motions: of this map, and of the whole log's over the same.
+    wrong: f64,
+    wrong_of_whole: f64,
+    /// Of the places seen again, as the whole log's map has them, the part that is off by more than
+    /// [`TORN_BEYOND`], and by how much at most, m.
+    off_again: Option<[f64; 2]>,
+    is_torn: bool,
+}
+
+impl Judged {
+    /// A run, and the one of the whole log where that is another.
+    pub(super) fn of(name: String, kind: Kind, run: &Run, whole: Option<&Run>) -> Self {
+        let wrong = run.errors.wrong_part;
+        let wrong_of_whole = whole.map_or(0.0, |whole| whole.errors_over_those_of(run).wrong_part);
+        let most = match kind {
+            Kind::Relations => TORN_PART,
+            Kind::Keyframes => TORN_PART_OF_KEYFRAMES,
+        };
+        let off_again = whole.map(|whole| {
+            let errors = run.errors_at_revisits(whole);
+            let off = errors.iter().filter(|error| **error > TORN_BEYOND).count();
+            let most = errors.iter().copied().fold(0.0, f64::max);
+            [off as f64 / errors.len().max(1) as f64, most]
+        });
+        let is_torn =
+            wrong - wrong_of_whole > most || off_again.is_some_and(|[part, _]| part > most);
+        Self {
+            name,
+            verdict: run.quality.verdict,
+            tears: run.quality.tears.clone(),
+            agreement: run.quality.agreement,
+            wrong,
+            wrong_of_whole,
+            off_again,
+            is_torn,
+        }
+    }
+
+    fn is_called_torn(&self) -> bool {
+        self.verdict == MapVerdict::Torn
+    }
+
+    fn is_right(&self) -> bool {
+        self.is_called_torn() == self.is_torn
+    }
+
+    /// For the table of the report.
+    fn json(&self) -> Value {
+        let again = |[part, m]: [f64; 2]| json!({ "off_part": part, "most_m": m });
+        let place = |tear: &Tear| {
+            let kind = tear.kind.name();
+            json!({ "kind": kind, "off_m": tear.off, "x_m": tear.place.x, "y_m": tear.place.y })
+        };
+        json!({
+            "row": self.name,
+            "said": self.verdict.name(),
+            "tears": self.tears.iter().map(place).collect::<Vec<_>>(),
+            "agreement": self.agreement,
+            "wrong_part": self.wrong,
+            "wrong_part_of_whole": self.wrong_of_whole,
+            "places_seen_again": self.off_again.map(again),
+            "is_torn": self.is_torn,
+            "is_right": self.is_right(),
+        })
+    }
+
+    /// For the table of standard error.
+    fn row(&self) -> String {
+        let part = |part: f64| format!("{:.2} %", 100.0 * part);
+        let is = if self.is_torn { "torn" } else { "whole" };
+        let right = if self.is_right() { "yes" } else { "no" };
+        let (said, tears) = (self.verdict.name(), self.tears.len());
+        let (wrong, of_whole) = (part(self.wrong), part(self.wrong_of_whole));
+        let again = self.off_again.map_or("–".into(), |[off, most]| {
+            format!("{}, {most:.2} m", part(off))
+        });
+        let name = &self.name;
+        format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {again} | {right} |")
+    }
+}
+
+/// Adds what was said of all maps, and what of that is wrong.
+pub(super) fn report(judged: &[Judged], outcome: &mut Outcome) {
+    eprintln!(
+        "\n| row | said (places) | is | wrong | of the whole log | places seen again | right |"
+    );
+    eprintln!("| --- | --- | --- | --- | --- | --- | --- |");
+    for judged in judged {
+        eprintln!("{}", judged.row());
+    }
+    let (torn, good): (Vec<&Judged>, Vec<&Judged>) = judged.iter().partition(|j| j.is_torn);
+    let missed = torn.iter().filter(|j| !j.is_called_torn()).count();
+    let called = good.iter().filter(|j| j.is_called_torn()).count();
+    let rows: Vec<Value> = judged.iter().map(Judged::json).collect();
+    outcome.figure("map_verdicts", rows);
+    outcome.figure("torn_maps", torn.len());
+    outcome.figure("whole_maps", good.len());
+    outcome.at_most("torn_maps_not_called_torn", missed as f64, 0.0);
+    let part = called as f64 / good.len().max(1) as f64;
+    outcome.figure("whole_maps_called_torn", called);
+    outcome.figure("whole_maps_called_torn_part", part);
+    outcome.require(part < MOST_FALSE, || {
+        let names = good.iter().filter(|j| j.is_called_torn());
+        let names: Vec<&str> = names.map(|j| j.name.as_str()).collect();
+        format!(
+            "{called} of {} whole maps are called torn, expected less than 5 %: {}",
+            good.len(),
+            names.join(", ")
+        )
+    });
+    for judged in torn.iter().filter(|j| !j.is_called_torn()) {
+        outcome.require(false, || {
+            format!(
+                "{}: torn, and called {}",
+                judged.name,
+                judged.verdict.name()
+            )
+        });
+    }
+}

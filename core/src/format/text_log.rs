@@ -1,0 +1,162 @@
+//! Lines of a text log, cut from chunks of any size, and what can be wrong with such a log.
+//!
+//! Only an unfinished line is kept, so a large log is never held as text. Empty lines and comments
+//! (`#`) are counted and passed over.
+
+use super::FieldError;
+
+/// A line longer than this is not a line of a log, bytes.
+const MAX_LINE: usize = 1 << 20;
+
+/// Why bytes are not a text log of the kind that they look like.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TextLogError {
+    /// Bytes that are no text.
+    #[error("line {line}: byte {column} is 0x{byte:02x}, which is not text; expected {expected}")]
+    Binary {
+        /// Line, from 1.
+        line: usize,
+        /// Byte in the line, from 1.
+        column: usize,
+        /// The byte.
+        byte: u8,
+        /// What the log is made of.
+        expected: &'static str,
+    },
+    /// A line without an end.
+    #[error("line {line} is longer than {MAX_LINE} bytes; expected {expected}")]
+    LineTooLong {
+        /// Line, from 1.
+        line: usize,
+        /// What the log is made of.
+        expected: &'static str,
+    },
+    /// A field that is not what it should be, or another number of them.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// The file ends within a line.
+    #[error("line {line}: the file is cut off within its last line ({reason})")]
+    CutOff {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: FieldError,
+    },
+    /// No scan at all.
+    #[error("no scan in {lines} lines; expected {expected}")]
+    NoScan {
+        /// Number of lines read.
+        lines: usize,
+        /// What the log is made of.
+        expected: &'static str,
+    },
+}
+
+/// Cuts lines from chunks.
+#[derive(Clone, Debug)]
+pub(super) struct Lines {
+    expected: &'static str,
+    unfinished: Vec<u8>,
+    /// Of the line read last, from 1.
+    number: usize,
+}
+
+impl Lines {
+    /// Of a log that is made of what is `expected`.
+    pub(super) fn new(expected: &'static str) -> Self {
+        Self {
+            expected,
+            unfinished: vec![],
+            number: 0,
+        }
+    }
+
+    /// Takes the next bytes, and gives each whole line with its number to `take`.
+    pub(super) fn push(
+        &mut self,
+        mut bytes: &[u8],
+        mut take: impl FnMut(usize, &str) -> Result<(), FieldError>,
+    ) -> Result<(), TextLogError> {
+        while let Some(end) = bytes.iter().position(|&b| b == b'\n') {
+            let (line, rest) = bytes.split_at(end);
+            bytes = rest.get(1..).unwrap_or(&[]);
+            let mut whole = std::mem::take(&mut self.unfinished);
+            whole.extend_from_slice(line);
+            self.line(&whole, &mut take)?;
+        }
+        self.unfinished.extend_from_slice(bytes);
+        if self.unfinished.len() > MAX_LINE {
+            let line = self.number + 1;
+            check_text(&self.unfinished, line, self.expected)?;
+            let expected = self.expected;
+            return Err(TextLogError::LineTooLong { line, expected });
+        }
+        Ok(())
+    }
+
+    /// The last line, which may have no end, and that there was a scan: `has_scans` after it.
+    pub(super) fn finish<T>(
+        mut self,
+        log: &mut T,
+        mut take: impl FnMut(&mut T, usize, &str) -> Result<(), FieldError>,
+        has_scans: impl Fn(&T) -> bool,
+    ) -> Result<(), TextLogError> {
+        let last = std::mem::take(&mut self.unfinished);
+        let read = self.line(&last, &mut |line, text| take(log, line, text));
+        match read {
+            Err(TextLogError::Field(reason)) => {
+                let line = self.number;
+                return Err(TextLogError::CutOff { line, reason });
+            }
+            other => other?,
+        }
+        if !has_scans(log) {
+            return Err(TextLogError::NoScan {
+                lines: self.number - usize::from(last.is_empty()),
+                expected: self.expected,
+            });
+        }
+        Ok(())
+    }
+
+    fn line(
+        &mut self,
+        bytes: &[u8],
+        take: &mut impl FnMut(usize, &str) -> Result<(), FieldError>,
+    ) -> Result<(), TextLogError> {
+        self.number += 1;
+        if is_empty_or_comment(bytes) {
+            return Ok(());
+        }
+        let text = check_text(bytes, self.number, self.expected)?;
+        Ok(take(self.number, text)?)
+    }
+}
+
+/// Whether a line says nothing.
+pub(crate) fn is_empty_or_comment(line: &[u8]) -> bool {
+    let mut words = line.iter().filter(|b| !b.is_ascii_whitespace());
+    words.next().is_none_or(|b| *b == b'#')
+}
+
+fn check_text<'a>(
+    bytes: &'a [u8],
+    line: usize,
+    expected: &'static str,
+) -> Result<&'a str, TextLogError> {
+    let is_text = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
+    let text = std::str::from_utf8(bytes);
+    match (bytes.iter().position(|b| !is_text(b)), text) {
+        (None, Ok(text)) => Ok(text),
+        (at, _) => {
+            let at = at.unwrap_or(0);
+            Err(TextLogError::Binary {
+                line,
+                column: at + 1,
+                byte: bytes.get(at).copied().unwrap_or(0),
+                expected,
+            })
+        }
+    }
+}

@@ -1,0 +1,23 @@
+// What is said of a place where the map is torn, wherever it is said.
+
+import type { Tear, TearName } from "../protocol/module.js";
+import { clock, fixed } from "./format.js";
+
+/** Why, as the end of a sentence. */
+export const WHY: Readonly<Record<TearName, string>> = {
+  doubled: "the same walls stand twice",
+  contradicted: "walls stand where nothing was at the other time",
+  loose: "the robot was lost in between",
+  unproven: "the way between was long, and nothing else proves it",
+};
+
+export const seen = ([from, to]: readonly [number, number]): string => `${clock(from)} to ${clock(to)}`;
+
+/** By how much, in words; empty where nobody knows. */
+export const apart = ({ off }: Tear): string => off === null ? "" : `${fixed(off, 1)} m off`;
+
+/** Of a mark under the pointer. */
+export function tearWords(tear: Tear): string {
+  const off = apart(tear);
+  return `${tear.kind === "unproven" ? "doubtful" : "torn"}: ${WHY[tear.kind]}${off === "" ? "" : `, ${off}`}`;
+}
