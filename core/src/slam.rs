@@ -24,7 +24,7 @@ mod walls;
 
 use std::borrow::Cow;
 
-use crate::estimation::{EkfError, ScanMatcherError};
+use crate::estimation::{EkfError, GridParticlesError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
@@ -37,7 +37,7 @@ pub use method::{Method, UnknownMethod};
 use prepared::PreparedScan;
 pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
-pub use view::View;
+pub use view::{OwnMap, View};
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -61,6 +61,9 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A setting of grid mapping by particles.
+    #[error(transparent)]
+    GridParticles(#[from] GridParticlesError),
     /// A method that needs a map, and none is there.
     #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
@@ -197,6 +200,7 @@ impl Slam {
         config.lines.validate()?;
         self.config = SlamConfig {
             matcher: self.config.matcher,
+            grid_particles: self.config.grid_particles,
             grid: self.config.grid,
             prior_map: std::mem::take(&mut self.config.prior_map),
             ..config.clone()

@@ -1,7 +1,9 @@
 //! The settings of every stage, nested as the stages are.
 
 use super::{PriorMap, PriorMapMatching, SonarsConfig};
-use crate::estimation::{EkfConfig, MonteCarloConfig, ScanMatcherConfig};
+use crate::estimation::{
+    EkfConfig, GridParticlesConfig, HistogramConfig, MonteCarloConfig, ScanMatcherConfig,
+};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
@@ -21,6 +23,8 @@ pub struct SlamConfig {
     pub ekf: EkfConfig,
     /// The scan matcher, with the grid that it redraws after closing a loop.
     pub matcher: ScanMatcherConfig,
+    /// Grid mapping by particles.
+    pub grid_particles: GridParticlesConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
@@ -36,6 +40,8 @@ pub struct SlamConfig {
     pub prior_map_matching: PriorMapMatching,
     /// The particles that find the robot in it, wherever it is.
     pub particles: MonteCarloConfig,
+    /// The cells of poses by which it is found in a small one.
+    pub histogram: HistogramConfig,
 }
 
 impl SlamConfig {
