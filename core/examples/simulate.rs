@@ -56,12 +56,12 @@ struct Args {
     /// Goal of `--mode goto` in the world, as `x,y` in metres; the world's own goal by default.
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
-    /// How the robot estimates its pose: odometry, line-ekf, scan-matching, prior-map or
-    /// particle-localisation.
+    /// How the robot estimates its pose: odometry, line-ekf, scan-matching, grid-particles,
+    /// prior-map, particle-localisation or histogram-localisation.
     #[arg(long, default_value = "line-ekf")]
     method: String,
-    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS
-    /// map_server, OGmap.txt, floor plan (.svg) or world (.json). By default the walls of the
+    /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
+    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By default the walls of the
     /// world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,

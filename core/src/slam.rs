@@ -24,7 +24,7 @@ mod walls;
 
 use std::borrow::Cow;
 
-use crate::estimation::{EkfError, RestoreError, ScanMatcherError};
+use crate::estimation::{EkfError, GridParticlesError, RestoreError, ScanMatcherError};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
@@ -37,7 +37,7 @@ pub use method::{Method, UnknownMethod};
 use prepared::PreparedScan;
 pub use prior_map::{PriorMap, PriorMapFit, PriorMapMatching};
 pub use sonars::SonarsConfig;
-pub use view::View;
+pub use view::{OwnMap, View};
 
 /// Why SLAM cannot begin, or a scan cannot be used. The state stays as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -61,6 +61,9 @@ pub enum SlamError {
     /// A setting of the scan matcher.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
+    /// A setting of grid mapping by particles.
+    #[error(transparent)]
+    GridParticles(#[from] GridParticlesError),
     /// A saved map that the scan matcher cannot take up.
     #[error(transparent)]
     Restore(#[from] RestoreError),
@@ -212,6 +215,7 @@ impl Slam {
         config.lines.validate()?;
         self.config = SlamConfig {
             matcher: self.config.matcher,
+            grid_particles: self.config.grid_particles,
             grid: self.config.grid,
             prior_map: std::mem::take(&mut self.config.prior_map),
             saved_map: None,

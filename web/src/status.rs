@@ -81,6 +81,9 @@ pub struct RunStatus {
     /// Whether the pose in the prior map is to be believed; `null` from a method that does not
     /// tell.
     pub localisation: Option<LocalisationName>,
+    /// Of particles with maps, how many of equal weight would estimate as well; `NaN` of other
+    /// methods.
+    pub effective_particles: f64,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
     /// Who decides where to go.
@@ -185,7 +188,10 @@ impl RunStatus {
             submap: running_submap(slam) as u32,
             prior_map_overlap: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),
             prior_map_misfit: fit.is_some_and(PriorMapFit::is_misfit),
-            localisation: (slam.view().pose_quality).map(|quality| (&quality.localisation).into()),
+            localisation: fit
+                .and(slam.view().pose_quality)
+                .map(|quality| (&quality.localisation).into()),
+            effective_particles: slam.view().effective_particles.unwrap_or(f64::NAN),
             map_full: slam.grid().is_whole().is_err(),
             mode: (&pilot.mode()).into(),
             task: is_driven.then(|| Task::of(pilot)),

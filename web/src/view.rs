@@ -90,10 +90,16 @@ impl WebRun {
         }))
     }
 
-    /// x y of the particles behind them, at most some hundreds.
+    /// x y of the particles behind them, at most some hundreds; none of a robot that knows where it
+    /// is in a prior map. Of particles with maps, all, always.
     #[must_use]
     pub fn particles(&self) -> Vec<f32> {
-        let particles = self.slam().view().particles;
+        let view = self.slam().view();
+        let is_known = |quality: PoseQuality| quality.localisation == Localisation::Localised;
+        if view.prior_map_fit.is_some() && view.pose_quality.is_none_or(is_known) {
+            return vec![];
+        }
+        let particles = view.particles;
         let every = particles.len().div_ceil(MOST_PARTICLES).max(1);
         let places = particles.iter().step_by(every).map(|p| p.pose.position());
         places.flat_map(pair).collect()

@@ -75,8 +75,8 @@ struct Arguments {
     /// names.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// odometry, line-ekf, scan-matching, prior-map or particle-localisation; several apart by
-    /// commas.
+    /// odometry, line-ekf, scan-matching, grid-particles, prior-map, particle-localisation or
+    /// histogram-localisation; several apart by commas.
     #[arg(
         long = "method",
         value_name = "NAME",
@@ -84,8 +84,8 @@ struct Arguments {
         default_value = "scan-matching"
     )]
     methods: Vec<String>,
-    /// The map that `--method prior-map` or `particle-localisation` finds the robot in: YAML of ROS
-    /// map_server, OGmap.txt, floor plan (.svg) or world (.json).
+    /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
+    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json).
     #[arg(long)]
     prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.

@@ -52,7 +52,7 @@ pub(crate) fn evaluate(
             bail!("--method {} needs a map: --prior-map FILE", method.name())
         }
         (Some(_), _) => bail!(
-            "--prior-map needs --method prior-map or particle-localisation, not {}",
+            "--prior-map needs a --method that finds the robot in a map, as prior-map, not {}",
             method.name()
         ),
         (None, _) => {}

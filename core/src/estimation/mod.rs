@@ -9,6 +9,7 @@ mod drive_fit;
 mod ekf_slam;
 mod facing;
 mod free_space;
+mod grid_particles;
 mod line_localisation;
 mod line_model;
 mod map_quality;
@@ -33,6 +34,7 @@ pub use ekf_slam::{
     Fix, Gate, Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection,
     RobotState, SweepTiming, UpdateReport,
 };
+pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
 pub use line_localisation::LineLocaliser;
 pub use map_quality::{MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind};
 pub use measures::{align, ate_rmse};

@@ -54,6 +54,8 @@ pub struct Surfel {
 pub struct SurfelMap {
     config: SurfelConfig,
     surfels: Vec<Surfel>,
+    /// The place of the frame's origin in cells from the lower left corner of the square.
+    origin: Vector2<f64>,
     /// Blocks along one side of the directory.
     side: i32,
     directory: Vec<u32>,
@@ -79,11 +81,19 @@ impl SurfelMap {
     /// An empty map around its own origin.
     #[must_use]
     pub fn new(config: SurfelConfig) -> Self {
+        Self::around(Point2::origin(), config)
+    }
+
+    /// An empty map of the square around `middle`, in the same frame as that.
+    #[must_use]
+    pub fn around(middle: Point2<f64>, config: SurfelConfig) -> Self {
         let blocks = (config.half_side / (config.cell * BLOCK as f64))
             .ceil()
             .clamp(1.0, 1024.0);
         let side = 2 * blocks as i32;
+        let half = Vector2::repeat(f64::from(side) * 0.5 * BLOCK as f64);
         Self {
+            origin: half - middle.coords * (1.0 / config.cell),
             config,
             surfels: vec![],
             side,
@@ -164,17 +174,13 @@ impl SurfelMap {
     #[inline]
     fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
         let scale = 1.0 / self.config.cell;
-        let half = f64::from(self.side) * 0.5 * BLOCK as f64;
-        let at = |v: f64| {
-            let v = v * scale + half;
+        let side = f64::from(self.side) * BLOCK as f64;
+        let at = |v: f64, origin: f64| {
+            let v = v * scale + origin;
             // NaN compares false with everything; of what is not negative, the cast is the floor.
-            if v >= 0.0 && v < 2.0 * half {
-                v as i32
-            } else {
-                -1
-            }
+            if v >= 0.0 && v < side { v as i32 } else { -1 }
         };
-        (at(place.x), at(place.y))
+        (at(place.x, self.origin.x), at(place.y, self.origin.y))
     }
 
     #[inline]
@@ -197,17 +203,17 @@ impl SurfelMap {
         let position = surfel.position;
         let (col, row) = self.cell_of(position);
         let cells = (self.config.reach / self.config.cell).ceil() as i32;
-        let half = f64::from(self.side) * 0.5 * BLOCK as f64;
-        let centre = |c: i32| (f64::from(c) + 0.5 - half) * self.config.cell;
+        let (origin, cell) = (self.origin, self.config.cell);
+        let centre = |c: i32, origin: f64| (f64::from(c) + 0.5 - origin) * cell;
         let reach = (self.config.reach * self.config.reach) as f32;
         let Ok(surfel) = u32::try_from(index) else {
             return;
         };
         let last = self.side * BLOCK as i32 - 1;
         for r in (row - cells).max(0)..=(row + cells).min(last) {
-            let dy = centre(r) - position.y;
+            let dy = centre(r, origin.y) - position.y;
             let squared = |c: i32| {
-                let dx = centre(c) - position.x;
+                let dx = centre(c, origin.x) - position.x;
                 (dx * dx + dy * dy) as f32
             };
             // What lies within reach in a row is one piece.

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use super::{PriorMap, PriorMapMatching, SonarsConfig};
-use crate::estimation::{EkfConfig, MonteCarloConfig, SavedMap, ScanMatcherConfig, Start};
+use crate::estimation::{
+    EkfConfig, GridParticlesConfig, HistogramConfig, MonteCarloConfig, SavedMap, ScanMatcherConfig,
+    Start,
+};
 use crate::features::LineConfig;
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
@@ -23,6 +26,8 @@ pub struct SlamConfig {
     pub ekf: EkfConfig,
     /// The scan matcher, with the grid that it redraws after closing a loop.
     pub matcher: ScanMatcherConfig,
+    /// Grid mapping by particles.
+    pub grid_particles: GridParticlesConfig,
     /// The grid of the other methods.
     pub grid: GridConfig,
     /// What the filter over lines draws of a scan.
@@ -40,6 +45,8 @@ pub struct SlamConfig {
     pub saved_map: Option<EarlierMap>,
     /// The particles that find the robot in it, wherever it is.
     pub particles: MonteCarloConfig,
+    /// The cells of poses by which it is found in a small one.
+    pub histogram: HistogramConfig,
 }
 
 /// A saved map to go on in, and where in it the robot is.

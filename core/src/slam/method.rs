@@ -3,6 +3,8 @@
 //! A new method is a file here and a row of the table: everything else (names, settings files,
 //! commands, errors) follows from it.
 
+mod grid_particles;
+mod histogram_localisation;
 mod line_ekf;
 mod odometry;
 mod particle_localisation;
@@ -90,17 +92,24 @@ methods! {
         "A Kalman filter over the pose and all walls seen so far (TDK 2016 §3.4).";
     ScanMatching, "scan-matching", "Scan matching", scan_matching::begin,
         "Whole scans matched to submaps; loops are closed in a pose graph.";
+    GridParticles, "grid-particles", "Grid particles", grid_particles::begin,
+        "Particles with a map each: the one into which all fits survives (gmapping).";
     PriorMap, "prior-map", "Prior map", prior_map::begin,
         "Localisation in a map that is given before the run (TDK 2016 §3.2).";
     ParticleLocalisation, "particle-localisation", "Particles", particle_localisation::begin,
         "Monte Carlo localisation in a map that is given before the run, from anywhere in it.";
+    HistogramLocalisation, "histogram-localisation", "Histogram", histogram_localisation::begin,
+        "The probability of every pose in a small map that is given before the run (Markov localisation).";
 }
 
 impl Method {
     /// Whether it needs a map that is given before the run ([`SlamConfig::prior_map`]).
     #[must_use]
     pub fn needs_prior_map(self) -> bool {
-        matches!(self, Self::PriorMap | Self::ParticleLocalisation)
+        matches!(
+            self,
+            Self::PriorMap | Self::ParticleLocalisation | Self::HistogramLocalisation
+        )
     }
 }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-use super::{Method, Slam, SlamConfig, View};
-use crate::estimation::{SavedMap, ScanMatcher};
+use super::{Method, OwnMap, Slam, SlamConfig, View};
+use crate::estimation::SavedMap;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
@@ -33,7 +33,7 @@ impl Slam {
     #[must_use]
     pub fn grid(&self) -> &Grid {
         let drawn = self.drawn.grid();
-        self.view().map.map_or(drawn, ScanMatcher::grid)
+        self.view().own_map.map_or(drawn, OwnMap::grid)
     }
 
     /// The walls as segments with ends; empty for methods without lines.
@@ -88,7 +88,8 @@ impl Slam {
         self.history.speeds(0.1)
     }
 
-    /// The pose at each scan, as known now: a closed loop changes earlier ones.
+    /// The pose at each scan, as known now: a closed loop changes earlier ones, and so does another
+    /// particle that is the best one now.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let whole = self.whole_trajectory().into_iter();
@@ -104,8 +105,8 @@ impl Slam {
     /// The same with that of earlier runs in the same map before it.
     #[must_use]
     pub fn whole_trajectory(&self) -> Vec<(Stamp, Pose2)> {
-        let own = self.view().map;
-        own.map_or_else(|| self.track.clone(), |map| map.trajectory().collect())
+        let own = self.view().own_map;
+        own.map_or_else(|| self.track.clone(), OwnMap::trajectory)
     }
 
     /// The map to be gone on in by a later run, with the `times` of its scans; `None` of methods
@@ -121,8 +122,8 @@ impl Slam {
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.view()
-            .map
-            .map_or(self.drawn.changes(), ScanMatcher::grid_version)
+            .own_map
+            .map_or(self.drawn.changes(), OwnMap::grid_version)
     }
 
     /// Adds pose, walls and map to a hash.

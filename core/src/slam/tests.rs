@@ -33,13 +33,15 @@ fn methods_are_found_by_name() {
             "odometry",
             "line-ekf",
             "scan-matching",
+            "grid-particles",
             "prior-map",
-            "particle-localisation"
+            "particle-localisation",
+            "histogram-localisation"
         ]
     );
     let error = "teleport".parse::<Method>().unwrap_err().to_string();
     assert_eq!(
         error,
-        "there is no method `teleport`; expected odometry, line-ekf, scan-matching, prior-map or particle-localisation"
+        "there is no method `teleport`; expected odometry, line-ekf, scan-matching, grid-particles, prior-map, particle-localisation or histogram-localisation"
     );
 }

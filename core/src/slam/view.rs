@@ -1,11 +1,56 @@
 //! What a method shows of itself.
 
+use std::fmt::Debug;
+
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, Hypothesis, Landmark, Match, OdometryErrors, Particle, PoseGraph, PoseQuality,
-    ScanMatcher, SymmetricMatrix, UpdateReport,
+    Correlations, GridParticles, Hypothesis, Landmark, Match, OdometryErrors, Particle, PoseGraph,
+    PoseQuality, ScanMatcher, SymmetricMatrix, UpdateReport,
 };
 use crate::features::LineFeature;
+use crate::geom::Pose2;
+use crate::map::Grid;
+use crate::robot::Stamp;
+
+/// A map and a trajectory that a method may change after they were drawn.
+pub trait OwnMap: Debug {
+    /// The map.
+    fn grid(&self) -> &Grid;
+
+    /// Grows by one whenever it is another grid: what was shown of the old one is void then.
+    fn grid_version(&self) -> u64;
+
+    /// The pose at each scan, as known now.
+    fn trajectory(&self) -> Vec<(Stamp, Pose2)>;
+}
+
+impl OwnMap for ScanMatcher {
+    fn grid(&self) -> &Grid {
+        Self::grid(self)
+    }
+
+    fn grid_version(&self) -> u64 {
+        Self::grid_version(self)
+    }
+
+    fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        Self::trajectory(self).collect()
+    }
+}
+
+impl OwnMap for GridParticles {
+    fn grid(&self) -> &Grid {
+        Self::grid(self)
+    }
+
+    fn grid_version(&self) -> u64 {
+        Self::grid_version(self)
+    }
+
+    fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
+        Self::trajectory(self)
+    }
+}
 
 /// What a method shows of itself after the last scan. What it does not have is empty.
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,8 +77,13 @@ pub struct View<'a> {
     pub loop_closures: usize,
     /// The pose graph of a method that keeps one.
     pub graph: Option<&'a PoseGraph>,
-    /// The map and trajectory of a method that changes what it has drawn.
+    /// Of the particles, how many of equal weight would estimate as well; of methods that map by
+    /// them.
+    pub effective_particles: Option<f64>,
+    /// The submaps of scan matching.
     pub map: Option<&'a ScanMatcher>,
+    /// The map and trajectory of a method that changes what it has drawn.
+    pub own_map: Option<&'a dyn OwnMap>,
 }
 
 impl<'a> View<'a> {

@@ -23,6 +23,17 @@ pub enum EkfError {
         /// The most it may be.
         most: f64,
     },
+    /// A prior map in which there are more poses than a histogram may hold.
+    #[error(
+        "the prior map is too large for a histogram: {poses:.0} poses, at most {most:.0}; \
+         particle-localisation finds the robot in larger ones"
+    )]
+    TooManyPoses {
+        /// Cells of poses that the map spans.
+        poses: f64,
+        /// The most that there may be.
+        most: f64,
+    },
     /// A figure of a configuration, a start or a prior out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),

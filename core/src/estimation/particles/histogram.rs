@@ -15,6 +15,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Point2;
 
+use super::hypothesis::{Hypothesis, hypotheses};
 use super::recent::{Ray, rays};
 use super::wall_map::WallMap;
 use super::{MonteCarloConfig, Particle};
@@ -32,8 +33,12 @@ config! {
         pub cell: f64 = 0.1,
         /// Cells of the heading in a whole turn. Default 72, of 5° each.
         pub turns: usize = 72,
-        /// Most cells of all. Default two million.
-        pub most: usize = 2_000_000,
+        /// Most cells of all. Default one million: 14000 places, a room of 12 x 12 m. Larger: a
+        /// scan takes seconds while nothing is known.
+        pub most: usize = 1_000_000,
+        /// A scan is taken in after this way, m, or turn, rad: each move blurs what is known by a
+        /// part of a cell. Default 0.1 and 0.0873, a cell.
+        pub after: [f64; 2] = [0.1, 0.0873],
     }
 }
 
@@ -51,6 +56,8 @@ const SPREAD: [(f64, f64); 3] = [
 #[derive(Clone, Debug)]
 pub struct HistogramLocaliser {
     config: MonteCarloConfig,
+    cells: HistogramConfig,
+    is_begun: bool,
     map: WallMap,
     low: Point2<f64>,
     cell: f64,
@@ -66,17 +73,16 @@ impl HistogramLocaliser {
     /// In a map of walls known to `map_sigma`, m; at first every pose in the rectangle around them
     /// is as probable as any other.
     ///
-    /// # Errors   [`EkfError::PriorMap`] where there are no walls, or they span more cells than may
-    /// be.
+    /// # Errors   [`EkfError::PriorMap`] where the walls cannot be held, and
+    /// [`EkfError::TooManyPoses`] where there are none, or they span more cells than may be.
     pub fn new(
         faces: &[Segment],
         map_sigma: f64,
         config: MonteCarloConfig,
         cells: HistogramConfig,
     ) -> Result<Self, EkfError> {
-        let too_large = |value: f64| EkfError::PriorMap {
-            what: "number of cells of poses in the prior map",
-            value,
+        let too_large = |poses: f64| EkfError::TooManyPoses {
+            poses,
             most: cells.most as f64,
         };
         let map = WallMap::new(faces, map_sigma, &config)?;
@@ -93,6 +99,8 @@ impl HistogramLocaliser {
         let count = cols * rows * cells.turns;
         Ok(Self {
             config,
+            cells,
+            is_begun: false,
             map,
             low,
             cell: cells.cell,
@@ -102,6 +110,13 @@ impl HistogramLocaliser {
             mass: vec![1.0 / count as f64; count],
             moved: PoseEstimate::exact(Pose2::identity()),
         })
+    }
+
+    /// From here on every pose is as probable as any other.
+    pub fn forget(&mut self) {
+        let count = self.mass.len();
+        self.mass.fill(1.0 / count as f64);
+        self.is_begun = false;
     }
 
     /// Begins with a Gaussian instead.
@@ -122,14 +137,54 @@ impl HistogramLocaliser {
         self.moved = odometry.after(&self.moved);
     }
 
-    /// Steps 1 and 2: takes a scan, in the robot frame of now.
-    pub fn update(&mut self, points: &Points) {
+    /// Steps 1 and 2: takes a scan, in the robot frame of now. Says whether it did: not where the
+    /// robot has hardly moved since the last one.
+    pub fn update(&mut self, points: &Points) -> bool {
+        let [way, turn] = self.cells.after;
+        let moved = &self.moved.pose;
+        let has_moved = moved.position().coords.norm() >= way || moved.heading().abs() >= turn;
+        if self.is_begun && !has_moved {
+            return false;
+        }
+        self.is_begun = true;
         self.shift();
         let rays = rays(points, self.config.most_beams);
         if rays.len() >= self.config.fewest_beams {
             self.correct(&rays);
         }
+        true
     }
+
+    /// How well a scan agrees with the map at a pose, 0 to 1; `None` of one that says nothing.
+    #[must_use]
+    pub fn agreement(&self, pose: &Pose2, points: &Points) -> Option<f64> {
+        let rays = rays(points, self.config.most_beams);
+        let says = rays.len() >= self.config.fewest_beams;
+        says.then(|| self.map.agreement(pose, rays.into_iter()))
+    }
+
+    /// Where the robot may be, the likeliest first: cells that touch are one hypothesis. None while
+    /// more cells than [`Self::SHOWN`] are likely.
+    #[must_use]
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        hypotheses(&self.likely(), &self.config.kld)
+    }
+
+    /// The cells that have at least a hundredth of the probability of the likeliest, with their
+    /// probabilities; none while these are more than [`Self::SHOWN`].
+    #[must_use]
+    pub fn likely(&self) -> Vec<Particle> {
+        let least = 0.01 * self.mass.iter().copied().fold(0.0, f64::max);
+        let likely = self.weighted().filter(|cell| cell.weight >= least);
+        let likely: Vec<Particle> = likely.take(Self::SHOWN + 1).collect();
+        match likely.len() > Self::SHOWN {
+            true => vec![],
+            false => likely,
+        }
+    }
+
+    /// Cells that are shown at most.
+    pub const SHOWN: usize = 20_000;
 
     /// Mean and covariance of all poses, about the most probable one.
     #[must_use]

@@ -22,7 +22,10 @@ pub struct Hypothesis {
 }
 
 /// The hypotheses of particles whose weights sum up to 1.
-pub(super) fn hypotheses(particles: &[Particle], config: &KldConfig) -> Vec<Hypothesis> {
+pub(in crate::estimation) fn hypotheses(
+    particles: &[Particle],
+    config: &KldConfig,
+) -> Vec<Hypothesis> {
     let mut bins: BTreeMap<Bin, Vec<usize>> = BTreeMap::new();
     for (index, particle) in particles.iter().enumerate() {
         bins.entry(config.bin_of(&particle.pose))
@@ -97,7 +100,10 @@ pub(super) fn moments(particles: &[Particle]) -> Option<Hypothesis> {
 }
 
 /// Weighted sum of squares of (x, y, θ) about a pose.
-pub(super) fn covariance_about(pose: &Pose2, particles: &[Particle]) -> Matrix3<f64> {
+pub(in crate::estimation) fn covariance_about(
+    pose: &Pose2,
+    particles: &[Particle],
+) -> Matrix3<f64> {
     let mut cov = Matrix3::zeros();
     for particle in particles {
         let off = particle.pose.minus(pose);

@@ -111,7 +111,7 @@ pub(super) fn draw<R: Rng>(
 
 /// Poses around one that is uncertain.
 #[derive(Clone, Debug)]
-pub(super) struct Gaussian {
+pub(in crate::estimation) struct Gaussian {
     mean: Pose2,
     /// L of its covariance L Lᵀ.
     spread: Matrix3<f64>,
@@ -120,7 +120,7 @@ pub(super) struct Gaussian {
 impl Gaussian {
     /// `cov` of (x, y, θ), in the frame of the pose's coordinates; what is not positive about it
     /// counts as nothing.
-    pub(super) fn new(mean: Pose2, cov: &Matrix3<f64>) -> Self {
+    pub(in crate::estimation) fn new(mean: Pose2, cov: &Matrix3<f64>) -> Self {
         // A direction that is known exactly has no Cholesky factor.
         let eigen = cov.symmetric_eigen();
         let sigmas = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
@@ -130,7 +130,7 @@ impl Gaussian {
         }
     }
 
-    pub(super) fn draw(&self, rng: &mut impl Rng) -> Pose2 {
+    pub(in crate::estimation) fn draw(&self, rng: &mut impl Rng) -> Pose2 {
         let (a, b) = gaussian_pair(rng);
         let (c, _) = gaussian_pair(rng);
         self.mean.plus(&(self.spread * Vector3::new(a, b, c)))

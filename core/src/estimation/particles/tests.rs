@@ -120,6 +120,7 @@ fn particles_have_the_mean_and_covariance_of_the_posterior_by_brute_force() {
     let fine = HistogramConfig {
         cell: 0.05,
         turns: 180,
+        most: 4_000_000,
         ..HistogramConfig::default()
     };
     let mut histogram = HistogramLocaliser::new(&walls, 0.01, config, fine).unwrap();
@@ -273,5 +274,108 @@ fn a_histogram_finds_its_robot_from_anywhere() {
         most: 1000,
         ..cells
     };
-    assert!(HistogramLocaliser::new(&walls, 0.01, MonteCarloConfig::default(), small).is_err());
+    let config = MonteCarloConfig::default();
+    let refused = HistogramLocaliser::new(&walls, 0.01, config, small).unwrap_err();
+    assert!(
+        refused.to_string().contains("too large for a histogram"),
+        "{refused}"
+    );
+}
+
+/// Bayes' rule by brute force: the robot turns on the spot by whole cells and without noise, so
+/// that a cell's probability is that of all it should have seen on the way to it. Distances are those of
+/// the segments themselves.
+#[test]
+fn a_histogram_has_the_posterior_of_a_bayes_filter_by_brute_force() {
+    let walls = uneven();
+    let config = MonteCarloConfig {
+        sigma: 0.25,
+        independent_beams: 3.0,
+        ..MonteCarloConfig::default()
+    };
+    let cells = HistogramConfig {
+        cell: 0.2,
+        turns: 36,
+        ..HistogramConfig::default()
+    };
+    let mut histogram = HistogramLocaliser::new(&walls, 0.0, config, cells).unwrap();
+    let turn = Pose2::new(0.0, 0.0, std::f64::consts::TAU / 36.0);
+    let (mut truth, mut scans) = (Pose2::new(3.0, 1.5, 0.4), vec![]);
+    for step in 0..3 {
+        if step > 0 {
+            truth = truth * turn;
+            histogram.predict(&Odometry {
+                motion: turn,
+                ..Odometry::standing(Stamp(0))
+            });
+        }
+        let points = seen_from(&truth, &walls);
+        assert!(histogram.update(&points));
+        scans.push(super::recent::rays(&points, config.most_beams));
+    }
+    let log_likelihood = |pose: &Pose2, rays: &[super::recent::Ray]| {
+        let of = |ray: &super::recent::Ray| {
+            let place = *pose * ray.to;
+            let near = walls.iter().map(|wall| wall.distance(place));
+            let d = near.fold(f64::INFINITY, f64::min);
+            let hit = libm::exp(-0.5 * d * d / (config.sigma * config.sigma));
+            libm::log((1.0 - config.random_part) * hit + config.random_part)
+        };
+        config.independent_beams * rays.iter().map(of).sum::<f64>() / rays.len() as f64
+    };
+    let posterior: Vec<(Particle, f64)> = histogram
+        .weighted()
+        .map(|cell| {
+            let mut pose = cell.pose;
+            let mut log = 0.0;
+            for rays in scans.iter().rev() {
+                log += log_likelihood(&pose, rays);
+                pose = pose * turn.inverse();
+            }
+            (cell, libm::exp(log))
+        })
+        .collect();
+    let sum: f64 = posterior.iter().map(|(_, p)| p).sum();
+    let off: f64 = posterior
+        .iter()
+        .map(|(cell, p)| (cell.weight - p / sum).abs())
+        .sum();
+    // The distance of the two distributions, at most 2: what distances in cells of 5 cm leave.
+    assert!(off < 0.05, "{off}");
+    let uniform = 1.0 / posterior.len() as f64;
+    let said: f64 = posterior
+        .iter()
+        .map(|(cell, _)| (cell.weight - uniform).abs())
+        .sum();
+    assert!(said > 1.0, "the scans say something: {said}");
+}
+
+#[test]
+fn a_histogram_names_both_ends_of_a_hall_and_forgets_when_told() {
+    let walls = even();
+    let cells = HistogramConfig::default();
+    let mut histogram =
+        HistogramLocaliser::new(&walls, 0.01, MonteCarloConfig::default(), cells).unwrap();
+    assert!(histogram.likely().is_empty(), "nothing is known yet");
+    let mut truth = Pose2::new(3.0, 1.5, 0.3);
+    for _ in 0..4 {
+        let step = Pose2::new(0.2, 0.0, 0.1);
+        truth = truth * step;
+        histogram.predict(&moved(step));
+        histogram.update(&seen_from(&truth, &walls));
+    }
+    let found = histogram.hypotheses();
+    let twin = Pose2::new(8.0, 4.0, std::f64::consts::PI) * truth;
+    for pose in [truth, twin] {
+        let named = found.iter().find(|h| {
+            let [way, turn] = off(&h.estimate, &pose);
+            way < 0.2 && turn < 0.1
+        });
+        let weight = named.map_or(0.0, |named| named.weight);
+        assert!((0.3..0.7).contains(&weight), "{weight} {found:?}");
+    }
+    // A robot that stands learns nothing new.
+    assert!(!histogram.update(&seen_from(&truth, &walls)));
+    histogram.forget();
+    assert!(histogram.likely().is_empty() && histogram.hypotheses().is_empty());
 }

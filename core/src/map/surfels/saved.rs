@@ -1,6 +1,8 @@
 //! Surfels as bytes, with their index: a surfel stands in the cells that were near it when it was
 //! first seen, and has moved since, so that the index cannot be made again from the surfels.
 
+use nalgebra::Vector2;
+
 use super::{BLOCK, Entry, NO_BLOCK, Surfel, SurfelConfig, SurfelMap};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
 
@@ -33,8 +35,11 @@ impl SurfelMap {
     }
 }
 
+/// Of maps around their own origin, as those of submaps are; tiles are not saved.
 impl Snapshot for SurfelMap {
     fn write(&self, out: &mut Vec<u8>) {
+        let half = f64::from(self.side) * 0.5 * BLOCK as f64;
+        debug_assert_eq!(self.origin, Vector2::repeat(half), "a tile is saved");
         self.config.write(out);
         self.surfels.write(out);
         // The blocks in the order in which they were made, each with its slot.

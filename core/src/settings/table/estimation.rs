@@ -2,7 +2,9 @@
 
 use super::{ANY, BY_LINES, Group};
 use crate::association::{AssociationConfig, AssociationMethod};
-use crate::estimation::{ClosureConfig, Consistency, EkfConfig, ScanMatcherConfig};
+use crate::estimation::{
+    ClosureConfig, Consistency, EkfConfig, GridParticlesConfig, ScanMatcherConfig,
+};
 use crate::registration::RegistrationMethod;
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
@@ -72,4 +74,28 @@ rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
         "How far a beam without a return is believed to be free. Larger: more is known to be free, glass too.";
     "known.by", "Finds itself by", one_of::<PriorMapMatching>(), [slam.prior_map_matching].methods(&[Method::PriorMap]).basic(),
         "What of a scan is found in a prior map: each straight wall, by the filter, or all that was hit at once, which a map of cells with furniture in it asks for.";
+}
+
+const OF_GRID_PARTICLES: Group = Group {
+    name: "Grid particles",
+    methods: &[Method::GridParticles],
+    acts: Acts::OnRestart,
+    ..ANY
+};
+
+rows! { GRID_PARTICLES = OF_GRID_PARTICLES;
+    "mapping.particles", "Particles", whole(GridParticlesConfig::COUNT, NUMBER), [slam.grid_particles.count].basic(),
+        "Each has a map of its own. Larger: longer loops close well, and each scan takes longer.";
+    "mapping.distance", "Distance between scans", real(GridParticlesConfig::WAY, METRES), [slam.grid_particles.way].basic(),
+        "A scan is taken into the maps after this way. Larger: less work, until scans no longer overlap.";
+    "mapping.turn", "Turn between scans", real(GridParticlesConfig::TURN, DEGREES), [slam.grid_particles.turn],
+        "A scan is taken into the maps after this turn. Larger: less work, until scans no longer overlap.";
+    "mapping.sigma", "Unknown of a point", real(GridParticlesConfig::SIGMA, CENTIMETRES), [slam.grid_particles.sigma],
+        "How far a point may be off its surface, by beam and map. Smaller: weights say more.";
+    "mapping.independent", "Independent points", real(GridParticlesConfig::INDEPENDENT_POINTS, NUMBER), [slam.grid_particles.independent_points],
+        "So many points of a scan say something of their own. Larger: weights say more, and fewer particles survive.";
+    "mapping.news", "News of a scan", real(GridParticlesConfig::NEWS, PERCENT), [slam.grid_particles.news],
+        "Part of a scan that those before did not say already. Larger: weights say more, and fewer particles are left when a loop closes.";
+    "mapping.resample_below", "Drawn anew below", real(GridParticlesConfig::RESAMPLE_BELOW, PERCENT), [slam.grid_particles.resample_below],
+        "Particles are drawn anew where their effective number falls below this part. Larger: more often, and maps are lost sooner.";
 }

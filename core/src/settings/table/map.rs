@@ -13,18 +13,21 @@ const OF_MAP: Group = Group {
     acts: Acts::OnRestart,
     ..ANY
 };
-/// Scan matching draws by figures of its own.
+/// Scan matching and grid particles draw few scans, by figures of their own.
 const SCAN_BY_SCAN: &[Method] = &[
     Method::Odometry,
     Method::LineEkf,
     Method::PriorMap,
     Method::ParticleLocalisation,
+    Method::HistogramLocalisation,
 ];
 /// Methods that draw only what a scan surely says.
 const BY_EVIDENCE: &[Method] = &[
     Method::LineEkf,
+    Method::GridParticles,
     Method::PriorMap,
     Method::ParticleLocalisation,
+    Method::HistogramLocalisation,
 ];
 
 rows! { MAP = OF_MAP;

@@ -36,6 +36,7 @@ impl Estimator for ScanMatcher {
             loop_closures: self.loop_closures(),
             graph: Some(self.graph()),
             map: Some(self),
+            own_map: Some(self),
             ..View::default()
         }
     }

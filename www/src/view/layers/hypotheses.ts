@@ -1,5 +1,5 @@
 // Where the robot may be while it does not know: an arrowhead for each pose, the likelier the
-// darker, over the particles that stand for them.
+// darker, over the particles that stand for them. Particles with maps are drawn always.
 
 import { HYPOTHESIS, HYPOTHESIS_STRIDE } from "../../protocol/module.js";
 import { addShape } from "./body.js";
@@ -7,7 +7,7 @@ import { type Brush, stroke } from "./layer.js";
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { hypotheses, particles, status } } = brush;
-  if (hypotheses.length === 0) return;
+  if (hypotheses.length === 0 && particles.length === 0) return;
   context.fillStyle = palette.css.hypotheses;
   context.globalAlpha = 0.5;
   const size = camera.px(2);
