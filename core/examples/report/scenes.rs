@@ -62,6 +62,7 @@ pub(crate) fn hit(beam_idx: usize, bearing: f64, range: f64, sigma: f64) -> Beam
         sigma,
         is_hit: true,
         quality: None,
+        age: 0.0,
     }
 }
 

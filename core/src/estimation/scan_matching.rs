@@ -39,6 +39,7 @@ mod records;
 mod renumber;
 mod revocation;
 mod saved;
+mod seen;
 mod shown;
 #[cfg(test)]
 mod tests;
@@ -55,12 +56,13 @@ use self::gathering::Gathering;
 use self::going_on::Piece;
 use self::motion::Motion;
 use self::records::Records;
+use self::seen::Seen;
 use super::free_space::FreeSpace;
 use super::pose_graph::{EdgeId, PoseGraph};
 use super::submap::ClosedSubmap;
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
-use crate::points::{OrientedPoint, Points, oriented_cloud, oriented_points};
+use crate::points::{OrientedPoint, Points};
 use crate::robot::{Odometry, Stamp};
 
 pub use self::closures::Proof;
@@ -216,7 +218,8 @@ impl ScanMatcher {
         let points = &*self.in_order(points);
         let moved = self.pending.take().map(|moved| self.motion.moved(moved));
         if !self.gathering.is_sparse(points) {
-            self.place(points, sigmas, oriented_points(points), moved.as_ref());
+            let seen = Seen::scan(points, sigmas, self.seconds_until(points.stamp));
+            self.place(seen, moved.as_ref());
         } else {
             self.gathering.push(points, sigmas, moved);
             self.note_place(points.stamp, self.local.pose * self.gathering.here());
@@ -236,11 +239,8 @@ impl ScanMatcher {
         let gathered = complete.places.len() + 1;
         self.trajectory
             .truncate(self.trajectory.len().saturating_sub(gathered));
-        let (points, surfaces) = (
-            &complete.points,
-            oriented_cloud(&complete.points, &complete.before),
-        );
-        self.place(points, &complete.sigmas, surfaces, complete.moved.as_ref());
+        let (seen, moved) = (complete.seen, complete.moved);
+        self.place(seen, moved.as_ref());
         let Some(end) = self.trajectory.pop() else {
             return;
         };
@@ -251,28 +251,24 @@ impl ScanMatcher {
     }
 
     /// Places what was seen; `moved` is what odometry says since the last time.
-    fn place(
-        &mut self,
-        points: &Points,
-        sigmas: &[f64],
-        surfaces: Vec<OrientedPoint>,
-        moved: Option<&Odometry>,
-    ) {
-        let mut tracked = self.track(&surfaces, moved, points.stamp);
+    fn place(&mut self, mut seen: Seen, moved: Option<&Odometry>) {
+        let stamp = seen.points.stamp;
+        let mut tracked = self.track(&seen, moved, stamp);
         if std::mem::take(&mut self.is_new_run) && !self.begins_here(&tracked) {
             self.begin_piece();
-            tracked = self.track(&surfaces, moved, points.stamp);
+            tracked = self.track(&seen, moved, stamp);
         }
         if moved.is_some() && tracked.is_sure {
             self.motion.model.note(tracked.was_right);
         }
         self.local = tracked.estimate;
+        seen.correct(&self.local.pose, &tracked.error);
         self.is_blind = tracked.found.is_none();
-        self.motion.remember(points.stamp, self.local.pose);
+        self.motion.remember(stamp, self.local.pose);
         if tracked.is_loose || self.is_new_place(tracked.agreement.overlap()) {
-            self.add_keyframe(points, sigmas, surfaces, &tracked);
+            self.add_keyframe(seen, &tracked);
         }
-        self.note_place(points.stamp, self.local.pose);
+        self.note_place(stamp, self.local.pose);
     }
 
     fn note_place(&mut self, stamp: Stamp, submap_from_robot: Pose2) {

@@ -69,6 +69,7 @@ pub struct BadBeam {
 ///     sigma: 0.01,
 ///     is_hit: true,
 ///     quality: None,
+///     age: 0.0,
 /// };
 /// let wall = fit_line(&[on_x_2(-1.0), on_x_2(0.0), on_x_2(1.0)], 0.0).unwrap();
 /// assert!(wall.line.alpha().abs() < 1e-9 && (wall.line.r() - 2.0).abs() < 1e-9);

@@ -194,6 +194,7 @@ impl BlindZone {
             sigma: self.config.behind,
             is_hit: true,
             quality: None,
+            age: 0.0,
         }));
         all
     }

@@ -58,6 +58,8 @@ pub struct Beam {
     pub is_hit: bool,
     /// Strength of the echo in the sensor's own unit; `None` where it reports none.
     pub quality: Option<u8>,
+    /// How long before the stamp of the points it was taken, s.
+    pub age: f64,
 }
 
 impl Beam {
@@ -146,6 +148,7 @@ impl Points {
                     sigma: config.sigma.map_or(f64::from(sigma), |s| s.at(range)),
                     is_hit,
                     quality: scan.quality(beam_idx),
+                    age: stamp.since(scan.taken_at(beam_idx)),
                 })
             })
             .collect();

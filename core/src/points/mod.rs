@@ -17,7 +17,7 @@ mod walkers;
 pub use blind_zone::{BlindZone, BlindZoneConfig};
 pub use cartesian::{Beam, PointConfig, Points};
 pub use deskew::{MotionHistory, MovedSince};
-pub use oriented::{OrientedPoint, oriented_cloud, oriented_points};
+pub use oriented::{OrientedPoint, oriented_beams, oriented_cloud, oriented_points};
 pub use range_sigma::{Growth, RangeSigma, SigmaBin, SigmaError, SigmaFit, estimate_sigma};
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};

@@ -48,18 +48,22 @@ const MAX_NEIGHBOURS: usize = 8;
 /// Finds the surfaces of a scan; positions and normals are in the robot frame.
 #[must_use]
 pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
-    let hits: Vec<_> = points
-        .hits()
-        .filter(|beam| beam.range <= MAX_RANGE)
-        .collect();
+    let beams = oriented_beams(points);
+    beams.into_iter().map(|(_, surface)| surface).collect()
+}
+
+/// The same, each with the place of its beam in `points.beams`.
+#[must_use]
+pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
+    let hits: Vec<_> = near_hits(points).collect();
     // Of one beam alone: about the 1° of most lidars, and no neighbours to be misled by it.
     let angle = points.beam_spacing().unwrap_or(0.02);
-    let mut kept: Vec<OrientedPoint> = vec![];
-    for (at, beam) in hits.iter().enumerate() {
+    let mut kept: Vec<(usize, OrientedPoint)> = vec![];
+    for (at, (place, beam)) in hits.iter().enumerate() {
         let position = beam.end_in_robot;
         if kept
             .last()
-            .is_some_and(|last| (last.position - position).norm() < SPACING)
+            .is_some_and(|(_, last)| (last.position - position).norm() < SPACING)
         {
             continue;
         }
@@ -81,38 +85,44 @@ pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
                 last = next;
             }
         };
-        walk(&mut hits.iter().skip(at + 1).map(|b| b.end_in_robot));
-        walk(&mut hits.iter().take(at).rev().map(|b| b.end_in_robot));
-        kept.extend(scatter.normal().map(|normal| seen(beam, normal)));
+        walk(&mut hits.iter().skip(at + 1).map(|(_, b)| b.end_in_robot));
+        walk(&mut hits.iter().take(at).rev().map(|(_, b)| b.end_in_robot));
+        let normal = scatter.normal();
+        kept.extend(normal.map(|normal| (*place, seen(beam, normal))));
     }
     kept
 }
 
 /// Finds the surfaces in what several scans saw from several places, in the frame and order that
-/// `points` has. What `before` saw, in the same frame, counts as neighbours alone.
+/// `points` has, each with the place of its beam there. What `before` saw, in the same frame,
+/// counts as neighbours alone.
 #[must_use]
-pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<OrientedPoint> {
-    let hits: Vec<_> = points
-        .hits()
-        .filter(|beam| beam.range <= MAX_RANGE)
-        .collect();
-    let mut kept: Vec<OrientedPoint> = vec![];
-    for beam in &hits {
+pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, OrientedPoint)> {
+    let hits: Vec<_> = near_hits(points).collect();
+    let mut kept: Vec<(usize, OrientedPoint)> = vec![];
+    for (place, beam) in &hits {
         let position = beam.end_in_robot;
         let is_near = |other: &Point2<f64>, reach: f64| (other - position).norm() < reach;
-        if kept.iter().any(|k| is_near(&k.position, SPACING)) {
+        if kept.iter().any(|(_, k)| is_near(&k.position, SPACING)) {
             continue;
         }
         let mut scatter = Scatter::default();
-        let ends = hits.iter().map(|b| b.end_in_robot);
+        let ends = hits.iter().map(|(_, b)| b.end_in_robot);
         let ends = ends.chain(before.iter().copied());
         for end in ends.filter(|end| is_near(end, CLOUD_REACH)) {
             scatter.add(end - position);
         }
         let normal = (scatter.count >= CLOUD_NEIGHBOURS).then(|| scatter.normal());
-        kept.extend(normal.flatten().map(|normal| seen(beam, normal)));
+        let normal = normal.flatten();
+        kept.extend(normal.map(|normal| (*place, seen(beam, normal))));
     }
     kept
+}
+
+/// The hits that are not too far, with their places in `points.beams`.
+fn near_hits(points: &Points) -> impl Iterator<Item = (usize, &Beam)> {
+    let beams = points.beams.iter().enumerate();
+    beams.filter(|(_, beam)| beam.is_hit && beam.range <= MAX_RANGE)
 }
 
 /// Where a beam ends, the normal of the surface towards the side from which it was seen.
@@ -233,11 +243,11 @@ mod tests {
         let ends = (0..40).map(|i| Point2::new(2.0, -0.1 + 0.05 * f64::from(i * 7 % 40)));
         let found = oriented_cloud(&scan_of_hits(ends), &[]);
         assert!(found.len() > 30, "{}", found.len());
-        for point in &found {
+        for (_, point) in &found {
             assert!((point.normal + Vector2::x()).norm() < 1e-9, "{point:?}");
         }
         // One more point on it has a normal by those that were there before.
-        let before: Vec<_> = found.iter().map(|point| point.position).collect();
+        let before: Vec<_> = found.iter().map(|(_, p)| p.position).collect();
         let one = scan_of_hits([Point2::new(2.0, 0.52)]);
         assert!(oriented_cloud(&one, &[]).is_empty());
         assert_eq!(oriented_cloud(&one, &before).len(), 1);

@@ -18,4 +18,5 @@ snapshot!(Beam {
     sigma,
     is_hit,
     quality,
+    age,
 });

@@ -130,12 +130,6 @@ pub(super) fn register(
     config: &MatchConfig,
     accumulate: impl Fn(&Pose2, f64) -> Sums,
 ) -> Registration {
-    let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
-    let weight_of = |sums: &Sums| {
-        let overlap = sums.inliers as f64 / points.len().max(1) as f64;
-        let part = (overlap / config.full_overlap).min(1.0);
-        full * part * part
-    };
     let mut pose = *start;
     let mut kernel = config.first_kernel.max(config.last_kernel);
     let mut settled = false;
@@ -149,7 +143,7 @@ pub(super) fn register(
         if let Some(free) = free_direction(&sums.hessian, config.min_share) {
             sums.silence(&free);
         }
-        let weight = weight_of(&sums);
+        let weight = weight_of(&sums, points.len(), config);
         let off = pose.minus(&prior.pose);
         let hessian = sums.hessian * weight + prior.information;
         let gradient = sums.gradient * weight + prior.information * off;
@@ -159,9 +153,7 @@ pub(super) fn register(
         let step = -cholesky.solve(&gradient);
         pose = pose.plus(&step);
         let at_end = kernel <= config.last_kernel;
-        settled = at_end
-            && step.x.abs().max(step.y.abs()) < config.shift_tolerance
-            && step.z.abs() < config.turn_tolerance;
+        settled = at_end && is_settled(&step, config);
         kernel = (config.kernel_shrink * kernel).max(config.last_kernel);
     }
     let mut sums = accumulate(&pose, config.last_kernel);
@@ -169,8 +161,34 @@ pub(super) fn register(
     if let Some(free) = &free {
         sums.silence(free);
     }
-    let information = sums.hessian * weight_of(&sums);
-    let verdict = if sums.inliers < config.min_points {
+    let information = sums.hessian * weight_of(&sums, points.len(), config);
+    let verdict = verdict_of(&sums, free.as_ref(), settled, config);
+    let cov = (information + prior.information).try_inverse();
+    let counted = (&sums, points.len());
+    outcome(pose, cov, information, counted, iterations, verdict)
+}
+
+/// What one residual of so many points weighs.
+pub(super) fn weight_of(sums: &Sums, points: usize, config: &MatchConfig) -> f64 {
+    let full = 1.0 / (config.sigma * config.sigma * config.redundancy);
+    let overlap = sums.inliers as f64 / points.max(1) as f64;
+    let part = (overlap / config.full_overlap).min(1.0);
+    full * part * part
+}
+
+/// Whether a step is nothing.
+pub(super) fn is_settled(step: &Vector3<f64>, config: &MatchConfig) -> bool {
+    step.x.abs().max(step.y.abs()) < config.shift_tolerance && step.z.abs() < config.turn_tolerance
+}
+
+/// What a match of these sums is worth, `free` being the direction of which nothing is said.
+pub(super) fn verdict_of(
+    sums: &Sums,
+    free: Option<&Vector3<f64>>,
+    settled: bool,
+    config: &MatchConfig,
+) -> Verdict {
+    if sums.inliers < config.min_points {
         Verdict::TooFewPoints {
             found: sums.inliers,
         }
@@ -182,16 +200,25 @@ pub(super) fn register(
         Verdict::Converged
     } else {
         Verdict::NotConverged
-    };
-    let mut cov = (information + prior.information)
-        .try_inverse()
-        .unwrap_or_else(|| Matrix3::from_diagonal_element(UNKNOWN));
+    }
+}
+
+/// The result of a match of so many points.
+pub(super) fn outcome(
+    pose: Pose2,
+    cov: Option<Matrix3<f64>>,
+    information: Matrix3<f64>,
+    (sums, points): (&Sums, usize),
+    iterations: usize,
+    verdict: Verdict,
+) -> Registration {
+    let mut cov = cov.unwrap_or_else(|| Matrix3::from_diagonal_element(UNKNOWN));
     symmetrize(&mut cov);
     Registration {
         estimate: PoseEstimate { pose, cov },
         information,
         inliers: sums.inliers,
-        overlap: sums.inliers as f64 / points.len().max(1) as f64,
+        overlap: sums.inliers as f64 / points.max(1) as f64,
         residual: (sums.squares / sums.inliers.max(1) as f64).sqrt(),
         iterations,
         verdict,
@@ -214,7 +241,7 @@ impl Sums {
 
 /// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading
 /// following as it likes best.
-fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
+pub(super) fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
     let total = hessian[(0, 0)] + hessian[(1, 1)];
     let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);
     let turn = hessian[(2, 2)].max(1e-12);
@@ -228,4 +255,4 @@ fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -11,6 +11,7 @@ mod modes;
 mod outcome;
 mod point_to_line;
 mod point_to_point;
+mod rolling;
 mod target;
 
 pub use correlative::{Candidate, SearchWindow, search, search_turned};
@@ -21,6 +22,7 @@ pub use locate::{
 };
 pub use modes::{ModesConfig, modes};
 pub use outcome::{Prior, Registration, Verdict};
+pub use rolling::{MotionError, Part, Rolling, RollingPrior, register_rolling};
 pub use target::Target;
 
 use crate::geom::Pose2;

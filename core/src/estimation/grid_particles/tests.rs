@@ -37,6 +37,7 @@ fn seen_from(at: &Pose2, walls: &[Segment], stamp: Stamp) -> Points {
             sigma: 0.01,
             is_hit: range < 8.0,
             quality: None,
+            age: 0.0,
         }
     };
     Points {

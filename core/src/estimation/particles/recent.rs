@@ -247,6 +247,7 @@ mod tests {
                 sigma: 0.01,
                 is_hit: true,
                 quality: None,
+                age: 0.0,
             }
         };
         Points {

@@ -49,6 +49,7 @@ fn seen_from(at: &Pose2, walls: &[Segment]) -> Points {
             sigma: 0.01,
             is_hit: range < 20.0,
             quality: None,
+            age: 0.0,
         }
     };
     Points {

@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Point2;
 
+use super::seen::Seen;
 use crate::geom::Pose2;
 use crate::points::Points;
 use crate::robot::{Odometry, Stamp};
@@ -50,15 +51,14 @@ struct Gathered {
     start_from_robot: Pose2,
     points: Points,
     sigmas: Vec<f64>,
+    /// Of what was gathered before it, in parts of what is enough.
+    gone: f64,
 }
 
 /// What was gathered, in the robot frame at its end.
 pub(super) struct Complete {
-    pub(super) points: Points,
-    pub(super) sigmas: Vec<f64>,
+    pub(super) seen: Seen,
     pub(super) moved: Option<Odometry>,
-    /// What was seen before these.
-    pub(super) before: Vec<Point2<f64>>,
     /// When and where the scans before the last were taken, in the same frame.
     pub(super) places: Vec<(Stamp, Pose2)>,
 }
@@ -93,6 +93,7 @@ impl Gathering {
                 start_from_robot: here,
                 points: points.clone(),
                 sigmas: sigmas.to_vec(),
+                gone: self.gone(),
             });
         }
         self.places.push((points.stamp, here));
@@ -109,16 +110,22 @@ impl Gathering {
         !self.has_begun || self.moved.is_none() || self.way >= WAY || self.turn >= TURN
     }
 
+    /// The way and turn since the last match, in parts of what is enough.
+    fn gone(&self) -> f64 {
+        self.way / WAY + self.turn / TURN
+    }
+
     /// Gives what was gathered, and begins anew.
     pub(super) fn take(&mut self) -> Option<Complete> {
         let (stamp, _) = *self.places.last()?;
         let end_from_start = self.here().inverse();
+        let gone = self.gone();
         let begun = Self {
             is_sparse: self.is_sparse,
             has_begun: true,
             ..Self::default()
         };
-        let before: VecDeque<Point2<f64>> = (self.before.iter())
+        let before: Vec<Point2<f64>> = (self.before.iter())
             .map(|place| end_from_start * *place)
             .collect();
         let Self {
@@ -132,7 +139,7 @@ impl Gathering {
             beams: vec![],
             ..scans.last()?.points
         };
-        let mut sigmas = vec![];
+        let (mut sigmas, mut left) = (vec![], vec![]);
         for scan in &scans {
             let end_from_robot = end_from_start * scan.start_from_robot;
             gathered.sensor_in_robot = end_from_robot * scan.points.sensor_in_robot;
@@ -143,6 +150,9 @@ impl Gathering {
                     .map(|beam| beam.moved(&end_from_robot)),
             );
             sigmas.extend(&scan.sigmas);
+            if gone > 0.0 {
+                left.extend(scan.points.beams.iter().map(|_| 1.0 - scan.gone / gone));
+            }
         }
         self.before.extend(&before);
         self.before
@@ -154,10 +164,8 @@ impl Gathering {
             *place = end_from_start * *place;
         }
         Some(Complete {
-            points: gathered,
-            sigmas,
+            seen: Seen::gathered(gathered, sigmas, left, &before),
             moved,
-            before: before.into(),
             places,
         })
     }
@@ -178,7 +186,8 @@ snapshot!(
     Gathered {
         start_from_robot,
         points,
-        sigmas
+        sigmas,
+        gone
     },
     |scan| scan.sigmas.len() == scan.points.beams.len(),
     "there are not as many standard deviations as beams"

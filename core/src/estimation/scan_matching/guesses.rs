@@ -16,7 +16,7 @@ use nalgebra::Matrix3;
 
 use super::ScanMatcher;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
-use crate::registration::Prior;
+use crate::registration::{Prior, RollingPrior};
 use crate::robot::{Odometry, Stamp};
 
 /// A motion that may have happened.
@@ -41,6 +41,11 @@ const LONG_AGO: f64 = 10.0;
 /// What speaks against having stopped, and against having turned, where nobody counts the motion.
 const STOPPED: f64 = 0.05;
 const TURNED: f64 = 0.1;
+/// Where the last scan was matched is known to this, m and rad, while a motion from there is
+/// corrected: wheels that slip do so at no even rate, and the pose at the end of a sweep is no
+/// better known than that.
+const BEGIN_SHIFT: f64 = 0.015;
+const BEGIN_TURN: f64 = 0.02;
 /// The fan of headings, rad.
 const FAN: [f64; 8] = [0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 0.9, -0.9];
 
@@ -107,6 +112,24 @@ impl ScanMatcher {
         Prior {
             pose: guess.pose,
             information,
+        }
+    }
+
+    /// What is believed of a motion while what was seen on its way is matched. `by_odometry` is
+    /// where odometry alone leads.
+    pub(super) fn rolling_prior(&self, guess: &Guess, by_odometry: &Pose2) -> RollingPrior {
+        let mut at_begin = pose_cov(BEGIN_SHIFT, BEGIN_TURN);
+        if self.is_blind {
+            at_begin += self.local.cov;
+        }
+        let inverse = |cov: Matrix3<f64>| cov.try_inverse().unwrap_or_else(Matrix3::zeros);
+        RollingPrior {
+            by_odometry: Prior {
+                pose: *by_odometry,
+                information: inverse(at_begin),
+            },
+            error: guess.pose.minus(by_odometry),
+            error_information: inverse(guess.cov + self.odometry_floor()),
         }
     }
 

@@ -6,11 +6,12 @@
 use nalgebra::Vector2;
 
 use super::super::submap::ClosedSubmap;
+use super::seen::Seen;
 use super::tracking::Tracked;
 use super::{Recent, ScanMatcher, Submap};
 use crate::geom::Pose2;
 use crate::map::SurfelMap;
-use crate::points::{OrientedPoint, Points};
+use crate::points::OrientedPoint;
 use crate::registration::Verdict;
 
 /// Cosine between the way ahead and a degenerate direction, below which the way ahead is seen.
@@ -33,28 +34,22 @@ impl ScanMatcher {
 
     /// Draws a scan into submap and grid. One that does not belong to the running submap begins
     /// another.
-    pub(super) fn add_keyframe(
-        &mut self,
-        points: &Points,
-        sigmas: &[f64],
-        surfaces: Vec<OrientedPoint>,
-        tracked: &Tracked,
-    ) {
+    pub(super) fn add_keyframe(&mut self, seen: Seen, tracked: &Tracked) {
         self.learn_odometry(tracked);
         let own = self.submaps.last().map_or(0, |s| s.own_keyframes);
         if tracked.is_loose || own >= self.config.submap_keyframes {
             self.begin_submap(tracked.is_loose);
         }
         let at = self.local.pose;
-        self.running.insert(moved(&surfaces, at));
+        self.running.insert(moved(&seen.surfaces, at));
+        let keyframe = self.keyframe_of(&seen.points, &seen.sigmas);
         self.recent.push_back(Recent {
             submap_from_robot: at,
-            surfaces,
+            surfaces: seen.surfaces,
         });
         while self.recent.len() > self.config.overlap_keyframes {
             self.recent.pop_front();
         }
-        let keyframe = self.keyframe_of(points, sigmas);
         self.running_free.mark(keyframe.rays());
         let map_from_robot = self.map_from_running() * at;
         keyframe.draw(&mut self.grid, &map_from_robot);

@@ -13,14 +13,18 @@
 //!    elsewhere, or contradicts the submap at the best of all poses, the scan does not belong to
 //!    the running submap: a new one is begun, joined as loosely as the pose is known.
 
-use nalgebra::{Matrix3, Point2};
+use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::super::agreement::{Agreement, Says, says};
 use super::ScanMatcher;
 use super::guesses::Guess;
+use super::seen::Seen;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::points::OrientedPoint;
-use crate::registration::{Registration, SearchWindow, Verdict, register, search_and_match};
+use crate::registration::{
+    MotionError, Registration, Rolling, SearchWindow, Verdict, register, register_rolling,
+    search_and_match,
+};
 use crate::robot::{Odometry, Stamp};
 
 /// Where a scan lies.
@@ -36,12 +40,16 @@ pub(super) struct Tracked {
     pub(super) is_loose: bool,
     /// Whether the motion that was believed first is that of the match.
     pub(super) was_right: bool,
+    /// The error of odometry on the way, in the running submap, where what was seen took a while.
+    pub(super) error: MotionError,
 }
 
 /// A motion that was tried.
 #[derive(Clone, Debug)]
 struct Tried {
     found: Registration,
+    /// See [`Tracked::error`].
+    error: MotionError,
     /// What the submap says of each point.
     said: Vec<Says>,
     agreement: Agreement,
@@ -87,14 +95,12 @@ const RIGHT_TURN: f64 = 0.2;
 
 impl ScanMatcher {
     /// Places the scan. `moved` is what odometry says since the last scan, if there is any.
-    pub(super) fn track(
-        &self,
-        surfaces: &[OrientedPoint],
-        moved: Option<&Odometry>,
-        stamp: Stamp,
-    ) -> Tracked {
+    pub(super) fn track(&self, seen: &Seen, moved: Option<&Odometry>, stamp: Stamp) -> Tracked {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
+        let counted = moved.is_some();
+        let expected = lead.pose.minus(&self.by_odometry(&lead, counted));
+        let expected = MotionError::even(&expected);
         let predicted = self.predicted(moved, &lead);
         if self.running.surfels().is_empty() {
             return Tracked {
@@ -104,11 +110,11 @@ impl ScanMatcher {
                 is_sure: false,
                 is_loose: false,
                 was_right: true,
+                error: expected,
             };
         }
-        let counted = moved.is_some();
-        let mut tried = self.tried(surfaces, &guesses, counted, stamp);
-        compare(surfaces, &mut tried);
+        let mut tried = self.tried(seen, &guesses, counted, stamp);
+        compare(&seen.surfaces, &mut tried);
         let best = best_of(&tried);
         let was_right = is_right(&lead.pose, &best.found.estimate.pose);
         let (agreement, is_sure) = (best.agreement, best.is_sure());
@@ -124,6 +130,7 @@ impl ScanMatcher {
             is_sure,
             is_loose: false,
             was_right,
+            error: if matched { best.error } else { expected },
         };
         if is_sure {
             return tracked;
@@ -141,6 +148,7 @@ impl ScanMatcher {
                 },
                 found: None,
                 is_loose: true,
+                error: expected,
                 ..tracked
             };
         }
@@ -159,18 +167,15 @@ impl ScanMatcher {
 
     /// The scan matched from the first motion and, where it does not surely lie there, from the
     /// others and by a search. The first one stays the first, whatever it is worth.
-    fn tried(
-        &self,
-        surfaces: &[OrientedPoint],
-        guesses: &[Guess],
-        counted: bool,
-        stamp: Stamp,
-    ) -> Vec<Tried> {
+    fn tried(&self, seen: &Seen, guesses: &[Guess], counted: bool, stamp: Stamp) -> Vec<Tried> {
         let matched = |guess: &Guess| {
+            if seen.is_rolling() {
+                return self.rolled(seen, &guess.pose, guess, guesses, counted);
+            }
             let prior = self.prior_of(guess);
             let matching = &self.config.matching;
-            let found = register(surfaces, &self.running, &prior.pose, &prior, matching);
-            self.weighed(surfaces, found, guesses, counted)
+            let found = register(&seen.surfaces, &self.running, &prior.pose, &prior, matching);
+            self.weighed(&seen.surfaces, found, guesses, counted)
         };
         let lead = guesses[0];
         let first = matched(&lead);
@@ -192,9 +197,12 @@ impl ScanMatcher {
         let overlap = |tried: &Tried| tried.agreement.overlap();
         let largest = others.iter().map(overlap).fold(overlap(&first), f64::max);
         if largest < self.config.search_below
-            && let Some(found) = self.search_around(surfaces, &lead, stamp)
+            && let Some(found) = self.search_around(&seen.surfaces, &lead, stamp)
         {
-            others.push(self.weighed(surfaces, found, guesses, counted));
+            others.push(match seen.is_rolling() {
+                true => self.rolled(seen, &found.estimate.pose, &lead, guesses, counted),
+                false => self.weighed(&seen.surfaces, found, guesses, counted),
+            });
         }
         others.retain(|other| {
             let says_something = !matches!(other.found.verdict, Verdict::TooFewPoints { .. });
@@ -202,6 +210,35 @@ impl ScanMatcher {
         });
         others.insert(0, first);
         others
+    }
+
+    /// Where the motion leads by odometry alone: nowhere, if nobody `counted` it.
+    fn by_odometry(&self, lead: &Guess, counted: bool) -> Pose2 {
+        match counted {
+            true => lead.pose,
+            false => self.local.pose,
+        }
+    }
+
+    /// What took a while, matched from `start` while the error of `guess` is found.
+    fn rolled(
+        &self,
+        seen: &Seen,
+        start: &Pose2,
+        guess: &Guess,
+        guesses: &[Guess],
+        counted: bool,
+    ) -> Tried {
+        let by_odometry = self.by_odometry(&guesses[0], counted);
+        let prior = self.rolling_prior(guess, &by_odometry);
+        let (target, matching) = (&self.running, &self.config.matching);
+        let Rolling { found, error } =
+            register_rolling(&seen.parts(), target, start, &prior, matching);
+        let surfaces = seen.surfaces_after(&found.estimate.pose, &error);
+        Tried {
+            error,
+            ..self.weighed(&surfaces, found, guesses, counted)
+        }
     }
 
     /// What a match is worth. Odometry that `counted` the motion is believed before all guesses.
@@ -237,6 +274,7 @@ impl ScanMatcher {
             said,
             cost,
             score: 0.0,
+            error: MotionError::even(&Vector3::zeros()),
         }
     }
 

@@ -25,6 +25,7 @@ pub(crate) fn beam(
         sigma: 0.01,
         is_hit,
         quality: None,
+        age: 0.0,
     }
 }
 

@@ -8,10 +8,10 @@ use super::*;
 use crate::geom::wrap;
 use crate::map::{SurfelConfig, SurfelMap};
 
-type Corner = (f64, f64);
+pub(in crate::registration) type Corner = (f64, f64);
 
 /// Points every 5 cm along segments, normals to the left of their direction.
-fn walls(segments: &[(Corner, Corner)]) -> Vec<OrientedPoint> {
+pub(in crate::registration) fn walls(segments: &[(Corner, Corner)]) -> Vec<OrientedPoint> {
     let mut points = vec![];
     for &((ax, ay), (bx, by)) in segments {
         let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
@@ -26,7 +26,7 @@ fn walls(segments: &[(Corner, Corner)]) -> Vec<OrientedPoint> {
     points
 }
 
-fn room() -> Vec<OrientedPoint> {
+pub(in crate::registration) fn room() -> Vec<OrientedPoint> {
     walls(&[
         ((-3.0, -2.0), (3.0, -2.0)),
         ((3.0, -2.0), (3.0, 2.0)),
@@ -35,7 +35,10 @@ fn room() -> Vec<OrientedPoint> {
     ])
 }
 
-fn seen_from(points: &[OrientedPoint], pose: &Pose2) -> Vec<OrientedPoint> {
+pub(in crate::registration) fn seen_from(
+    points: &[OrientedPoint],
+    pose: &Pose2,
+) -> Vec<OrientedPoint> {
     let back = pose.inverse();
     points
         .iter()
@@ -46,7 +49,7 @@ fn seen_from(points: &[OrientedPoint], pose: &Pose2) -> Vec<OrientedPoint> {
         .collect()
 }
 
-fn map_of(points: &[OrientedPoint]) -> SurfelMap {
+pub(in crate::registration) fn map_of(points: &[OrientedPoint]) -> SurfelMap {
     let mut map = SurfelMap::new(SurfelConfig {
         half_side: 16.0,
         ..SurfelConfig::default()

@@ -1,0 +1,121 @@
+//! What was seen since the last match, and how it is corrected where it took a while.
+//!
+//! In: the points of a scan, or of several that were gathered, moved to the robot frame at the end
+//! by odometry. Out: the same as the robot saw it if odometry erred by something on the way.
+
+use crate::geom::Pose2;
+use crate::points::{OrientedPoint, Points, oriented_beams, oriented_cloud};
+use crate::registration::{MotionError, Part};
+use nalgebra::Point2;
+
+/// What was seen at about the same time: parts of this share of the motion.
+const PART: f64 = 1.0 / 32.0;
+/// A scan of which all was seen within this share of the motion is rigid.
+const RIGID: f64 = 1e-3;
+
+/// What was seen since the last match.
+pub(super) struct Seen {
+    pub(super) points: Points,
+    /// Of the direction of each beam, rad.
+    pub(super) sigmas: Vec<f64>,
+    pub(super) surfaces: Vec<OrientedPoint>,
+    /// The share of the motion since the last match that was still to come when each beam was
+    /// taken; empty where all were taken at once.
+    left: Vec<f64>,
+    /// The same of each surface.
+    surfaces_left: Vec<f64>,
+}
+
+impl Seen {
+    /// A scan; `seconds` have passed since the last match.
+    pub(super) fn scan(points: &Points, sigmas: &[f64], seconds: f64) -> Self {
+        let share = |age: f64| (age / seconds).clamp(0.0, 1.0);
+        let left = match seconds > 0.0 {
+            true => points.beams.iter().map(|beam| share(beam.age)).collect(),
+            false => vec![],
+        };
+        Self::new(
+            points.clone(),
+            sigmas.to_vec(),
+            left,
+            oriented_beams(points),
+        )
+    }
+
+    /// What was gathered of scans of few beams; what `before` saw helps to tell surfaces.
+    pub(super) fn gathered(
+        points: Points,
+        sigmas: Vec<f64>,
+        left: Vec<f64>,
+        before: &[Point2<f64>],
+    ) -> Self {
+        let surfaces = oriented_cloud(&points, before);
+        Self::new(points, sigmas, left, surfaces)
+    }
+
+    fn new(
+        points: Points,
+        sigmas: Vec<f64>,
+        left: Vec<f64>,
+        surfaces: Vec<(usize, OrientedPoint)>,
+    ) -> Self {
+        let least = left.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = left.iter().copied().fold(0.0, f64::max);
+        let left = if most - least > RIGID { left } else { vec![] };
+        let of_beam = |(beam, _): &(usize, OrientedPoint)| left.get(*beam).copied();
+        Self {
+            surfaces_left: surfaces.iter().filter_map(of_beam).collect(),
+            surfaces: surfaces.into_iter().map(|(_, surface)| surface).collect(),
+            points,
+            sigmas,
+            left,
+        }
+    }
+
+    /// Whether it took a while.
+    pub(super) fn is_rolling(&self) -> bool {
+        !self.surfaces_left.is_empty()
+    }
+
+    /// The surfaces by when they were seen.
+    pub(super) fn parts(&self) -> Vec<Part<'_>> {
+        let bin = |left: &f64| libm::floor(left / PART);
+        let bins = self.surfaces_left.chunk_by(|a, b| bin(a) == bin(b));
+        let mut from = 0;
+        bins.map(|lefts| {
+            let to = from + lefts.len();
+            let points = self.surfaces.get(from..to).unwrap_or_default();
+            from = to;
+            let left = lefts.iter().sum::<f64>() / lefts.len() as f64;
+            Part { points, left }
+        })
+        .collect()
+    }
+
+    /// The surfaces as they were seen if the motion that ended at `end` was wrong by `error`.
+    pub(super) fn surfaces_after(&self, end: &Pose2, error: &MotionError) -> Vec<OrientedPoint> {
+        let moved = |(surface, left): (&OrientedPoint, &f64)| {
+            let by = error.correction(end, *left);
+            OrientedPoint {
+                position: by * surface.position,
+                normal: by.rotate(surface.normal),
+            }
+        };
+        self.surfaces
+            .iter()
+            .zip(&self.surfaces_left)
+            .map(moved)
+            .collect()
+    }
+
+    /// Corrects all by the error of the motion that ended at `end`.
+    pub(super) fn correct(&mut self, end: &Pose2, error: &MotionError) {
+        if !self.is_rolling() {
+            return;
+        }
+        self.surfaces = self.surfaces_after(end, error);
+        for (beam, left) in self.points.beams.iter_mut().zip(&self.left) {
+            *beam = beam.moved(&error.correction(end, *left));
+        }
+    }
+}
