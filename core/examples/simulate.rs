@@ -252,7 +252,7 @@ fn write_files(
         let poses = samples.map(|(scan, sample)| (scan.ipc_seconds, sample.truth));
         files.push((path.clone(), tum::write(poses).into()));
     }
-    let map = slam.saved_map(vec![]);
+    let map = || slam.saved_map(vec![]);
     files.extend(args.saved_map.file(Path::new(world), map, changes)?);
     if let Some(stem) = &args.plan {
         let walls = slam.vector_map().walls();

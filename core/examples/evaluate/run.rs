@@ -180,7 +180,11 @@ fn save(
         let text = preset::write(&preset, &fitted_lines(fit));
         files.push((path.clone(), text.into()));
     }
-    files.extend(arguments.saved_map.file(log, replay.saved_map(), changes)?);
+    files.extend(
+        arguments
+            .saved_map
+            .file(log, || replay.saved_map(), changes)?,
+    );
     options::write(&files)
 }
 

@@ -69,10 +69,14 @@ impl SavedMapOptions {
     pub(crate) fn file(
         &self,
         of: &Path,
-        map: Option<SavedMap>,
+        map: impl FnOnce() -> Option<SavedMap>,
         settings: Vec<(String, f64)>,
     ) -> Result<Option<options::File>> {
-        let (Some(path), Some(map)) = (&self.save, map) else {
+        // Saved, a map takes as much memory again as it does itself.
+        let Some(path) = &self.save else {
+            return Ok(None);
+        };
+        let Some(map) = map() else {
             return Ok(None);
         };
         let title = of.file_stem().unwrap_or_default().to_string_lossy();

@@ -83,7 +83,7 @@ names! {
     ClosureOutcome {
         KnownBefore = "known-before", Proved = "proved",
         NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals", Tears = "tears",
-        PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved", Revoked = "revoked",
+        Overruled = "overruled", PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved", Revoked = "revoked",
     }
     /// What the filter's consistency says.
     DiagnosisName of slamlab_core::estimation::Diagnosis {
@@ -153,6 +153,7 @@ impl From<&slamlab_core::estimation::ClosureRecord> for ClosureOutcome {
                 Delay::TooLittleProof => Self::TooLittleProof,
                 Delay::Rivals => Self::Rivals,
                 Delay::Tears => Self::Tears,
+                Delay::Overruled => Self::Overruled,
             },
             ClosureFate::Refused { why } => match why {
                 Refusal::PlacedElsewhere => Self::PlacedElsewhere,

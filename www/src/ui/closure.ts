@@ -24,6 +24,7 @@ const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
   "not-judged": () => "It was found just now and is not judged yet.",
   "too-little-proof": (f) => `Too little proof so far: this place and those that agree with it are worth ${submaps(f.evidence)}, and ${fixed(f.asked, 1)} are asked for. So wide a search finds something that fits by chance.`,
   tears: (f) => `It is proved well enough, ${submaps(f.evidence)}, but believed it would tear the way between submaps that follow each other. Either it is false, or others are: what comes next decides.`,
+  overruled: (f) => `It is proved well enough, ${submaps(f.evidence)}, but the way and other closures hold the map elsewhere: believed, it would bend nothing. What comes next decides.`,
   rivals: (f) => `The building looks alike here: this place is worth ${submaps(f.evidence)}, and one that contradicts it ${fixed(f.rival, 1)}. What comes next decides.`,
   "placed-elsewhere": () => "Others place this submap with more proof, and this place does not go with theirs.",
   revoked: () => "It was accepted, but with it the way from one submap to the next was torn apart, and without it less is left unexplained: it was taken out again.",

@@ -8,7 +8,7 @@ import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, ty
 export type Fate = "accepted" | "waiting" | "refused" | "revoked";
 export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
   "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", rivals: "waiting",
-  tears: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
+  tears: "waiting", overruled: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
 };
 
 /** How long they glide, wall milliseconds. */

@@ -10,6 +10,8 @@
 //!    pose.
 //! 3. The proof that is asked for grows with the number of places that were searched: by chance
 //!    something fits somewhere.
+//!    What is believed all the same and is not followed by the graph, since the way and other
+//!    closures hold the map elsewhere, waits again.
 //! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
 //!    the building looks alike there, and what comes next decides.
 //!
@@ -181,15 +183,20 @@ impl Waiting {
             let asked = proof * places_proof(&candidate.doubt);
             records.judge(candidate.record, Proof { asked, ..best });
         }
-        // What the same submaps were elsewhere is refused, and what agrees is taken.
+        self.list
+            .retain(|c| !taken.iter().any(|t| t.record == c.record));
+        taken
+    }
+
+    /// Refuses what waits of submaps that were placed elsewhere, and that was believed.
+    pub(super) fn refuse_others(&mut self, placed: &[usize], records: &mut Records) {
         self.list.retain(|c| {
-            let is_placed = taken.iter().any(|t| t.new == c.new);
-            if is_placed && !taken.iter().any(|t| t.record == c.record) {
+            let is_placed = placed.contains(&c.new);
+            if is_placed {
                 records.decide(c.record, refused(Refusal::PlacedElsewhere));
             }
             !is_placed
         });
-        taken
     }
 
     /// Those that agree with the placement `seed`, itself among them, and those that contradict it.

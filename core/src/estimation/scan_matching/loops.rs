@@ -14,7 +14,7 @@ use super::super::pose_graph::{Edge, EdgeId, information_at_end};
 use super::super::submap::Doubt;
 use super::closures::{Candidate, Ways};
 use super::records::{ClosureFate, Delay, RecordId};
-use super::revocation::{Believed, Contradicted, contradicted};
+use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
 use crate::geom::{Pose2, pose_cov};
 
@@ -212,7 +212,37 @@ impl ScanMatcher {
                 self.records.decide(id, ClosureFate::Revoked { torn });
             }
         }
-        self.newest.clear();
+        self.put_off_overruled();
+        let newest = std::mem::take(&mut self.newest);
+        let placed: Vec<usize> = newest
+            .iter()
+            .filter(|(edge, c)| c.closure.is_searched && self.graph.edge(*edge).is_some())
+            .map(|(_, c)| c.new)
+            .collect();
+        if !placed.is_empty() {
+            self.waiting.refuse_others(&placed, &mut self.records);
+        }
+    }
+
+    /// Takes out what the optimised graph does not follow: it would be called a closure, and close
+    /// nothing. What comes later may prove it better.
+    fn put_off_overruled(&mut self) {
+        let overruled: Vec<(EdgeId, Candidate)> = (self.records.accepted())
+            .filter(|(_, edge, _)| is_overruled(&self.graph, *edge))
+            .map(|(id, edge, record)| (edge, record.candidate(id)))
+            .collect();
+        if overruled.is_empty() {
+            return;
+        }
+        for (edge, candidate) in overruled {
+            self.graph.remove_edge(edge);
+            self.closures -= 1;
+            let why = Delay::Overruled;
+            self.records
+                .decide(candidate.record, ClosureFate::Waiting { why });
+            self.waiting.push(candidate, &mut self.records);
+        }
+        self.graph.optimize(self.config.closure.max_iterations);
     }
 
     fn are_joined(&self, a: usize, b: usize) -> bool {

@@ -9,7 +9,7 @@ use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, EdgeId};
 use super::super::submap::{Closure, Doubt};
-use super::closures::Proof;
+use super::closures::{Candidate, Proof};
 use crate::geom::Pose2;
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot, snapshot_names};
 
@@ -77,6 +77,8 @@ pub enum Delay {
     Rivals,
     /// Believed, it would tear the way between submaps that follow each other.
     Tears,
+    /// Believed, it would not be followed: the way and other closures hold the map elsewhere.
+    Overruled,
 }
 
 /// Why a placement is not believed.
@@ -250,6 +252,23 @@ impl ClosureRecord {
             cauchy: None,
         }
     }
+
+    /// The placement, to wait for proof again.
+    pub(super) fn candidate(&self, record: RecordId) -> Candidate {
+        Candidate {
+            old: self.old,
+            new: self.new,
+            closure: Closure {
+                motion: self.motion,
+                information: self.information,
+                is_searched: self.is_searched,
+                overlap: self.overlap,
+                part: self.part,
+            },
+            doubt: self.doubt,
+            record,
+        }
+    }
 }
 
 impl Snapshot for RecordId {
@@ -285,6 +304,7 @@ snapshot_names!(Delay {
     TooLittleProof = 1,
     Rivals = 2,
     Tears = 3,
+    Overruled = 4,
 });
 snapshot_names!(Refusal {
     PlacedElsewhere = 0,

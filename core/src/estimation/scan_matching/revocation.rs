@@ -84,6 +84,13 @@ pub(super) fn contradicted(
     best.map(|(_, edges, without)| (Contradicted { edges, torn }, without))
 }
 
+/// Whether an optimised graph does not follow a closure: its kernel has let it go.
+pub(super) fn is_overruled(graph: &PoseGraph, closure: EdgeId) -> bool {
+    graph.edge(closure).is_some_and(|edge| {
+        is_off(graph, edge, UNFOLLOWED_SHIFT, UNFOLLOWED_TURN) && graph.chi2_of(edge) > TORN_CHI2
+    })
+}
+
 /// The submaps behind which the way is torn, rising.
 fn tears(graph: &PoseGraph, is_loose: impl Fn(usize) -> bool) -> Vec<usize> {
     let ways = graph.edges().iter().filter(|e| e.cauchy.is_none());
@@ -260,6 +267,18 @@ mod tests {
         let newest = newest.map(|closure| closure.edge);
         assert_eq!(out_of(&mut graph, &closures, &newest), newest);
         assert!(is_true(&graph, &truth));
+    }
+
+    #[test]
+    fn what_the_graph_does_not_follow_is_overruled() {
+        let (mut graph, truth) = there_and_back();
+        let close = |(i, ahead)| close(&mut graph, &truth, i, ahead);
+        let at = [(5, 0.0), (6, 0.0), (7, 2.0), (8, 0.0), (9, 0.0)];
+        let closures = at.map(close);
+        graph.optimize(50);
+        let overruled = closures.map(|closure| is_overruled(&graph, closure.edge));
+        assert_eq!(overruled, [false, false, true, false, false]);
+        assert!(is_true(&graph, &truth) || tears(&graph, |_| false).is_empty());
     }
 
     /// A closure that is 2 m off and pulls with all its might.

@@ -78,6 +78,8 @@ impl Judged {
     fn take(&mut self, new: usize) {
         let proved = (self.waiting).take_proved(new, &Straight, 1.0, &mut self.records);
         self.taken.extend(proved.iter().map(|c| (c.old, c.new)));
+        let placed: Vec<usize> = proved.iter().map(|c| c.new).collect();
+        self.waiting.refuse_others(&placed, &mut self.records);
     }
 
     /// What became of the placement of `new` in `old`, if it was not taken.
@@ -157,6 +159,24 @@ fn what_is_not_believed_says_why() {
     let decided = Judged::of(&alike);
     assert!(decided.taken.contains(&(7, 45)), "{:?}", decided.taken);
     assert_eq!(decided.fate(11, 45), refused(Refusal::PlacedElsewhere));
+}
+
+#[test]
+fn rivals_of_a_placement_wait_until_the_graph_follows_it() {
+    let rival = beside(2, 42, 9.0);
+    let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
+    let mut judged = Judged::default();
+    (agreeing.iter().chain([&rival])).for_each(|candidate| judged.push(candidate));
+    let proved = (judged.waiting).take_proved(42, &Straight, 1.0, &mut judged.records);
+    assert_eq!(proved.len(), 3);
+    let waiting: Vec<f64> = (judged.waiting.iter())
+        .map(|c| c.closure.motion.y())
+        .collect();
+    assert_eq!(waiting, [9.0]);
+    judged
+        .waiting
+        .refuse_others(&[40, 41, 42], &mut judged.records);
+    assert_eq!(judged.waiting.iter().count(), 0);
 }
 
 #[test]
