@@ -17,10 +17,6 @@ use crate::map::{Evidence, Grid};
 use crate::points::{Beam, Points};
 use crate::snapshot::snapshot;
 
-/// A point lies on a surface that is no farther from it than this, across and along it, m.
-const MOST_ACROSS: f64 = 0.06;
-const MOST_ALONG: f64 = 0.15;
-
 /// A grid in the making.
 #[derive(Clone, Debug)]
 pub(super) struct Redraw {
@@ -110,28 +106,8 @@ impl ScanMatcher {
             free: (evidence.free.iter())
                 .map(|way| way.each_ref().map(single))
                 .collect(),
-            hits: (evidence.hits.iter())
-                .map(|hit| single(&self.on_surface(*hit, points.sensor_in_robot)))
-                .collect(),
+            hits: evidence.hits.iter().map(single).collect(),
         }
-    }
-
-    /// A point on a surface moved across it to where all scans of the submap have it together: each
-    /// by itself would thicken the wall by its noise. Robot frame.
-    fn on_surface(&self, hit: Point2<f64>, seen_from: Point2<f64>) -> Point2<f64> {
-        let place = self.local.pose * hit;
-        let Some(surfel) = self.running.nearest(place) else {
-            return hit;
-        };
-        let off = place - surfel.position;
-        let across = surfel.normal.dot(&off);
-        let along = (off - surfel.normal * across).norm();
-        let towards = self.local.pose * seen_from - surfel.position;
-        let is_seen = surfel.normal.dot(&towards) > 0.0;
-        if !is_seen || across.abs() > MOST_ACROSS || along > MOST_ALONG {
-            return hit;
-        }
-        hit - self.local.pose.inverse().rotate(surfel.normal * across)
     }
 
     /// A beam as far as it is believed: one without a return for a few metres.
