@@ -202,15 +202,15 @@ fn scans_that_lie_in_two_places_tear_a_map_that_agrees_with_itself() {
 
 #[test]
 fn what_a_submap_took_over_wrong_is_not_held_against_the_map() {
-    let (begun, off) = (Pose2::new(0.8, -0.5, 0.7), Pose2::new(0.1, 0.1, 0.15));
+    let (begun, off) = (Pose2::new(0.8, -0.5, 0.7), Pose2::new(0.5, 0.0, 0.0));
     let right = || (seen(&ROOM, &begun), begun);
     let submaps = [right(), right(), right(), (right().0, off * begun)];
     let of = |parted: &[Parted]| judged_on_its_way(&submaps, &[], parted).verdict;
     assert_eq!(of(&[]), MapVerdict::Torn);
     let parted = Parted {
         earlier: 2,
-        shift: 0.14,
-        turn: 0.15,
+        shift: 0.2,
+        turn: 0.1,
     };
     assert_eq!(of(&[parted]), MapVerdict::Good);
 }
