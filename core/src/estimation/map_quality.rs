@@ -9,12 +9,18 @@
 //! 2. Two of them bear witness to a tear where the same walls stand twice: they would surely agree
 //!    at another pose nearby, which also says how far the map is off. Or where each saw through
 //!    most of what the other has drawn.
-//! 3. One such pair may be furniture that was moved, or a glass door. Several at one place are a
-//!    tear (`tears`).
-//! 4. Parts of the way that no loop holds to one another are as far off as the way between them may
+//! 3. A submap and the next share scans, which lie in both. Where these are apart in the map,
+//!    either the scans behind were laid wrong or the map is bent: the way bears witness, too. That
+//!    is the only one where a long corridor agrees with itself wherever it lies. What the next one
+//!    took over is drawn as the one before has it, so it is not asked about anything else then.
+//! 4. One witness may be furniture that was moved, a glass door, or a turn that was mended at once.
+//!    Several at one place that say the same are a tear (`tears`). Scans that were shifted are one
+//!    by themselves: no furniture moves them.
+//! 5. Parts of the way that no loop holds to one another are as far off as the way between them may
 //!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
 //!
-//! None of this asks how the map was made, so that it tells also of what nobody thought of.
+//! None of this asks how closures were found, so that it tells also of what nobody thought of. What
+//! it does not see: a part that was seen only once, and lies wrong.
 
 mod pairs;
 mod tears;
@@ -33,6 +39,9 @@ use crate::robot::Stamp;
 
 /// A map that is off by more than this somewhere is torn, m: a robot no longer finds through doors.
 const TORN_BEYOND: f64 = 0.3;
+/// A turn moves walls by what it moves those that lie so far ahead, m: where a robot looks that
+/// goes through a door.
+const AHEAD: f64 = 2.0;
 /// Doubt, m, that makes parts of a map doubtful which nothing holds together: as far as a wall is
 /// searched for that stands twice.
 const DOUBTFUL_BEYOND: f64 = 1.0;
@@ -63,7 +72,7 @@ impl MapVerdict {
 /// Why a map is torn at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TearKind {
-    /// The same walls stand twice.
+    /// The same walls stand twice, or the same scans.
     Doubled,
     /// Walls stand where the robot saw through at another time.
     Contradicted,
@@ -100,7 +109,7 @@ pub struct Tear {
     pub earlier: [Stamp; 2],
     /// When the other was.
     pub later: [Stamp; 2],
-    /// Pairs of submaps that bear witness.
+    /// Pairs of submaps that bear witness, those that share scans included.
     pub witnesses: usize,
 }
 
@@ -136,6 +145,17 @@ pub(super) struct Placed<'a> {
     pub(super) seen: [Stamp; 2],
 }
 
+/// A submap and the next, which share scans and lie apart in the map.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parted {
+    /// The earlier of the two.
+    pub(super) earlier: usize,
+    /// How far the later lies from where the scans that both hold put it, m.
+    pub(super) shift: f64,
+    /// The same, rad.
+    pub(super) turn: f64,
+}
+
 /// Submaps one after the other that no loop holds together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Untied {
@@ -153,15 +173,21 @@ pub struct MapJudgement {
     /// Where each submap lay, and when it was seen.
     pub(super) places: Vec<(Pose2, [Stamp; 2])>,
     pub(super) untied: Vec<Untied>,
+    parted: Vec<Parted>,
     pairs: Pairs,
 }
 
 impl MapJudgement {
     /// Of submaps in the order in which they were made; each shares scans with the next.
-    pub(super) fn new(places: Vec<(Pose2, [Stamp; 2])>, untied: Vec<Untied>) -> Self {
+    pub(super) fn new(
+        places: Vec<(Pose2, [Stamp; 2])>,
+        untied: Vec<Untied>,
+        parted: Vec<Parted>,
+    ) -> Self {
         Self {
             places,
             untied,
+            parted,
             pairs: Pairs::default(),
         }
     }
@@ -184,12 +210,12 @@ impl MapJudgement {
 
     /// What the submaps asked so far make of the map.
     pub(super) fn quality(&self, placed: &[Placed<'_>]) -> MapQuality {
-        MapQuality::of(&self.pairs.found, placed, &self.untied)
+        MapQuality::of(&self.pairs.found, placed, &self.untied, &self.parted)
     }
 }
 
 impl MapQuality {
-    fn of(pairs: &[Pair], placed: &[Placed<'_>], untied: &[Untied]) -> Self {
+    fn of(pairs: &[Pair], placed: &[Placed<'_>], untied: &[Untied], parted: &[Parted]) -> Self {
         let of_one = |index: usize| {
             pairs
                 .iter()
@@ -198,10 +224,18 @@ impl MapQuality {
         let agreements: Vec<Option<f64>> = (0..placed.len())
             .map(|index| agreement(of_one(index)))
             .collect();
-        let witnesses = pairs
+        // What a submap took over is drawn as the one before has it. Where that lies elsewhere, the
+        // submap shows what it took over in the wrong place, and says nothing of the map.
+        let is_misled = |index: &usize| {
+            let by = |parted: &Parted| parted.earlier + 1 == *index && parted.off() > TORN_BEYOND;
+            parted.iter().any(by)
+        };
+        let of_pairs = pairs
             .iter()
+            .filter(|pair| !pair.submaps.iter().any(is_misled))
             .filter_map(|pair| pair.witness(placed, &agreements));
-        let mut tears = gather(witnesses, placed);
+        let of_ways = parted.iter().filter_map(|parted| parted.witness(placed));
+        let mut tears = gather(of_ways.chain(of_pairs), placed);
         tears.extend(untied.iter().filter_map(|untied| untied.tear(placed)));
         tears.sort_by(|a, b| severity(b).total_cmp(&severity(a)));
         let is_torn = |tear: &Tear| tear.kind != TearKind::Unproven;
@@ -230,6 +264,29 @@ fn severity(tear: &Tear) -> f64 {
     match tear.kind {
         TearKind::Unproven => -1.0 / off.max(1e-9),
         _ => off,
+    }
+}
+
+impl Parted {
+    /// How far walls are off that both show, m.
+    fn off(&self) -> f64 {
+        self.shift + AHEAD * self.turn
+    }
+
+    fn witness(&self, placed: &[Placed<'_>]) -> Option<Witness> {
+        if self.off() <= TORN_BEYOND {
+            return None;
+        }
+        let submaps = [self.earlier, self.earlier + 1];
+        let [earlier, later] = submaps.map(|index| placed.get(index));
+        let [earlier, later] = [earlier?, later?].map(|placed| placed.map_from_submap.position());
+        Some(Witness {
+            submaps,
+            place: nalgebra::center(&earlier, &later),
+            off: Some(self.off()),
+            direction: None,
+            is_proof: self.shift > TORN_BEYOND,
+        })
     }
 }
 

@@ -60,7 +60,7 @@ export class SlamTorn extends SlamElement {
         ${figure("Seen first", seen(earlier), "torn-earlier", "Time of the run in which the one side was seen", "wide")}
         ${figure("Seen again", seen(later), "torn-later", "Time of the run in which the other side was seen", "wide")}
         ${figure("Where", `${fixed(x, 1)}, ${fixed(y, 1)} m`, "torn-where", "In the map", "wide")}
-        ${witnesses > 0 ? figure("Pairs of submaps that say so", `${witnesses}`, "torn-witnesses", "One alone may be furniture that was moved, and is not heard", "wide") : nothing}
+        ${witnesses > 0 ? figure("Pairs of submaps that say so", `${witnesses}`, "torn-witnesses", "One alone may be furniture that was moved; it is heard only where scans that two submaps share were shifted", "wide") : nothing}
       </dl></section>`;
   }
 }

@@ -17,8 +17,20 @@ use crate::log_file;
 use crate::peak_memory::peak_memory_mb;
 use crate::statistics::quantile;
 
-/// Of the map of a whole log a pose is taken each so many metres, as a reference at its revisits.
-const THINNED: f64 = 0.5;
+/// Of a trajectory a pose is taken after each so many metres, or rad.
+const THINNED: f64 = 0.25;
+const THINNED_TURN: f64 = 0.2;
+/// Poses within so many metres, and at least so many seconds apart, are visits of one place.
+const SAME_PLACE: f64 = 2.0;
+const OTHER_VISIT: f64 = 20.0;
+/// Fewer other visits tell nothing.
+const LEAST_VISITS: usize = 4;
+/// A turn is as bad as the way by which it moves a wall so far away, m: a robot before a door.
+const WALL_AWAY: f64 = 2.0;
+/// So many poses on end have to lie wrong: a single scan is no part of a map.
+const ON_END: usize = 3;
+/// Stamps nearer than this are those of one scan, s.
+const SAME_STAMP: f64 = 1e-3;
 /// Relations over at least this time show whether loops close, s.
 const LONG: f64 = 20.0;
 
@@ -83,6 +95,42 @@ pub(super) struct Run {
     pub(super) quality: MapQuality,
 }
 
+/// A pose of the whole log's map, and the same of another.
+struct Visit {
+    seconds: f64,
+    reference: Pose2,
+    mapped: Pose2,
+}
+
+impl Visit {
+    fn is_on_from(&self, last: &Self) -> bool {
+        let motion = last.reference.delta_to(&self.reference);
+        motion.position().coords.norm() > THINNED || motion.heading().abs() > THINNED_TURN
+    }
+
+    /// Relative to the other visits of its place, m: their median.
+    fn walls_off(&self, visits: &[Self]) -> Option<f64> {
+        let place = self.reference.position();
+        let others = visits.iter().filter(|other| {
+            (other.seconds - self.seconds).abs() > OTHER_VISIT
+                && (other.reference.position() - place).norm() < SAME_PLACE
+        });
+        let mut off: Vec<f64> = others
+            .map(|other| {
+                let truth = self.reference.delta_to(&other.reference);
+                let error = truth * self.mapped.delta_to(&other.mapped).inverse();
+                error.position().coords.norm() + WALL_AWAY * error.heading().abs()
+            })
+            .collect();
+        if off.len() < LEAST_VISITS {
+            return None;
+        }
+        let middle = off.len() / 2;
+        let (_, median, _) = off.select_nth_unstable_by(middle, f64::total_cmp);
+        Some(*median)
+    }
+}
+
 impl Run {
     /// # Errors    A log or reference that cannot be read or belong to different logs.
     pub(super) fn of(building: Building, damage: Damage, data: &Path) -> Result<Self> {
@@ -129,22 +177,36 @@ impl Run {
         })
     }
 
-    /// How far the places seen again, in the map of the whole log, are off in this one, m.
-    /// Relations are few and lie where their authors looked; this is everywhere.
-    pub(super) fn errors_at_revisits(&self, whole: &Self) -> Vec<f64> {
-        let mut thinned: Vec<(f64, Pose2)> = vec![];
-        for (seconds, pose) in &whole.trajectory {
-            let is_on =
-                |(_, last): &(f64, Pose2)| (pose.position() - last.position()).norm() >= THINNED;
-            if thinned.last().is_none_or(is_on) {
-                thinned.push((*seconds, *pose));
+    /// How far this map has walls from where the other visits of the same place have them, by the
+    /// map of the whole log: the most that a few scans on end have in common, m. Relations are few
+    /// and lie where their authors looked, and their mean hides one bad room; this looks
+    /// everywhere, and at each place for itself. The median over the other visits tells the one
+    /// that lies wrong from those that it is held against.
+    pub(super) fn walls_off(&self, whole: &Self) -> f64 {
+        let mut visits: Vec<Visit> = vec![];
+        let mut mapped = self.trajectory.iter().peekable();
+        for (seconds, reference) in &whole.trajectory {
+            while mapped
+                .next_if(|(at, _)| at + SAME_STAMP < *seconds)
+                .is_some()
+            {}
+            let Some((_, pose)) = mapped.next_if(|(at, _)| *at < seconds + SAME_STAMP) else {
+                continue;
+            };
+            let visit = Visit {
+                seconds: *seconds,
+                reference: *reference,
+                mapped: *pose,
+            };
+            if visits.last().is_none_or(|last| visit.is_on_from(last)) {
+                visits.push(visit);
             }
         }
-        let error = |motion: StampedMotion| {
-            let errors = relation_errors([motion], &self.trajectory);
-            (errors.count > 0).then_some(errors.trans_abs_mean)
-        };
-        revisits(&thinned).into_iter().filter_map(error).collect()
+        let off: Vec<f64> = (visits.iter())
+            .map(|visit| visit.walls_off(&visits).unwrap_or(0.0))
+            .collect();
+        let in_common = |on_end: &[f64]| on_end.iter().copied().fold(f64::MAX, f64::min);
+        off.windows(ON_END).map(in_common).fold(0.0, f64::max)
     }
 
     /// Errors over those motions only whose scans another run has, too: what is left of a log may

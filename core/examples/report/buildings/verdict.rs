@@ -1,12 +1,13 @@
 //! What a map is said to be worth, held against the errors of its trajectory.
 //!
-//! 1. A map is really torn where more of its motions are wrong (off by over half a metre) than of
-//!    the whole log's map over the same motions, by a part that noise does not explain:
-//!    [`TORN_PART`]. A whole log is held against none wrong at all. References of key frames are
-//!    themselves good to some centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
-//!    Or where that part of the places seen again, as the whole log's map has them, is off by more
-//!    than a good map may be ([`TORN_BEYOND`]): relations do not lie everywhere, and the whole
-//!    log's map is known to be good.
+//! 1. A map is really torn where it has the walls of a place more than [`TORN_BEYOND`] from where
+//!    the other visits of that place have them, by the whole log's map, which is known to be good
+//!    ([`Run::walls_off`]). That is what the verdict claims: somewhere, not on average; and of
+//!    walls, for a scan whose pose is right but for its heading draws them wrong as well.
+//!    Or where more of its motions are wrong (off by over half a metre) than of the whole log's map
+//!    over the same motions, by a part that noise does not explain: [`TORN_PART`]. A whole log is
+//!    held against none wrong at all. References of key frames are themselves good to some
+//!    centimetres only, and hold few motions: [`TORN_PART_OF_KEYFRAMES`].
 //! 2. Every map that is really torn has to be called so, and of the others less than
 //!    [`MOST_FALSE`]. `doubtful` does not count as torn.
 
@@ -34,9 +35,8 @@ pub(super) struct Judged {
     /// Parts of wrong motions: of this map, and of the whole log's over the same.
     wrong: f64,
     wrong_of_whole: f64,
-    /// Of the places seen again, as the whole log's map has them, the part that is off by more than
-    /// [`TORN_BEYOND`], and by how much at most, m.
-    off_again: Option<[f64; 2]>,
+    /// How far walls are off at the worst place, by the whole log's map, m.
+    walls_off: Option<f64>,
     is_torn: bool,
 }
 
@@ -49,14 +49,9 @@ impl Judged {
             Kind::Relations => TORN_PART,
             Kind::Keyframes => TORN_PART_OF_KEYFRAMES,
         };
-        let off_again = whole.map(|whole| {
-            let errors = run.errors_at_revisits(whole);
-            let off = errors.iter().filter(|error| **error > TORN_BEYOND).count();
-            let most = errors.iter().copied().fold(0.0, f64::max);
-            [off as f64 / errors.len().max(1) as f64, most]
-        });
+        let walls_off = whole.map(|whole| run.walls_off(whole));
         let is_torn =
-            wrong - wrong_of_whole > most || off_again.is_some_and(|[part, _]| part > most);
+            wrong - wrong_of_whole > most || walls_off.is_some_and(|off| off > TORN_BEYOND);
         Self {
             name,
             verdict: run.quality.verdict,
@@ -64,7 +59,7 @@ impl Judged {
             agreement: run.quality.agreement,
             wrong,
             wrong_of_whole,
-            off_again,
+            walls_off,
             is_torn,
         }
     }
@@ -79,7 +74,6 @@ impl Judged {
 
     /// For the table of the report.
     fn json(&self) -> Value {
-        let again = |[part, m]: [f64; 2]| json!({ "off_part": part, "most_m": m });
         let place = |tear: &Tear| {
             let kind = tear.kind.name();
             json!({ "kind": kind, "off_m": tear.off, "x_m": tear.place.x, "y_m": tear.place.y })
@@ -91,7 +85,7 @@ impl Judged {
             "agreement": self.agreement,
             "wrong_part": self.wrong,
             "wrong_part_of_whole": self.wrong_of_whole,
-            "places_seen_again": self.off_again.map(again),
+            "walls_off_m": self.walls_off,
             "is_torn": self.is_torn,
             "is_right": self.is_right(),
         })
@@ -104,19 +98,15 @@ impl Judged {
         let right = if self.is_right() { "yes" } else { "no" };
         let (said, tears) = (self.verdict.name(), self.tears.len());
         let (wrong, of_whole) = (part(self.wrong), part(self.wrong_of_whole));
-        let again = self.off_again.map_or("–".into(), |[off, most]| {
-            format!("{}, {most:.2} m", part(off))
-        });
+        let off = self.walls_off.map_or("–".into(), |m| format!("{m:.2} m"));
         let name = &self.name;
-        format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {again} | {right} |")
+        format!("| {name} | {said} ({tears}) | {is} | {wrong} | {of_whole} | {off} | {right} |")
     }
 }
 
 /// Adds what was said of all maps, and what of that is wrong.
 pub(super) fn report(judged: &[Judged], outcome: &mut Outcome) {
-    eprintln!(
-        "\n| row | said (places) | is | wrong | of the whole log | places seen again | right |"
-    );
+    eprintln!("\n| row | said (places) | is | wrong | of the whole log | walls off | right |");
     eprintln!("| --- | --- | --- | --- | --- | --- | --- |");
     for judged in judged {
         eprintln!("{}", judged.row());

@@ -1,7 +1,7 @@
 //! What submaps that overlap in the map say of each other, and which of them bear witness to a
 //! tear.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::{Placed, TORN_BEYOND, Witness};
 use crate::estimation::submap::{ClosedSubmap, Laid, REACH, Said};
@@ -23,8 +23,11 @@ const SURE_PART: f64 = 0.85;
 /// ... of no fewer surfaces than these, nor than this part of all, ...
 const LEAST_AGREEING: usize = 30;
 const AGREEING: f64 = 0.25;
-/// ... and so many times as many as before.
+/// ... and so many times as many as before. Both submaps have to say so, ...
 const GAIN: f64 = 1.5;
+/// ... unless it is this part of all surfaces of one: of a submap that is bent in itself, the other
+/// half lies right.
+const AGREEING_ALONE: f64 = 0.5;
 
 /// Two submaps that overlap in the map, the older first.
 #[derive(Clone, Debug)]
@@ -32,8 +35,15 @@ pub(super) struct Pair {
     pub(super) submaps: [usize; 2],
     /// What each says of the other.
     pub(super) said: [Said; 2],
-    /// Where walls stand that stand twice, and how far from one another, m.
-    doubled: Option<(Point2<f64>, f64)>,
+    doubled: Option<Doubled>,
+}
+
+/// Walls that stand twice, map frame.
+#[derive(Clone, Copy, Debug)]
+struct Doubled {
+    place: Point2<f64>,
+    /// From where they stand once to where they stand again, m.
+    off: Vector2<f64>,
 }
 
 /// All that overlap and share no scan, found submap by submap.
@@ -66,6 +76,7 @@ impl Pairs {
             laid: &laid,
             this,
             other: &placed[other],
+            surfels,
         };
         for &pair in &self.of_later[index] {
             let pair = &mut self.found[pair];
@@ -103,11 +114,13 @@ impl Pair {
         agreements: &[Option<f64>],
     ) -> Option<Witness> {
         let submaps = self.submaps;
-        if let Some((place, off)) = self.doubled {
+        if let Some(Doubled { place, off }) = self.doubled {
             return Some(Witness {
                 submaps,
                 place,
-                off: Some(off),
+                off: Some(off.norm()),
+                direction: Some(off),
+                is_proof: false,
             });
         }
         let contradicts = |said: &Said| speaks(said) && 2 * said.contradict > said.spoken_of();
@@ -122,6 +135,8 @@ impl Pair {
             submaps,
             place: map_from_submap * place,
             off: None,
+            direction: None,
+            is_proof: false,
         })
     }
 }
@@ -146,6 +161,7 @@ struct Together<'a> {
     laid: &'a Laid<'a>,
     this: &'a Placed<'a>,
     other: &'a Placed<'a>,
+    surfels: &'a SurfelConfig,
 }
 
 impl Together<'_> {
@@ -167,26 +183,48 @@ impl Together<'_> {
 
     /// Where walls stand twice, map frame, and how far from one another, m; `said` is what is said
     /// of the other where it lies.
-    fn doubled(&self, said: &Said, matching: &MatchConfig) -> Option<(Point2<f64>, f64)> {
+    fn doubled(&self, said: &Said, matching: &MatchConfig) -> Option<Doubled> {
         let is_suspect = said.part() < SUSPECT_PART && said.spoken_of() >= LEAST_SPOKEN_OF;
         if !is_suspect {
             return None;
         }
-        let (other, pose) = (self.other.submap, self.this_from_other());
+        let (this, other, pose) = (self.this.submap, self.other.submap, self.this_from_other());
+        let mut back: Option<(Laid<'_>, Said)> = None;
         let candidates = self.laid.other_poses(other, &pose, matching);
         let found = candidates.filter_map(|found| {
             let there = self.laid.says_of(other, &found);
-            let agree = there.agree as f64;
-            let is_sure = there.part() >= SURE_PART
-                && there.agree >= LEAST_AGREEING
-                && agree >= AGREEING * there.total as f64
-                && agree >= GAIN * said.agree as f64;
-            let at = there.middle_of_right()?;
-            let is_at = pose * found.inverse() * at;
-            let off = (at - is_at).norm();
-            (is_sure && off > TORN_BEYOND).then_some((agree, self.this.map_from_submap * at, off))
+            let place = there.middle_of_right()?;
+            let off = place - pose * found.inverse() * place;
+            if off.norm() <= TORN_BEYOND || !is_better(&there, said) {
+                return None;
+            }
+            let map_from_this = &self.this.map_from_submap;
+            let doubled = Doubled {
+                place: *map_from_this * place,
+                off: map_from_this.rotate(off),
+            };
+            if there.agree as f64 >= AGREEING_ALONE * there.total as f64 {
+                return Some((there.agree, doubled));
+            }
+            let (other_laid, said_back) = back.get_or_insert_with(|| {
+                let laid = Laid::new(other, self.surfels);
+                let said = laid.says_of(this, &pose.inverse());
+                (laid, said)
+            });
+            let there_back = other_laid.says_of(this, &found.inverse());
+            is_better(&there_back, said_back).then_some((there.agree, doubled))
         });
-        let best = found.max_by(|a, b| a.0.total_cmp(&b.0));
-        best.map(|(_, place, off)| (place, off))
+        let best = found.max_by_key(|(agree, _)| *agree);
+        best.map(|(_, doubled)| doubled)
     }
+}
+
+/// Whether a submap surely agrees with another where that would lie `there`, and far better than
+/// where it lies.
+fn is_better(there: &Said, here: &Said) -> bool {
+    let agree = there.agree as f64;
+    there.part() >= SURE_PART
+        && there.agree >= LEAST_AGREEING
+        && agree >= AGREEING * there.total as f64
+        && agree >= GAIN * here.agree as f64
 }

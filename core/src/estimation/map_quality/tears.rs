@@ -1,11 +1,12 @@
 //! From pairs of submaps that bear witness to the places where the map is torn.
 //!
-//! Witnesses are put together that stand near to one another in the map. One alone may be furniture
-//! that was moved or a glass door, and is not heard.
+//! Witnesses are put together that stand near to one another in the map and would move its parts
+//! the same way: two pieces of furniture do not agree on that, two sides of a tear do. One alone is
+//! not heard, unless nothing else explains it.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
-use super::{Placed, Tear, TearKind};
+use super::{Placed, TORN_BEYOND, Tear, TearKind};
 use crate::robot::Stamp;
 
 /// Witnesses within this distance speak of one tear, m: about a room.
@@ -22,19 +23,36 @@ pub(super) struct Witness {
     pub(super) place: Point2<f64>,
     /// How far walls stand apart that stand twice, m; `None` where nothing fits nearby.
     pub(super) off: Option<f64>,
+    /// The same as a motion in the map, of either to the other; `None` where it is not known.
+    pub(super) direction: Option<Vector2<f64>>,
+    /// Whether it is heard alone.
+    pub(super) is_proof: bool,
+}
+
+impl Witness {
+    /// Whether both speak of one tear. The older side may have moved, or the newer.
+    fn says_the_same(&self, other: &Self) -> bool {
+        let is_alike = match (self.direction, other.direction) {
+            (Some(a), Some(b)) => (a - b).norm().min((a + b).norm()) < TORN_BEYOND,
+            _ => true,
+        };
+        is_alike && (self.place - other.place).norm() < ONE_PLACE
+    }
 }
 
 /// The tears that enough of them bear witness to.
 pub(super) fn gather(witnesses: impl Iterator<Item = Witness>, placed: &[Placed<'_>]) -> Vec<Tear> {
     let mut groups: Vec<Vec<Witness>> = vec![];
     for witness in witnesses {
-        let near = |group: &&mut Vec<Witness>| (group[0].place - witness.place).norm() < ONE_PLACE;
-        match groups.iter_mut().find(near) {
+        let says_the_same = |group: &&mut Vec<Witness>| witness.says_the_same(&group[0]);
+        match groups.iter_mut().find(says_the_same) {
             Some(group) => group.push(witness),
             None => groups.push(vec![witness]),
         }
     }
-    groups.retain(|group| group.len() >= LEAST_WITNESSES);
+    groups.retain(|group| {
+        group.len() >= LEAST_WITNESSES || group.iter().any(|witness| witness.is_proof)
+    });
     groups
         .iter()
         .filter_map(|group| tear(group, placed))
@@ -46,7 +64,7 @@ fn tear(group: &[Witness], placed: &[Placed<'_>]) -> Option<Tear> {
     let sum = group
         .iter()
         .map(|witness| witness.place.coords)
-        .sum::<nalgebra::Vector2<f64>>();
+        .sum::<Vector2<f64>>();
     let mut offs: Vec<f64> = group.iter().filter_map(|witness| witness.off).collect();
     offs.sort_by(f64::total_cmp);
     // Who could measure it says more than who only contradicts.

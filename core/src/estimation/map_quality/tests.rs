@@ -53,6 +53,15 @@ fn seen(walls: &[[f64; 4]], room_from_submap: &Pose2) -> ClosedSubmap {
 /// What is said of submaps, each with its pose in the map; they were seen one after the other, a
 /// minute each.
 fn judged(submaps: &[(ClosedSubmap, Pose2)], untied: &[Untied]) -> MapQuality {
+    judged_on_its_way(submaps, untied, &[])
+}
+
+/// The same with what is known of neighbours that share scans.
+fn judged_on_its_way(
+    submaps: &[(ClosedSubmap, Pose2)],
+    untied: &[Untied],
+    parted: &[Parted],
+) -> MapQuality {
     let placed: Vec<Placed<'_>> = (0..)
         .zip(submaps)
         .map(|(minute, (submap, map_from_submap))| Placed {
@@ -63,7 +72,7 @@ fn judged(submaps: &[(ClosedSubmap, Pose2)], untied: &[Untied]) -> MapQuality {
         .collect();
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let places = placed.iter().map(|p| (p.map_from_submap, p.seen));
-    let mut judgement = MapJudgement::new(places.collect(), untied.to_vec());
+    let mut judgement = MapJudgement::new(places.collect(), untied.to_vec(), parted.to_vec());
     assert_eq!(judgement.progress(), 0.0);
     while judgement.step(&placed, &surfels, &matching) {
         assert!(judgement.progress() < 1.0);
@@ -164,4 +173,55 @@ fn what_was_seen_only_once_says_nothing() {
     assert_eq!(verdict(untied(0.8, false)), MapVerdict::Good);
     assert_eq!(verdict(untied(2.0, false)), MapVerdict::Doubtful);
     assert_eq!(verdict(untied(0.8, true)), MapVerdict::Torn);
+}
+
+#[test]
+fn scans_that_lie_in_two_places_tear_a_map_that_agrees_with_itself() {
+    let along = |minute: f64| {
+        let begun = Pose2::new(20.0 * minute, 0.0, 0.0);
+        (seen(&ROOM, &Pose2::identity()), begun)
+    };
+    let submaps = [along(0.0), along(1.0), along(2.0), along(3.0)];
+    let parted = |earlier, shift, turn| Parted {
+        earlier,
+        shift,
+        turn,
+    };
+    let of = |parted: &[Parted]| judged_on_its_way(&submaps, &[], parted);
+    let whole = of(&[parted(0, 0.1, 0.02), parted(1, 0.2, 0.04)]);
+    assert_eq!(whole.verdict, MapVerdict::Good, "{:?}", whole.tears);
+    let torn = of(&[parted(1, 0.4, 0.0)]);
+    assert_eq!(torn.verdict, MapVerdict::Torn);
+    let tear = &torn.tears[0];
+    assert_eq!((tear.kind, tear.off), (TearKind::Doubled, Some(0.4)));
+    assert!((tear.place - Point2::new(30.0, 0.0)).norm() < 1e-9);
+    // A turn alone may have been mended at once.
+    let turned = of(&[parted(1, 0.1, 0.2)]);
+    assert_eq!(turned.verdict, MapVerdict::Good, "{:?}", turned.tears);
+}
+
+#[test]
+fn what_a_submap_took_over_wrong_is_not_held_against_the_map() {
+    let (begun, off) = (Pose2::new(0.8, -0.5, 0.7), Pose2::new(0.5, 0.0, 0.0));
+    let right = || (seen(&ROOM, &begun), begun);
+    let submaps = [right(), right(), right(), (right().0, off * begun)];
+    let of = |parted: &[Parted]| judged_on_its_way(&submaps, &[], parted).verdict;
+    assert_eq!(of(&[]), MapVerdict::Torn);
+    let parted = Parted {
+        earlier: 2,
+        shift: 0.2,
+        turn: 0.1,
+    };
+    assert_eq!(of(&[parted]), MapVerdict::Good);
+}
+
+#[test]
+fn witnesses_that_would_move_the_map_elsewhere_are_not_put_together() {
+    let begun = Pose2::new(0.8, -0.5, 0.7);
+    let at = |x: f64, y: f64| (seen(&ROOM, &begun), Pose2::new(x, y, 0.0) * begun);
+    // Two visits that each disagree in a way of their own; neither is heard.
+    let one = judged(&[at(0.0, 0.0), at(0.0, 0.0), at(0.6, 0.0)], &[]);
+    assert_eq!(one.verdict, MapVerdict::Good, "{:?}", one.tears);
+    let same = [at(0.0, 0.0), at(0.0, 0.0), at(0.6, 0.0), at(0.6, 0.0)];
+    assert_eq!(judged(&same, &[]).verdict, MapVerdict::Torn);
 }

@@ -5,11 +5,13 @@
 //! wait meanwhile ([`MapJudgement`]).
 
 use super::ScanMatcher;
-use crate::estimation::map_quality::{MapJudgement, MapQuality, Placed, Untied};
+use crate::estimation::map_quality::{MapJudgement, MapQuality, Parted, Placed, Untied};
 use crate::robot::Stamp;
 
 /// A submap whose way to the next is known worse than this, m, was left by a robot that was lost.
 const LOST_SIGMA: f64 = 0.2;
+/// A stretch follows another if no more time lies between them than this part of the shorter one.
+const MOST_GAP: f64 = 0.5;
 
 impl ScanMatcher {
     /// Whether the map is whole, and where it is torn. What was seen since the last submap was
@@ -27,7 +29,7 @@ impl ScanMatcher {
         let closed = self.submaps.len().saturating_sub(1);
         let poses = self.submaps.iter().map(|submap| submap.map_from_submap);
         let places = poses.zip(self.seen(closed)).collect();
-        MapJudgement::new(places, self.untied(closed))
+        MapJudgement::new(places, self.untied(closed), self.parted(closed))
     }
 
     /// Judges on, by one submap; `false` when there is none left.
@@ -74,6 +76,28 @@ impl ScanMatcher {
             .collect()
     }
 
+    /// How far neighbours lie apart that share scans. Where some of the way between them is missing
+    /// (it was pruned, or scans were lost) nothing was drawn that could be apart.
+    fn parted(&self, count: usize) -> Vec<Parted> {
+        let poses = self.graph.poses();
+        let seen = self.seen(count);
+        let parted = self.graph.edges().iter().filter_map(|edge| {
+            let shares_scans = edge.cauchy.is_none()
+                && edge.to == edge.from + 1
+                && edge.to < count
+                && !self.submaps[edge.to].is_loose
+                && follows_at_once(seen[edge.from], seen[edge.to]);
+            let present = poses[edge.from].delta_to(&poses[edge.to]);
+            let off = edge.motion.delta_to(&present);
+            shares_scans.then(|| Parted {
+                earlier: edge.from,
+                shift: off.position().coords.norm(),
+                turn: off.heading().abs(),
+            })
+        });
+        parted.collect()
+    }
+
     /// The ways between submaps that no closed loop spans, those on end as one.
     fn untied(&self, count: usize) -> Vec<Untied> {
         // Whether the way from each submap to the next is spanned, and known badly.
@@ -112,4 +136,10 @@ impl ScanMatcher {
         }
         untied
     }
+}
+
+fn follows_at_once(before: [Stamp; 2], after: [Stamp; 2]) -> bool {
+    let lasts = |[from, to]: [Stamp; 2]| to.seconds() - from.seconds();
+    let gap = after[0].seconds() - before[1].seconds();
+    gap <= MOST_GAP * lasts(before).min(lasts(after))
 }
