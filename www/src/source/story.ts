@@ -59,11 +59,10 @@ export class Story {
       ended. */
   update(s: RunStatus, explored: (recompute: boolean) => number): void {
     this.#time = s.time;
-    const isPlaced = this.module.is_placed();
-    if (isPlaced !== this.#isPlaced) {
-      if (isPlaced) this.note("good", "The place of this run in the saved map is proved: they are one map from here on");
+    if (s.placed !== this.#isPlaced) {
+      if (s.placed) this.note("good", "The place of this run in the saved map is proved: they are one map from here on");
       else this.note("warn", "What the robot sees is not where it was left: it maps a piece of its own until its place in the saved map is proved");
-      this.#isPlaced = isPlaced;
+      this.#isPlaced = s.placed;
     }
     this.#tellGoal(s);
     const end = s.finished && s.task ? s.task.text : "";

@@ -48,6 +48,8 @@ export class SlamStatus extends SlamElement {
         ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
         ${figure("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${figure("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
+        ${s && s.mapParticles > 0 ? figure("Particles", `${s.mapParticles}, ${fixed(s.effectiveParticles, 1)} effective`, "particles",
+          "Each has a map of its own. So many of equal weight would estimate as well: where too few are effective, they are drawn anew", "wide") : ""}
         ${figure("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
         ${sim ? figure("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
         ${figure("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
