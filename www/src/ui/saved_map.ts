@@ -20,7 +20,7 @@ const FROM: Readonly<Record<MapStart["from"], string>> = {
 
 const MEANS: Readonly<Record<MapStart["from"], string>> = {
   left: "If what it sees is not what it saw there, it maps a piece of its own until its place is proved.",
-  at: "To half a metre and 17°. Press on the picture where it stands, and drag the way it looks.",
+  at: "Press on the picture where it stands, and drag the way it looks. Half a metre and 17° off will do; a wrong place spoils the map.",
   anywhere: "It maps a piece of its own until its place in the map is proved.",
 };
 
@@ -44,7 +44,7 @@ export class SlamSavedMap extends SlamElement {
     label select { color: var(--ink); font-size: 14px; }
     canvas { display: block; width: 100%; height: 190px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 10px; background: var(--map-unknown); touch-action: none; cursor: crosshair; }
     .three { display: grid; grid-template-columns: 1fr 1fr 1fr; gap: 8px; }
-    input[type="number"] { width: 100%; min-width: 0; }
+    input[type="number"] { color: var(--ink); width: 100%; min-width: 0; }
     button { width: 100%; }
   `;
 
@@ -52,6 +52,8 @@ export class SlamSavedMap extends SlamElement {
   readonly #camera = new Camera();
   readonly #tiles = new Tiles();
   #isPainted = false;
+  /** A place was asked for and is not told yet. */
+  #asks = false;
   /** The map that the tiles show. */
   #shown: SavedMap["picture"] | null = null;
   /** Where the press began that chooses a place, CSS pixels, and the pose so far. */
@@ -67,20 +69,22 @@ export class SlamSavedMap extends SlamElement {
     const { savedMap, status } = this.store;
     if (!savedMap) return nothing;
     const { name, start, picture } = savedMap;
+    const from = this.#asks ? "at" : start.from;
+    const pose = start.from === "at" ? start.pose : picture.left;
     return html`
       <h2 id="saved-map">Saved map</h2>
       <p data-testid="going-on">Runs by scan matching go on in <b>${name}</b>.</p>
-      ${status && this.store.method === "scan-matching" ? html`<p class=${status.placed ? "" : "bad"} data-testid="placed">${status.placed ? "The robot knows where in it it is." : "Its place in it is not proved yet: the robot maps a piece of its own until it is."}</p>` : nothing}
+      ${status && this.store.method === "scan-matching" ? html`<p class=${status.placed ? "" : "bad"} data-testid="placed">${!status.placed ? "Where the robot is in it is not proved yet." : start.from === "at" ? "The robot was told where it is in it." : "It is known where the robot is in it."}</p>` : nothing}
       <canvas data-testid="saved-map" role="img" aria-label="The saved map, with the robot where it begins" @pointerdown=${this.#down} @pointermove=${this.#move} @pointerup=${this.#up} @pointercancel=${this.#cancel}></canvas>
       <label>The robot begins
-        <select data-testid="begin-at" @change=${(e: Event) => this.#choose(valueOf(e) as MapStart["from"], savedMap)}>
-          ${Object.entries(FROM).map(([from, words]) => html`<option value=${from} .selected=${from === start.from}>${words}</option>`)}
+        <select data-testid="begin-at" @change=${(e: Event) => this.#choose(valueOf(e) as MapStart["from"])}>
+          ${Object.entries(FROM).map(([name, words]) => html`<option value=${name} .selected=${name === from}>${words}</option>`)}
         </select></label>
-      ${start.from === "at" ? html`<div class="three" role="group" aria-label="Where the robot begins in the saved map">
+      ${from === "at" ? html`<div class="three" role="group" aria-label="Where the robot begins in the saved map">
         ${PLACE.map(([words, unit], i) => html`<label>${words}<input type="number" inputmode="decimal" step="any" data-testid="begin-at-${i}"
-          .value=${String(Number(((start.pose[i] ?? 0) * unit).toFixed(2)))} @change=${(e: Event) => this.#type(start.pose, i, unit, e.target as HTMLInputElement)}></label>`)}
+          .value=${shown(pose, i, unit)} @change=${(e: Event) => this.#type(pose, i, unit, e.target as HTMLInputElement)}></label>`)}
       </div>` : nothing}
-      <p>${MEANS[start.from]}${start.from === "at" || !picture.grid ? nothing : " A press on the picture begins there."}</p>
+      <p>${MEANS[from]}</p>
       <button data-testid="empty-map" @click=${() => this.client.send({ kind: "go-on", name: "", bytes: null })}>${icons.again} Begin with an empty map</button>`;
   }
 
@@ -95,17 +99,25 @@ export class SlamSavedMap extends SlamElement {
     if (!this.#isPainted) this.#paint();
   }
 
-  #choose(from: MapStart["from"], { picture: { left } }: SavedMap): void {
-    this.client.beginAt(from === "at" ? { from, pose: left } : { from });
+  #choose(from: MapStart["from"]): void {
+    // A place is still to be told: until then the run goes on as it began.
+    this.#asks = from === "at";
+    if (from === "at") this.requestUpdate();
+    else this.client.beginAt({ from });
   }
 
   #type(pose: Pose, index: number, unit: number, input: HTMLInputElement): void {
     const value = Number(input.value || NaN) / unit;
     const typed: [number, number, number] = [...pose];
-    if (Number.isFinite(value)) typed[index] = value;
-    // Where it is no number, the field says again what it was.
-    else input.value = String(Number(((pose[index] ?? 0) * unit).toFixed(2)));
-    if (Number.isFinite(value)) this.client.beginAt({ from: "at", pose: typed });
+    typed[index] = value;
+    if (Number.isFinite(value)) this.#begin(typed);
+    // The field says again what it was.
+    else input.value = shown(pose, index, unit);
+  }
+
+  #begin(pose: [number, number, number]): void {
+    this.#asks = false;
+    this.client.beginAt({ from: "at", pose });
   }
 
   /** Where the robot begins, as far as that is known; what is being chosen goes before. */
@@ -136,7 +148,7 @@ export class SlamSavedMap extends SlamElement {
   #up = (): void => {
     const pose = this.#press?.pose;
     this.#press = null;
-    if (pose) this.client.beginAt({ from: "at", pose: [...pose] });
+    if (pose) this.#begin([...pose]);
   };
 
   #cancel = (): void => {
@@ -178,6 +190,11 @@ export class SlamSavedMap extends SlamElement {
     context.fill();
     canvas.title = `x ${pose[0].toFixed(1)}, y ${pose[1].toFixed(1)} m, heading ${Math.round(degrees(pose[2]))}°`;
   }
+}
+
+/** A number of a pose as its field shows it. */
+function shown(pose: Pose, index: number, unit: number): string {
+  return String(Number(((pose[index] ?? 0) * unit).toFixed(unit === 1 ? 2 : 1)));
 }
 
 customElements.define("slam-saved-map", SlamSavedMap);
