@@ -1,5 +1,6 @@
 // A run is saved whole, and a later one goes on in its map; the map is changed by hand.
 import { readFile } from 'node:fs/promises';
+import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
@@ -182,4 +183,27 @@ test('a recorded map is changed by hand too', async ({ lab, page }) => {
   await lab.at('edit-wall').click();
   await dragOn(lab, x - 0.3, y + 0.3, x + 0.3, y + 0.3);
   await expect.poll(() => probabilityAt(lab, x, y + 0.3)).toBeGreaterThan(0.9);
+});
+
+test('the map of a robot at a bridge is changed by hand, saved, and gone on in', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  const bridge = await Bridge.start(['--source', 'sim:arena,lidar']);
+  await lab.open(bridge.url);
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
+  await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(15);
+  const { x, y } = await lab.status();
+  await lab.at('edit-map').click();
+  await lab.at('edit-wall').click();
+  await dragOn(lab, x - 0.3, y + 0.4, x + 0.3, y + 0.4);
+  await expect.poll(() => probabilityAt(lab, x, y + 0.4), 'a wall stands there').toBeGreaterThan(0.9);
+  await drop(page, 'arena.slamlab', await saveMap(lab));
+  await expect(lab.at('going-on')).toContainText('arena.slamlab');
+  await lab.watch((s) => s.scans, 'the robot is asked again').toBeLessThan(10);
+  await lab.watch((s) => s.scans, 'and scans').toBeGreaterThan(10);
+  await lab.show('run');
+  await expect(lab.at('placed'), 'it stands where it was left').toHaveText('It is known where the robot is in it.');
+  await expect.poll(() => probabilityAt(lab, x, y + 0.4), 'with the wall').toBeGreaterThan(0.9);
+  await bridge.stop();
 });
