@@ -9,9 +9,9 @@ use crate::run::{Source, WebRun};
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Changes the map: x y of the corners of a region, or of those of a polyline, map frame, m.
+    /// Changes the map: x y of the corners of a region, or of a polyline, map frame, m.
     ///
-    /// # Errors    A sentence on why not: another method than scan matching, corners that cannot be.
+    /// # Errors    A sentence on why not: another method than scan matching, wrong corners.
     pub fn edit(&mut self, what: &Ts<EditName>, corners: &[f64]) -> Result<(), WebError> {
         let kind = what.to_rust()?.into();
         let (pairs, _) = corners.as_chunks::<2>();
