@@ -50,7 +50,7 @@ export class SlamMap extends SlamElement {
     #tools button { background: var(--glass); }
     #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
     #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
-    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: 350px; }
+    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: clamp(220px, 50cqw - 232px, 350px); }
     #scale { display: flex; align-items: end; gap: 8px; }
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
