@@ -15,9 +15,11 @@ mod tests;
 
 use std::f64::consts::PI;
 
+use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::estimation::EditKind;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -324,6 +326,18 @@ impl Experiment {
     /// # Errors    [`SlamError`]; then all stays as it was.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.session.go_on_in(saved)
+    }
+
+    /// Changes the map by hand; see [`crate::slam::Slam::edit`].
+    ///
+    /// # Errors    [`SlamError`]; then it stays as it was.
+    pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        self.session.edit(kind, corners)
+    }
+
+    /// Takes back the last change that was made by hand; `false` where there is none.
+    pub fn undo_edit(&mut self) -> bool {
+        self.session.undo_edit()
     }
 
     /// What it believes and intends.

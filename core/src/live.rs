@@ -17,6 +17,9 @@
 #[cfg(test)]
 mod tests;
 
+use nalgebra::Point2;
+
+use crate::estimation::EditKind;
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
 use crate::session::{Session, SessionConfig};
@@ -126,6 +129,18 @@ impl Live {
         self.session.go_on_in(saved.clone())?;
         self.saved_map = Some(saved);
         Ok(())
+    }
+
+    /// Changes the map by hand; see [`crate::slam::Slam::edit`].
+    ///
+    /// # Errors    [`SlamError`]; then it stays as it was.
+    pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        self.session.edit(kind, corners)
+    }
+
+    /// Takes back the last change that was made by hand; `false` where there is none.
+    pub fn undo_edit(&mut self) -> bool {
+        self.session.undo_edit()
     }
 
     /// A session that has not heard anything yet.

@@ -17,7 +17,9 @@ mod reader;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::{DriveFit, SavedMap};
+use nalgebra::Point2;
+
+use crate::estimation::{DriveFit, EditKind, SavedMap};
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
 use crate::hash::StateHash;
@@ -303,6 +305,18 @@ impl Replay {
         self.session.go_on_in(saved)?;
         self.earlier = earlier;
         Ok(())
+    }
+
+    /// Changes the map by hand; see [`crate::slam::Slam::edit`].
+    ///
+    /// # Errors    [`SlamError`]; then it stays as it was.
+    pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        self.session.edit(kind, corners)
+    }
+
+    /// Takes back the last change that was made by hand; `false` where there is none.
+    pub fn undo_edit(&mut self) -> bool {
+        self.session.undo_edit()
     }
 
     /// Passes over the next scans: they were taken by the run that this one goes on.

@@ -29,7 +29,9 @@ mod stages;
 #[cfg(test)]
 mod tests;
 
-use crate::estimation::{ConsistencyWindow, Drive, DriveFit, OdometryFit};
+use nalgebra::Point2;
+
+use crate::estimation::{ConsistencyWindow, Drive, DriveFit, EditKind, OdometryFit};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
 use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
@@ -157,6 +159,18 @@ impl Session {
     /// # Errors    [`SlamError`]; then all stays as it was.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         self.slam.go_on_in(saved)
+    }
+
+    /// Changes the map by hand; see [`Slam::edit`].
+    ///
+    /// # Errors    [`SlamError`]; then it stays as it was.
+    pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        self.slam.edit(kind, corners)
+    }
+
+    /// Takes back the last change that was made by hand; `false` where there is none.
+    pub fn undo_edit(&mut self) -> bool {
+        self.slam.undo_edit()
     }
 
     /// Completes all work that was put off, at the end of a recording.

@@ -24,7 +24,11 @@ mod walls;
 
 use std::borrow::Cow;
 
-use crate::estimation::{EkfError, GridParticlesError, RestoreError, ScanMatcherError};
+use nalgebra::Point2;
+
+use crate::estimation::{
+    EditError, EditKind, EkfError, GridParticlesError, RestoreError, ScanMatcher, ScanMatcherError,
+};
 use crate::features::LineError;
 use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
@@ -70,6 +74,12 @@ pub enum SlamError {
     /// A saved map for a method that does not go on in one.
     #[error("only scan matching goes on in a saved map")]
     NoSavedMap,
+    /// A change of a map that its method draws anew.
+    #[error("only the map of scan matching can be changed by hand")]
+    NoEdits,
+    /// A change that cannot be.
+    #[error(transparent)]
+    Edit(#[from] EditError),
     /// A method that needs a map, and none is there.
     #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
@@ -241,6 +251,21 @@ impl Slam {
         self.estimator = self.method.begin(&config)?;
         self.earlier = places_of(&*self.estimator);
         Ok(())
+    }
+
+    /// Changes the map by hand; see [`ScanMatcher::edit`].
+    ///
+    /// # Errors    [`SlamError::NoEdits`] of methods other than scan matching, [`SlamError::Edit`];
+    /// then it stays as it was.
+    pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        let map = self.estimator.editable().ok_or(SlamError::NoEdits)?;
+        Ok(map.edit(kind, corners)?)
+    }
+
+    /// Takes back the last change that was made by hand; `false` where there is none.
+    pub fn undo_edit(&mut self) -> bool {
+        let map = self.estimator.editable();
+        map.is_some_and(ScanMatcher::undo_edit)
     }
 
     /// Completes all work that was put off, at the end of a log.

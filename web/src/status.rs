@@ -1,7 +1,7 @@
 //! The present numbers of a run, the same for every source.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::Figure;
+use slamlab_core::estimation::{Figure, ScanMatcher};
 use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::BodyShape;
 use slamlab_core::session::Session;
@@ -81,9 +81,14 @@ pub struct RunStatus {
     /// Whether the pose in the prior map is to be believed; `null` from a method that does not
     /// tell.
     pub localisation: Option<LocalisationName>,
+    /// Whether it is known where in the map the robot is; not while a run that goes on in a saved
+    /// map has not found its place.
+    pub placed: bool,
     /// Of particles with maps, how many of equal weight would estimate as well; `NaN` of other
     /// methods.
     pub effective_particles: f64,
+    /// Particles with maps; 0 of other methods.
+    pub map_particles: u32,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
     /// Who decides where to go.
@@ -144,6 +149,12 @@ fn running_submap(slam: &Slam) -> usize {
     submaps.saturating_sub(1)
 }
 
+/// How many particles there are, of a method that maps by them.
+fn map_particles(slam: &Slam) -> usize {
+    let view = slam.view();
+    (view.effective_particles).map_or(0, |_| view.particles.len())
+}
+
 impl RunStatus {
     /// What every source knows; of a robot that somebody drives, what its pilot is about.
     pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
@@ -191,7 +202,9 @@ impl RunStatus {
             localisation: fit
                 .and(slam.view().pose_quality)
                 .map(|quality| (&quality.localisation).into()),
+            placed: slam.view().map.is_none_or(ScanMatcher::is_placed),
             effective_particles: slam.view().effective_particles.unwrap_or(f64::NAN),
+            map_particles: map_particles(slam) as u32,
             map_full: slam.grid().is_whole().is_err(),
             mode: (&pilot.mode()).into(),
             task: is_driven.then(|| Task::of(pilot)),

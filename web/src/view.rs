@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Localisation, PoseQuality};
 use slamlab_core::geom::{Pose2, Segment};
-use slamlab_core::map::CellState;
+use slamlab_core::map::{CellState, Grid};
 use slamlab_core::pilot::Stage;
 use slamlab_core::plan::Path;
 use slamlab_core::points::{Beam, Points};
@@ -116,6 +116,16 @@ impl WebRun {
 }
 
 impl GridChange {
+    /// All of a grid; nothing of an empty one.
+    pub(crate) fn whole(grid: &Grid) -> Option<Self> {
+        let (mut index, mut cells) = (vec![], vec![]);
+        for (block, log_odds) in grid.blocks_since(0) {
+            index.extend([block.col, block.row]);
+            cells.extend(log_odds.iter().map(|&l| tone(l)));
+        }
+        Self::of(grid.resolution(), index, cells)
+    }
+
     /// Nothing where no block changed.
     pub(crate) fn of(resolution: f64, index: Vec<i32>, cells: Vec<u8>) -> Option<Self> {
         (!index.is_empty()).then(|| Self {

@@ -6,7 +6,7 @@ import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
 import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, Level, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { DeviceKind, EditName, Level, MapStart, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -169,6 +169,22 @@ export class Client {
     const { source, bridge } = this.store;
     const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
+  }
+
+  /** Begins again in the saved map, from here in it. */
+  beginAt(start: MapStart): void {
+    const { store } = this;
+    if (!store.savedMap) return;
+    store.set("run", { savedMap: { ...store.savedMap, start } });
+    this.send({ kind: "begin-at", start });
+    this.again("scan-matching");
+  }
+
+  /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
+      the ends of a wall. */
+  edit(what: EditName, [x0, y0]: readonly [number, number], [x1, y1]: readonly [number, number]): void {
+    const corners = what === "erase" ? [x0, y0, x1, y0, x1, y1, x0, y1] : [x0, y0, x1, y1];
+    this.send({ kind: "edit", what, corners });
   }
 
   /** Carries the simulated robot elsewhere. */
@@ -410,8 +426,8 @@ export class Client {
       this.localiseIn(priorMap);
       this.#leaveOut(priorMap.name, skipped);
     },
-    "going-on": ({ name }) => {
-      this.store.set("run", { savedMap: name });
+    "going-on": ({ name, picture }) => {
+      this.store.set("run", { savedMap: picture && { name, picture, start: { from: "left" } } });
       this.again("scan-matching");
       this.#note("good", name ? `Goes on in the map ${name}: where the robot was left, or wherever it finds itself` : "Begins with an empty map");
     },

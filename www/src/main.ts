@@ -4,7 +4,7 @@ import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
-import { CLOSURE_STRIDE, type FieldName } from "./protocol/module.js";
+import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
@@ -20,6 +20,7 @@ import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
+import "./ui/edit.js";
 import "./ui/fit.js";
 import "./ui/header.js";
 import { SlamHelp } from "./ui/help.js";
@@ -33,6 +34,7 @@ import "./ui/plots.js";
 import "./ui/quality.js";
 import "./ui/torn.js";
 import "./ui/rooms.js";
+import "./ui/saved_map.js";
 import "./ui/settings.js";
 import "./ui/setup.js";
 import "./ui/sigma.js";
@@ -125,6 +127,7 @@ startKeyboard({
     "-": () => map.zoom(0.8),
     0: () => map.fit(),
     f: () => map.toggleFollow(),
+    e: () => map.toggleEditing(),
     r: () => client.again(),
     m: () => client.send({ kind: "save", what: "map" }),
     // Celej's key for it; where there is a robot to steer, only with Shift.
@@ -152,6 +155,12 @@ const figures = {
   get framesPerSecond() { return map.frames; },
   get blocks() { return scene.tiles.size; },
   get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+  /** Places where the robot may be; 0 where it knows. */
+  get hypotheses() { return scene.hypotheses.length / HYPOTHESIS_STRIDE; },
+  /** Sides of what was changed by hand. */
+  get edits() { return scene.edits.length / EDIT_STRIDE; },
+  /** How sure the map is of an obstacle at a point, 0 to 1; null where nothing is known. */
+  probabilityAt: (x: number, y: number) => scene.tiles.probabilityAt(x, y),
   /** Where a hit of the last scan lies, map frame, m. */
   hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
   get submaps() { return { count: scene.submaps.count, outcomes: [...scene.submaps.outcomes], glides: scene.submaps.glides }; },

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, MapStart, SavedMapPicture } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -94,6 +94,12 @@ export type Command =
   | { kind: "save"; what: SavedKind | "fit" }
   /** Runs by scan matching go on in this saved map from the next one on; without bytes in none. */
   | { kind: "go-on"; name: string; bytes: ArrayBuffer | null }
+  /** Where the robot is in it when the next run begins. */
+  | { kind: "begin-at"; start: MapStart }
+  /** Changes the map by hand: x y of corners, map frame, m. */
+  | { kind: "edit"; what: EditName; corners: readonly number[] }
+  /** Takes the last change back. */
+  | { kind: "undo-edit" }
   | { kind: "drawn" };
 
 /** What is done about each kind of message. */
@@ -133,7 +139,7 @@ export type Answer =
   /** A map to be found in that was asked for. */
   | ({ kind: "prior-map" } & PriorMapFile)
   /** The saved map that runs go on in from here on; none where the name is empty. */
-  | { kind: "going-on"; name: string }
+  | { kind: "going-on"; name: string; picture: SavedMapPicture | null }
   | { kind: "hash"; run: number; text: string }
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }

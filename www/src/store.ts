@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type DriveFit, type Ground, type Inspection, type MethodName, type Quality, type Rooms, type Setup, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -57,6 +57,13 @@ export interface Toast {
   text: string;
 }
 
+/** A map that runs go on in, and where in it the robot begins. */
+export interface SavedMap {
+  readonly name: string;
+  readonly picture: SavedMapPicture;
+  readonly start: MapStart;
+}
+
 /** What the worker sends when a run begins. */
 export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
 
@@ -69,8 +76,10 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
-  /** The saved map that runs by scan matching go on in; empty when none. */
-  savedMap = "";
+  /** The saved map that runs by scan matching go on in. */
+  savedMap: SavedMap | null = null;
+  /** What a press on the map changes; null while it moves the view. */
+  editing: EditName | null = null;
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;
@@ -163,7 +172,7 @@ export class Store {
     // Another map: its places are others. Only a simulation knows true walls.
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
-    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, loading: "" });
+    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "moved", "quality", "torn"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }

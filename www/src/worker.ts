@@ -5,7 +5,7 @@ import init, { WebRun, WebSavedMap, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
-import type { MethodName } from "./protocol/module.js";
+import type { EditName, MapStart, MethodName } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
@@ -24,10 +24,12 @@ let reading: LogReading | null = null;
 let conversation: Conversation | null = null;
 /** The map that runs by scan matching go on in. */
 let savedMap: WebSavedMap | null = null;
+/** Where the robot is in it when a run begins. */
+let start: MapStart = { from: "left" };
 
 /** A run of this method, in the saved map if it can go on in one. */
 function goingOn(run: WebRun, method: MethodName): WebRun {
-  if (savedMap && method === "scan-matching") run.go_on_in(savedMap);
+  if (savedMap && method === "scan-matching") run.go_on_in(savedMap, start);
   return run;
 }
 
@@ -61,6 +63,19 @@ function command(act: (run: Run) => void): void {
   if (run.kind === "bridge") conversation?.say(() => {});
   player.changed();
 }
+
+/** Changes the map of a run of any source. */
+function changeMap(act: (module: WebRun) => void, words: string): void {
+  player.run?.changeMap(act, words);
+  player.changed();
+}
+
+/** How the log calls what a person changed. */
+const EDITED: Readonly<Record<EditName, string>> = {
+  erase: "A region of the map was erased by hand",
+  wall: "A wall was drawn by hand",
+  glass: "Glass was drawn by hand",
+};
 
 /** Does something to a simulation. */
 function simulated(act: (run: Run) => void): void {
@@ -134,8 +149,15 @@ const handlers: Handlers<Command> = {
     const next = bytes && new WebSavedMap(new Uint8Array(bytes));
     savedMap?.free();
     savedMap = next;
-    post({ kind: "going-on", name: next ? name : "" });
+    start = { from: "left" };
+    const picture = next?.picture() ?? null;
+    post({ kind: "going-on", name: next ? name : "", picture }, picture?.grid ? [picture.grid.cells.buffer as ArrayBuffer] : []);
   }),
+  "begin-at": (asked) => {
+    start = asked.start;
+  },
+  edit: ({ what, corners }) => changeMap((module) => module.edit(what, new Float64Array(corners)), EDITED[what]),
+  "undo-edit": () => changeMap((module) => module.undo_edit(), "The last change of the map by hand is taken back"),
   unplug: () => {
     if (conversation?.link instanceof CableLink) disconnect();
   },

@@ -15,7 +15,7 @@
 //! content means cannot be known. What is unpacked is never longer than the file says, and what a
 //! file says is believed only as far as so few bytes can be packed.
 
-use std::io::{Read as _, Write as _};
+use std::io::{ErrorKind, Read as _, Write as _};
 
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
@@ -88,12 +88,29 @@ pub enum SlamlabError {
         /// What so many packed bytes, or this program, can hold at most.
         most: u64,
     },
-    /// It cannot be unpacked.
-    #[error("the .slamlab file cannot be unpacked: {0}")]
+    /// It cannot be packed.
+    #[error("the .slamlab file cannot be packed: {0}")]
     Packing(String),
-    /// It unpacks to something else than was packed.
-    #[error("the .slamlab file is damaged: its content is not what was written")]
-    Damaged,
+    /// A part of it is missing.
+    #[error(
+        "the .slamlab file is cut off: it ends at byte {at}, with {has} of the {of} bytes that it unpacks to"
+    )]
+    Cut {
+        /// Its length.
+        at: usize,
+        /// Bytes that could be unpacked.
+        has: usize,
+        /// Bytes that it says it holds.
+        of: u64,
+    },
+    /// Its bytes are no longer those that were written.
+    #[error(
+        "the .slamlab file is damaged: what stands before byte {before} is not what was written"
+    )]
+    Damaged {
+        /// Where it shows: it lies no farther on, and not in the first 12 bytes.
+        before: usize,
+    },
     /// The content means nothing.
     #[error("the .slamlab file cannot be read: {0}")]
     Content(#[from] SnapshotError),
@@ -157,12 +174,25 @@ fn unpacked(file: &[u8]) -> Result<Vec<u8>, SlamlabError> {
     // A byte more shows that more would come.
     let mut unpacker = ZlibDecoder::new(packed).take(bytes + 1);
     let read = unpacker.read_to_end(&mut content);
-    read.map_err(|error| SlamlabError::Packing(error.to_string()))?;
-    let is_whole = content.len() as u64 == bytes;
-    match is_whole && XxHash64::oneshot(0, &content) == u64::from_le_bytes(*sum) {
-        true => Ok(content),
-        false => Err(SlamlabError::Damaged),
+    let has = content.len();
+    if read.is_ok()
+        && has as u64 == bytes
+        && XxHash64::oneshot(0, &content) == u64::from_le_bytes(*sum)
+    {
+        return Ok(content);
     }
+    let ends = matches!(&read, Err(error) if error.kind() == ErrorKind::UnexpectedEof);
+    if ends && (has as u64) < bytes {
+        let (at, of) = (file.len(), bytes);
+        return Err(SlamlabError::Cut { at, has, of });
+    }
+    let unread = match read {
+        Ok(_) => 0,
+        Err(_) => packed.len() - unpacker.get_ref().total_in() as usize,
+    };
+    Err(SlamlabError::Damaged {
+        before: file.len() - unread,
+    })
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use std::fmt::Debug;
 use std::str::FromStr;
 
 use super::{EarlierMap, PreparedScan, SlamConfig, SlamError, View};
+use crate::estimation::ScanMatcher;
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
@@ -42,6 +43,11 @@ pub(super) trait Estimator: Debug + Send + Sync {
 
     /// Completes all work that was put off.
     fn finish(&mut self) {}
+
+    /// The map that a person may change, of a method that has one.
+    fn editable(&mut self) -> Option<&mut ScanMatcher> {
+        None
+    }
 }
 
 /// One row for each method: variant, name in commands and saved links, title, where it begins,

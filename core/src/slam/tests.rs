@@ -1,6 +1,7 @@
 //! Bad odometry changes nothing, and methods have names.
 
 use super::*;
+use crate::map::CellState;
 use crate::robot::Stamp;
 
 #[test]
@@ -44,4 +45,26 @@ fn methods_are_found_by_name() {
         error,
         "there is no method `teleport`; expected odometry, line-ekf, scan-matching, grid-particles, prior-map, particle-localisation or histogram-localisation"
     );
+}
+
+#[test]
+fn only_the_map_of_scan_matching_is_changed_by_hand() {
+    let ends = [Point2::new(1.0, 0.0), Point2::new(1.0, 1.0)];
+    for method in Method::ALL {
+        let name = method.name();
+        let mut slam = Slam::new(method, prior_map_tests::config()).unwrap();
+        let changed = slam.edit(EditKind::Wall, &ends);
+        if method != Method::ScanMatching {
+            assert_eq!(changed, Err(SlamError::NoEdits), "{name}");
+            assert!(!slam.undo_edit(), "{name}");
+            continue;
+        }
+        changed.unwrap();
+        let wall = slam.grid().cell_at(Point2::new(1.0, 0.5));
+        assert_eq!(slam.grid().state(wall), CellState::Occupied);
+        let refused = slam.edit(EditKind::Erase, &ends);
+        assert!(matches!(refused, Err(SlamError::Edit(_))), "{refused:?}");
+        assert!(slam.undo_edit() && !slam.undo_edit());
+        assert_eq!(slam.grid().state(wall), CellState::Unknown);
+    }
 }

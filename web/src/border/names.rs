@@ -112,6 +112,8 @@ names! {
     TearName of slamlab_core::estimation::TearKind {
         Doubled = "doubled", Contradicted = "contradicted", Loose = "loose", Unproven = "unproven",
     }
+    /// What a person changes on the map.
+    EditName = slamlab_core::estimation::EditKind { Erase = "erase", Wall = "wall", Glass = "glass" }
     /// How σ of the range grows with the range.
     GrowthName = slamlab_core::points::Growth { Linear = "linear", Square = "square" }
     /// What a ranger's characteristic is a polynomial of.

@@ -59,6 +59,9 @@ rows! {
     "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
     /// A pose that the robot may have, map frame, m and rad, and its part of the weight, 0 to 1.
     "HYPOTHESIS": HypothesisRow of f32 { x, y, heading, weight }
+    /// A side of what a person changed on the map: its ends, m, the place of its kind among the
+    /// names of `EditName` (erased, wall, glass), and the number of the change.
+    "EDIT": EditRow of f32 { x1, y1, x2, y2, kind, number }
     /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
     /// and the ranges' (m).
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }

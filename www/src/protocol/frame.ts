@@ -79,6 +79,8 @@ export interface Change {
   /** New points of the trails, see TRAIL; all of them where `trailReset`. */
   trail: Float32Array | null;
   trailReset: boolean;
+  /** What was changed by hand, see EDIT. */
+  edits: Float32Array | null;
   /** Submaps and loop closures, where they changed. */
   submaps: Submaps | null;
   /** New samples of the twin, see TWIN. */

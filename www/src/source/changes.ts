@@ -7,7 +7,7 @@ import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
 
-type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors";
+type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors" | "edits";
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
@@ -23,7 +23,7 @@ export class Changes {
   #reportsSent = -1;
   #wholeSent = false;
   #planAt = -Infinity;
-  #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY };
+  #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY, edits: EMPTY };
   #trail = new Trail();
   #mapAt = -Infinity;
   #submaps = { version: -1, known: 0 };
@@ -90,6 +90,7 @@ export class Changes {
       rawPath: plan ? this.#fresh("rawPath", module.raw_path()) : null,
       tree: plan ? this.#fresh("tree", module.tree()) : null,
       frontiers: plan ? this.#fresh("frontiers", module.frontiers()) : null,
+      edits: this.#fresh("edits", module.edits()),
       ...this.#mapChange(now, isLast),
       ...this.#twinChange(),
       samples: this.samples.take(),

@@ -101,6 +101,13 @@ export class Run implements RunFacts {
     this.update(0);
   }
 
+  /** A change of the map by hand, and how the log calls it. */
+  changeMap(act: (module: WebRun) => void, words: string): void {
+    act(this.module);
+    this.#story.note("info", words);
+    this.#refresh();
+  }
+
   /** With a twin another one begins here. */
   setTwin(on: boolean): void {
     this.module.set_twin(on);

@@ -33,6 +33,7 @@ export class Story {
   #closures = 0;
   #milestones = 0;
   #misfitNoted = false;
+  #wasLocalised = false;
   #fullTold = false;
   #localisation: LocalisationName | null = null;
   #isPlaced = true;
@@ -59,11 +60,10 @@ export class Story {
       ended. */
   update(s: RunStatus, explored: (recompute: boolean) => number): void {
     this.#time = s.time;
-    const isPlaced = this.module.is_placed();
-    if (isPlaced !== this.#isPlaced) {
-      if (isPlaced) this.note("good", "The place of this run in the saved map is proved: they are one map from here on");
+    if (s.placed !== this.#isPlaced) {
+      if (s.placed) this.note("good", "The place of this run in the saved map is proved: they are one map from here on");
       else this.note("warn", "What the robot sees is not where it was left: it maps a piece of its own until its place in the saved map is proved");
-      this.#isPlaced = isPlaced;
+      this.#isPlaced = s.placed;
     }
     this.#tellGoal(s);
     const end = s.finished && s.task ? s.task.text : "";
@@ -86,7 +86,9 @@ export class Story {
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
     }
-    if (s.priorMapMisfit && !this.#misfitNoted) {
+    // One that was found in it before is lost: the map is the right one.
+    this.#wasLocalised ||= s.localisation === "localised";
+    if (s.priorMapMisfit && !this.#misfitNoted && !this.#wasLocalised) {
       this.#misfitNoted = true;
       this.#alert(`The prior map does not fit: only ${Math.round(100 * s.priorMapOverlap)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Prior map.`);
     }

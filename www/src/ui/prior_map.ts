@@ -22,6 +22,7 @@ export class SlamPriorMap extends SlamElement {
   static override styles = css`
     h2 { margin: 18px 0 8px; }
     p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
+    [data-testid="kidnap"] { margin-bottom: 8px; }
     p.bad { color: var(--danger); font-weight: 600; }
     .two label { display: contents; }
     .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
@@ -74,7 +75,7 @@ export class SlamPriorMap extends SlamElement {
       ${source === "sim" ? html`<button data-testid="kidnap" title="Carry the robot to a random place, without telling it" @click=${() => this.client.kidnap()}>${icons.hand} Kidnap</button>` : nothing}`;
   }
 
-  #fit(): TemplateResult {
+  #fit(): TemplateResult | typeof nothing {
     const { status } = this.store;
     const isJudged = status !== null && Number.isFinite(status.priorMapOverlap);
     const part = percent(status?.priorMapOverlap ?? NaN);
@@ -82,6 +83,8 @@ export class SlamPriorMap extends SlamElement {
     const words = !isJudged ? "Whether the map fits shows after some scans."
       : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
       : `The map fits: ${part} of what the sensor hits is a wall of it.`;
+    // That it fitted before says nothing while the robot is lost in it.
+    if (isJudged && !misfit && status.localisation !== null && status.localisation !== "localised") return nothing;
     return html`<p class=${misfit ? "bad" : ""} data-testid="prior-map-fit">${words}</p>`;
   }
 

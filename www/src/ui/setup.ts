@@ -1,6 +1,6 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, html, type TemplateResult } from "lit";
 import { SAVED } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
@@ -54,7 +54,7 @@ export class SlamSetup extends SlamElement {
   protected override readonly topics = ["run"] as const;
 
   override render(): TemplateResult {
-    const { setup, source, title, savedMap, offer: { worlds, sensors, methods } } = this.store;
+    const { setup, source, title, offer: { worlds, sensors, methods } } = this.store;
     const own = setup.worldJson !== null;
     const recorded = source !== "sim";
     const { method } = this.store;
@@ -108,7 +108,6 @@ export class SlamSetup extends SlamElement {
         </label>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      ${savedMap ? html`<p data-testid="going-on">Runs by scan matching go on in <b>${savedMap}</b>. <button data-testid="empty-map" @click=${() => this.client.send({ kind: "go-on", name: "", bytes: null })}>Begin with an empty map</button></p>` : nothing}
       <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: a recording (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log) or of four rangers (.csv), also packed (.gz), a saved map (.slamlab), a world (.json), a floor plan (.svg), OGmap.txt or a map of ROS (.yaml and .pgm or .png together).`}</p>
     `;
   }

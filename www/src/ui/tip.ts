@@ -19,9 +19,9 @@ export class SlamTip extends SlamElement {
   #seen = ifAllowed(() => localStorage.getItem(KEY)) !== null;
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source, tab, layers } = this.store;
+    const { status, source, tab, layers, editing } = this.store;
     // A click chooses a room, or start and goal, where those are shown.
-    if (this.#seen || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    if (this.#seen || editing || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

@@ -5,6 +5,7 @@ import * as closures from "./layers/closures.js";
 import * as compared from "./layers/compared.js";
 import * as contest from "./layers/contest.js";
 import * as doors from "./layers/doors.js";
+import * as edits from "./layers/edits.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as graph from "./layers/graph.js";
@@ -53,11 +54,12 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["found", found.draw],
   ["rawPath", path.drawRaw],
   ["path", path.draw],
-  ["submaps", submaps.draw],
+  ["submaps", submaps.drawWalls],
   ["compared", compared.draw],
   ["trails", trails.draw],
   ["graph", graph.draw],
   ["closures", closures.draw],
+  ["submaps", submaps.drawNumbers],
   ["twin", twin.draw],
   ["torn", torn.draw],
   ["robot", robot.draw],
@@ -75,6 +77,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
     if (on[name] && !isHidden(name)) paint(brush, WITH_ROBOT.has(name) ? (brush) => withRobot(brush, draw) : draw);
   }
   paint(brush, contest.draw);
+  paint(brush, edits.draw);
   paint(brush, spot.draw);
 }
 

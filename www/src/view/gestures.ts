@@ -6,6 +6,12 @@ export interface GestureHandlers {
   tap(x: number, y: number): void;
   hover(x: number, y: number): void;
   leave(): void;
+  /** Whether a press that moves draws, rather than moves the view. */
+  draws(): boolean;
+  /** From where it began to where it is now. */
+  draw(from: readonly [number, number], to: readonly [number, number]): void;
+  /** It has ended there; else it is of no more account. */
+  drawn(isDone: boolean): void;
 }
 
 /** A press that moves less than this is a tap, CSS pixels. */
@@ -16,6 +22,8 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
   const pointers = new Map<number, { x: number; y: number }>();
   let moved = 0;
   let hadTwo = false;
+  /** Where a press began that draws. */
+  let begun: readonly [number, number] | null = null;
 
   const at = (event: MouseEvent): { x: number; y: number } => {
     const box = element.getBoundingClientRect();
@@ -28,8 +36,13 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
       moved = 0;
       hadTwo = false;
     }
-    pointers.set(event.pointerId, at(event));
-    if (pointers.size > 1) hadTwo = true;
+    const now = at(event);
+    begun = pointers.size === 0 && event.button === 0 && on.draws() ? [now.x, now.y] : null;
+    pointers.set(event.pointerId, now);
+    if (pointers.size > 1) {
+      hadTwo = true;
+      on.drawn(false);
+    }
     element.setPointerCapture(event.pointerId);
   };
 
@@ -51,13 +64,15 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
       const wasTap = moved < SLOP;
       moved += Math.hypot(dx, dy);
       if (wasTap && moved < SLOP) return;
-      on.pan(dx, dy);
+      if (begun) on.draw(begun, [now.x, now.y]);
+      else on.pan(dx, dy);
     }
   };
 
   const up = (event: PointerEvent): void => {
     const point = pointers.get(event.pointerId);
     if (!pointers.delete(event.pointerId) || !point) return;
+    if (begun && moved >= SLOP) on.drawn(event.type === "pointerup");
     if (event.type === "pointerup" && pointers.size === 0 && !hadTwo && moved < SLOP && event.button === 0) on.tap(point.x, point.y);
   };
 

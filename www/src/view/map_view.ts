@@ -1,7 +1,7 @@
 // The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and
 // tied to the robot.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, html, nothing, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE, type Tear } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
@@ -32,6 +32,9 @@ const LEAST_SCALED = 140;
 /** The panels that a phone shows as a sheet over the map. */
 const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
+/** What a change would go from and to, map frame, m. */
+type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
+
 export class SlamMap extends SlamElement {
   static override styles = css`
     :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
@@ -40,13 +43,14 @@ export class SlamMap extends SlamElement {
     #pad.plain { cursor: grab; }
     #pad.wall, #pad.door { cursor: pointer; }
     #pad:active { cursor: grabbing; }
+    #pad.draws, #pad.draws:active { cursor: crosshair; }
     #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
     #pad:focus-visible ~ #cross { display: block; }
     #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
     #tools button { background: var(--glass); }
     #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
     #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
-    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: 350px; }
+    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: clamp(220px, 50cqw - 232px, 350px); }
     #scale { display: flex; align-items: end; gap: 8px; }
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
@@ -95,6 +99,8 @@ export class SlamMap extends SlamElement {
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
+      if (this.#draft && !this.store.editing) this.#setDraft(null);
+      this.#spotVersion += 1;
       if (this.store.inCycle === this.#inCycle) return;
       this.#inCycle = this.store.inCycle;
       requestAnimationFrame(() => this.#resize());
@@ -114,6 +120,9 @@ export class SlamMap extends SlamElement {
         this.camera.zoomAt(factor, x, y);
       },
       tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
+      draws: () => this.store.editing !== null,
+      draw: (from, to) => this.#setDraft({ from: this.camera.toMap(...from), to: this.camera.toMap(...to) }),
+      drawn: (isDone) => this.#endDraft(isDone),
       hover: (x, y) => this.#hover(x, y),
       leave: () => {
         this.#element("hover").toggleAttribute("hidden", true);
@@ -125,12 +134,12 @@ export class SlamMap extends SlamElement {
   }
 
   override render(): TemplateResult {
-    const { follow, source } = this.store;
+    const { follow, source, editing, method } = this.store;
     return html`
       <canvas id="ground"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
+        id="pad" class=${editing ? "draws" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
         aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
@@ -140,6 +149,7 @@ export class SlamMap extends SlamElement {
         <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
         <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
+        ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title="Change the map by hand (E)" aria-label="Change the map by hand" aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
       </div>
       <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
     `;
@@ -167,6 +177,11 @@ export class SlamMap extends SlamElement {
     if (follow && this.camera.scale < 60) this.#target = { x: this.camera.x, y: this.camera.y, scale: 80 };
   }
 
+  /** From here on the map is changed by what is drawn on it, or no longer. */
+  toggleEditing(): void {
+    if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase" });
+  }
+
   /** A new run: forget the old view at once. */
   restart(): void {
     if (!this.store.follow) this.#auto = true;
@@ -185,6 +200,13 @@ export class SlamMap extends SlamElement {
   /** A torn place; a wall, while the filter's tab is open; a door; a loop closure; a room, where
       rooms are shown; else a goal for the robot. */
   #choose(x: number, y: number): void {
+    if (this.store.editing) {
+      // Two taps draw too, and so does Enter at the cross.
+      const from = this.#draft?.from;
+      this.#setDraft({ from: from ?? [x, y], to: [x, y] });
+      if (from) this.#endDraft(true);
+      return;
+    }
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     const torn = this.#tearAt(x, y);
@@ -199,6 +221,20 @@ export class SlamMap extends SlamElement {
     else if (closure) return;
     else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
+  }
+
+  /** Where a change of the map begins that is being drawn, and where it would end. */
+  #draft: Draft | null = null;
+
+  #setDraft(draft: Draft | null): void {
+    this.#draft = draft;
+    this.#spotVersion += 1;
+  }
+
+  #endDraft(isDone: boolean): void {
+    const [draft, what] = [this.#draft, this.store.editing];
+    this.#setDraft(null);
+    if (isDone && draft && what) this.client.edit(what, draft.from, draft.to);
   }
 
   #key(event: KeyboardEvent): void {
@@ -221,6 +257,7 @@ export class SlamMap extends SlamElement {
 
   #hover(screenX: number, screenY: number): void {
     const [x, y] = this.camera.toMap(screenX, screenY);
+    if (this.#draft) this.#setDraft({ ...this.#draft, to: [x, y] });
     const p = this.scene.tiles.probabilityAt(x, y);
     const what = p === null ? "unknown" : p >= 0.5 ? `${Math.round(p * 100)} % obstacle` : `${Math.round((1 - p) * 100)} % free`;
     const readout = this.#element("hover");
@@ -364,7 +401,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

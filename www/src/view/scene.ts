@@ -13,7 +13,7 @@ export type LayerName = (typeof LAYERS)[number];
 const EMPTY = new Float32Array(0);
 
 /** What a frame replaces, if it has it. */
-const SHAPES = ["scan", "beams", "doors", "found", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers"] as const;
+const SHAPES = ["scan", "beams", "doors", "found", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers", "edits"] as const;
 
 export class Scene {
   readonly tiles = new Tiles();
@@ -43,6 +43,8 @@ export class Scene {
   rawPath: Float32Array = EMPTY;
   tree: Float32Array = EMPTY;
   frontiers: Float32Array = EMPTY;
+  /** What was changed by hand, see EDIT. */
+  edits: Float32Array = EMPTY;
   /** Flat points, see TRAIL_STRIDE. */
   trail: Float32Array = EMPTY;
   trailLength = 0;

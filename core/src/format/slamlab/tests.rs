@@ -57,7 +57,9 @@ fn each_fault_has_its_words() {
     check(b"PK\x03\x04 something else", "no .slamlab file");
     check(&file[..10], "within its header, at byte 10");
     check(&file[..27], "within its header, at byte 27");
-    check(&file[..file.len() / 2], "unpacked");
+    let half = file.len() / 2;
+    let cut = format!("is cut off: it ends at byte {half}, with ");
+    check(&file[..half], &cut);
     let with = |at: usize, byte: u8| {
         let mut file = file.clone();
         file[at] = byte;
@@ -79,12 +81,33 @@ fn each_fault_has_its_words() {
 }
 
 #[test]
+fn where_it_is_damaged_is_told_where_it_can_be() {
+    let content: Vec<u8> = (0..20_000_u32)
+        .flat_map(|n| (n * n).to_le_bytes())
+        .collect();
+    let whole = packed(&content, content.len() as u64);
+    for at in (28..whole.len() - 4).step_by(whole.len() / 97) {
+        let mut file = whole.clone();
+        file[at] ^= 0x10;
+        match read(&file).unwrap_err() {
+            SlamlabError::Damaged { before } => assert!(before > at, "{at}: {before}"),
+            SlamlabError::Cut { at: end, .. } => assert_eq!(end, whole.len()),
+            other => panic!("{at}: {other}"),
+        }
+    }
+}
+
+#[test]
 fn a_bomb_is_refused_by_what_it_says_and_by_what_it_is() {
     let zeros = vec![0; 50_000_000];
     let bomb = packed(&zeros, zeros.len() as u64);
     assert!(bomb.len() < 60_000);
     // It says less than it holds: no more than that is unpacked.
-    assert_eq!(read(&packed(&zeros, 100)), Err(SlamlabError::Damaged));
+    let refused = read(&packed(&zeros, 100));
+    assert!(
+        matches!(refused, Err(SlamlabError::Damaged { .. })),
+        "{refused:?}"
+    );
     let mut file = bomb;
     file[12..20].copy_from_slice(&u64::MAX.to_le_bytes());
     assert!(matches!(read(&file), Err(SlamlabError::TooLong { .. })));

@@ -44,4 +44,8 @@ impl Estimator for ScanMatcher {
     fn finish(&mut self) {
         Self::finish(self);
     }
+
+    fn editable(&mut self) -> Option<&mut ScanMatcher> {
+        Some(self)
+    }
 }

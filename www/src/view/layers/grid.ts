@@ -3,7 +3,7 @@
 import type { Brush } from "./layer.js";
 
 /** Tiles meet on whole device pixels, or seams would show. */
-export function draw({ context, camera, tiles }: Brush): void {
+export function draw({ context, camera, tiles }: Pick<Brush, "context" | "camera" | "tiles">): void {
   const side = tiles.tileCells * tiles.resolution;
   const pixel = (x: number, y: number): [number, number] => {
     const [screenX, screenY] = camera.toScreen(x, y);

@@ -1,6 +1,6 @@
 // What every layer is given.
 
-import type { ContestState, Rooms, Sighting, Tear } from "../../protocol/module.js";
+import type { ContestState, EditName, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
 import type { Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
@@ -24,6 +24,8 @@ export interface Brush {
   readonly spot: Spot;
   /** Planners side by side, while their tab is open. */
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
+  /** What is being changed by hand, and between which places; null while nothing is. */
+  readonly edit: { readonly kind: EditName; readonly draft: { readonly from: readonly [number, number]; readonly to: readonly [number, number] } | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
   /** What other methods made of the same log. */

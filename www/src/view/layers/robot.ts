@@ -2,6 +2,7 @@
 // ellipse that holds 95 % of its position and the wedge of its heading; its true place and where
 // its wheels alone would put it as outlines.
 
+import type { Status } from "../../protocol/frame.js";
 import { addBody, addShape } from "./body.js";
 import { type Brush, stroke } from "./layer.js";
 
@@ -10,7 +11,7 @@ const CHI2_95 = 5.991;
 const SIGMAS_95 = 1.96;
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette, scene: { status }, time } = brush;
+  const { context, camera, palette, scene: { status } } = brush;
   if (!status) return;
   outline(brush, status.odometryX, status.odometryY, status.odometryHeading, palette.css.odometry, [1.5, 3]);
   outline(brush, status.truthX, status.truthY, status.truthHeading, palette.css.truth, [5, 3]);
@@ -19,8 +20,10 @@ export function draw(brush: Brush): void {
   const length = Math.max(status.halfLength, camera.px(9));
   context.fillStyle = palette.css.estimate;
 
+  // Of a robot that may be in several places the hypotheses are drawn instead.
+  const isBelieved = status.localisation === null || status.localisation === "localised";
   const spread = SIGMAS_95 * Math.sqrt(Math.max(0, status.covHeading));
-  if (spread < Math.PI / 2) {
+  if (isBelieved && spread < Math.PI / 2) {
     context.globalAlpha = 0.3;
     context.beginPath();
     context.moveTo(x, y);
@@ -29,14 +32,7 @@ export function draw(brush: Brush): void {
     context.fill();
   }
 
-  const axes = ellipseOf(status.covXx, status.covXy, status.covYy);
-  const breath = camera.px(1.2 + 0.8 * Math.sin(time * 2.2));
-  const addEllipse = (): void => context.ellipse(x, y, axes.major + breath, axes.minor + breath, axes.angle, 0, 2 * Math.PI);
-  context.globalAlpha = 0.22;
-  context.beginPath();
-  addEllipse();
-  context.fill();
-  stroke(brush, { colour: palette.css.estimate, width: 1.5 }, addEllipse);
+  if (isBelieved) drawEllipse(brush, status);
 
   stroke(brush, { colour: palette.css.robot, width: 1, alpha: 0.6 }, () => addBody(brush, x, y, heading));
   context.globalAlpha = 1;
@@ -45,6 +41,19 @@ export function draw(brush: Brush): void {
   addArrow(brush, x, y, heading);
   context.fill();
   stroke(brush, { colour: palette.css.unknown, width: 1.5 }, () => addArrow(brush, x, y, heading));
+}
+
+/** Where it is with 95 % probability. */
+function drawEllipse(brush: Brush, { x, y, covXx, covXy, covYy }: Status): void {
+  const { context, camera, palette, time } = brush;
+  const axes = ellipseOf(covXx, covXy, covYy);
+  const breath = camera.px(1.2 + 0.8 * Math.sin(time * 2.2));
+  const addEllipse = (): void => context.ellipse(x, y, axes.major + breath, axes.minor + breath, axes.angle, 0, 2 * Math.PI);
+  context.globalAlpha = 0.22;
+  context.beginPath();
+  addEllipse();
+  context.fill();
+  stroke(brush, { colour: palette.css.estimate, width: 1.5 }, addEllipse);
 }
 
 /** Half axes and direction of the 95 % ellipse. */

@@ -8,17 +8,17 @@ import { writeName } from "./name.js";
 const TINTS = ["contest3", "contest1", "contest5", "contest2", "contest0", "contest7"] as const satisfies readonly PaletteName[];
 /** Side of a piece of wall that is seen from near, m. */
 const LEAST_SIZE = 0.04;
-/** Pixels between two numbers that can still be read. */
-const LEAST_APART = 22;
+/** Pixels between the places of two numbers that do not cover each other, across and up. */
+const LEAST_APART = [34, 21] as const;
 
-export function draw(brush: Brush): void {
-  drawWalls(brush);
+/** The numbers, over what joins the submaps; of two that would cover each other the newer. */
+export function drawNumbers(brush: Brush): void {
   const { camera, palette, scene: { submaps } } = brush;
   const written: [number, number][] = [];
   for (let i = submaps.count - 1; i >= 0; i -= 1) {
     const [x, y] = submaps.shown(i);
     const at = camera.toScreen(x, y);
-    if (written.some(([a, b]) => Math.hypot(a - at[0], b - at[1]) < LEAST_APART)) continue;
+    if (written.some(([a, b]) => Math.abs(a - at[0]) < LEAST_APART[0] && Math.abs(b - at[1]) < LEAST_APART[1])) continue;
     written.push(at);
     label(brush, x, y, () => writeName(brush, String(i), palette.css[tint(i)]));
   }

@@ -34,8 +34,12 @@ export function draw(brush: Brush): void {
       context.setLineDash([]);
       context.strokeStyle = palette.css.free;
       context.fillStyle = palette.css.torn;
-      context.strokeText(text, RADIUS + 5, 4);
-      context.fillText(text, RADIUS + 5, 4);
+      // At the right edge it stands on the other side.
+      const isCut = camera.toScreen(x, y)[0] + RADIUS + 5 + context.measureText(text).width > camera.width;
+      context.textAlign = isCut ? "right" : "left";
+      const beside = isCut ? -RADIUS - 5 : RADIUS + 5;
+      context.strokeText(text, beside, 4);
+      context.fillText(text, beside, 4);
     });
   }
 }

@@ -4,6 +4,11 @@ import { TRAIL, TRAIL_STRIDE } from "../../protocol/module.js";
 import { moved, type Shift } from "../submaps.js";
 import { type Brush, stroke } from "./layer.js";
 
+/** What goes farther at once, m, and faster than this, m/s, was not driven: the robot was carried
+    off, or found elsewhere. */
+const LEAST_CARRIED = 1;
+const MOST_SPEED = 5;
+
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene } = brush;
   const pixel = camera.px(1.5);
@@ -13,7 +18,7 @@ export function draw(brush: Brush): void {
   const shifts = submaps.glides ? Array.from({ length: submaps.count }, (_, i) => submaps.shift(i)) : [];
   const addTrail = (offset: number, shifts: readonly (Shift | null)[] = []): void => {
     let pen = false;
-    let [lastX, lastY] = [NaN, NaN];
+    let [lastX, lastY, lastTime] = [NaN, NaN, NaN];
     for (let i = offset; i + 1 < scene.trailLength; i += TRAIL_STRIDE) {
       let [x = NaN, y = NaN] = [scene.trail[i], scene.trail[i + 1]];
       const shift = shifts[scene.trail[i - offset + TRAIL.submap] ?? 0];
@@ -23,8 +28,12 @@ export function draw(brush: Brush): void {
         continue;
       }
       // Points that fall on the same pixel cost as much as others and show nothing.
+      const time = scene.trail[i - offset + TRAIL.time] ?? NaN;
+      const way = Math.hypot(x - lastX, y - lastY);
+      const isCarried = way > LEAST_CARRIED && way > MOST_SPEED * (time - lastTime);
+      lastTime = time;
       if (pen && Math.abs(x - lastX) + Math.abs(y - lastY) < pixel) continue;
-      if (pen) context.lineTo(x, y);
+      if (pen && !isCarried) context.lineTo(x, y);
       else context.moveTo(x, y);
       [pen, lastX, lastY] = [true, x, y];
     }
