@@ -119,6 +119,12 @@ impl SurfelMap {
         &self.surfels
     }
 
+    /// The memory that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.surfels) + size_of_val(&*self.directory) + size_of_val(&*self.blocks)
+    }
+
     /// The surfels alone, without their index.
     #[must_use]
     pub fn into_surfels(self) -> Vec<Surfel> {
