@@ -13,11 +13,14 @@
 //!    exact and not rounded to cells).
 //!
 //! Cells live in blocks under a square directory around the map's origin: a map holds memory only
-//! along its walls.
+//! along its walls. A surfel writes itself into eight cells at a time: which of them it is nearest
+//! to is chance, so that asking one by one costs more than writing all.
 
 use nalgebra::{Point2, Vector2};
+use pulp::NullaryFnOnce;
 
 use crate::bounds::config;
+use crate::lanes::widened;
 use crate::points::OrientedPoint;
 
 /// Sightings after which a surfel moves no slower.
@@ -59,23 +62,34 @@ pub struct SurfelMap {
     /// Blocks along one side of the directory.
     side: i32,
     directory: Vec<u32>,
-    blocks: Vec<[Entry; BLOCK * BLOCK]>,
+    blocks: Vec<Block>,
 }
 
 const BLOCK: usize = 16;
 const NO_BLOCK: u32 = u32::MAX;
 
-/// The nearest surfel, and its squared distance from the cell's centre.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    surfel: u32,
-    squared: f32,
+/// Cells that are written at a time.
+const LANES: usize = 8;
+/// No surfel is within reach.
+const NOTHING: u32 = u32::MAX;
+
+/// The nearest surfel of each cell, and its squared distance from the cell's centre.
+#[derive(Clone, Debug)]
+struct Block {
+    surfels: [u32; BLOCK * BLOCK],
+    squared: [f32; BLOCK * BLOCK],
 }
 
-const NOTHING: Entry = Entry {
-    surfel: u32::MAX,
-    squared: f32::INFINITY,
-};
+impl Block {
+    /// In which nothing nearer than the root of `reach` was seen.
+    fn new(reach: f32) -> Self {
+        Self {
+            surfels: [NOTHING; BLOCK * BLOCK],
+            // What is as far away as `reach` is still found.
+            squared: [reach.next_up(); BLOCK * BLOCK],
+        }
+    }
+}
 
 impl SurfelMap {
     /// An empty map around its own origin.
@@ -110,6 +124,7 @@ impl SurfelMap {
         for index in 0..map.surfels.len() {
             map.stamp(index);
         }
+        map.blocks.shrink_to_fit();
         map
     }
 
@@ -172,8 +187,8 @@ impl SurfelMap {
     fn nearest_index(&self, place: Point2<f64>) -> Option<usize> {
         let (slot, offset) = self.slot(self.cell_of(place))?;
         let block = self.blocks.get(*self.directory.get(slot)? as usize)?;
-        let entry = block.get(offset)?;
-        (entry.surfel != u32::MAX).then_some(entry.surfel as usize)
+        let surfel = *block.surfels.get(offset)?;
+        (surfel != NOTHING).then_some(surfel as usize)
     }
 
     /// Column and row from the lower left corner of the square; not finite becomes a cell outside.
@@ -201,54 +216,126 @@ impl SurfelMap {
         Some((slot as usize, offset as usize))
     }
 
+    /// The square of `reach`.
+    fn squared_reach(&self) -> f32 {
+        (self.config.reach * self.config.reach) as f32
+    }
+
     /// Writes one surfel into the cells to which it is nearest.
     fn stamp(&mut self, index: usize) {
-        let Some(surfel) = self.surfels.get(index) else {
+        let (Some(surfel), Ok(number)) = (self.surfels.get(index), u32::try_from(index)) else {
             return;
         };
         let position = surfel.position;
         let (col, row) = self.cell_of(position);
         let cells = (self.config.reach / self.config.cell).ceil() as i32;
-        let (origin, cell) = (self.origin, self.config.cell);
-        let centre = |c: i32, origin: f64| (f64::from(c) + 0.5 - origin) * cell;
-        let reach = (self.config.reach * self.config.reach) as f32;
-        let Ok(surfel) = u32::try_from(index) else {
-            return;
-        };
         let last = self.side * BLOCK as i32 - 1;
-        for r in (row - cells).max(0)..=(row + cells).min(last) {
-            let dy = centre(r, origin.y) - position.y;
-            let squared = |c: i32| {
-                let dx = centre(c, origin.x) - position.x;
-                (dx * dx + dy * dy) as f32
-            };
-            // What lies within reach in a row is one piece.
-            let (mut from, mut to) = ((col - cells).max(0), (col + cells).min(last));
-            while from <= to && squared(from) > reach {
-                from += 1;
+        let along = |middle: i32| [(middle - cells).max(0), (middle + cells).min(last)];
+        let (cols, rows) = (along(col), along(row));
+        self.make_blocks(position, cols, rows);
+        widened(Stamp {
+            map: self,
+            number,
+            position,
+            cols,
+            rows,
+        });
+    }
+
+    /// Makes the blocks in which cells lie that are within reach of `position`.
+    fn make_blocks(&mut self, position: Point2<f64>, cols: [i32; 2], rows: [i32; 2]) {
+        const SIDE: i32 = BLOCK as i32;
+        let is_missing = |row: i32, col: i32| {
+            let block = self.directory.get((row * self.side + col) as usize);
+            block.is_none_or(|block| *block == NO_BLOCK)
+        };
+        let block_cols = cols[0] / SIDE..=cols[1] / SIDE;
+        if (rows[0] / SIDE..=rows[1] / SIDE)
+            .all(|row| block_cols.clone().all(|col| !is_missing(row, col)))
+        {
+            return;
+        }
+        let reach = self.squared_reach();
+        let middle = self.cell_of(position).0;
+        for row in rows[0]..=rows[1] {
+            let dy = self.centre(row, self.origin.y) - position.y;
+            for block_col in block_cols.clone() {
+                // The nearest of its columns.
+                let col = middle.clamp(block_col * SIDE, block_col * SIDE + SIDE - 1);
+                let dx = self.centre(col, self.origin.x) - position.x;
+                let slot = (row / SIDE * self.side + block_col) as usize;
+                let is_near = (dx * dx + dy * dy) as f32 <= reach;
+                if is_near && self.directory.get(slot) == Some(&NO_BLOCK) {
+                    self.directory[slot] = self.blocks.len() as u32;
+                    self.blocks.push(Block::new(reach));
+                }
             }
-            while from <= to && squared(to) > reach {
-                to -= 1;
-            }
-            // One look into the directory for each block.
-            while from <= to {
-                let end = to.min(from | (BLOCK as i32 - 1));
-                let Some((slot, offset)) = self.slot((from, r)) else {
-                    break;
+        }
+    }
+
+    /// The middle of a column or row, m.
+    #[inline(always)]
+    fn centre(&self, cell: i32, origin: f64) -> f64 {
+        (f64::from(cell) + 0.5 - origin) * self.config.cell
+    }
+}
+
+/// Writes a surfel into those of the cells between `cols` and `rows` to which it is nearest. All
+/// blocks in which there are such must have been made.
+struct Stamp<'a> {
+    map: &'a mut SurfelMap,
+    number: u32,
+    position: Point2<f64>,
+    cols: [i32; 2],
+    rows: [i32; 2],
+}
+
+impl NullaryFnOnce for Stamp<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        const STEP: i32 = LANES as i32;
+        let Self {
+            map,
+            number,
+            position,
+            cols,
+            rows,
+        } = self;
+        let (reach, origin) = (map.squared_reach(), map.origin);
+        for group in cols[0] / STEP..=cols[1] / STEP {
+            let across: [f64; LANES] = std::array::from_fn(|lane| {
+                let dx = map.centre(group * STEP + lane as i32, origin.x) - position.x;
+                dx * dx
+            });
+            let nearest = across.iter().copied().fold(f64::INFINITY, f64::min);
+            for row in rows[0]..=rows[1] {
+                let dy = map.centre(row, origin.y) - position.y;
+                let dy = dy * dy;
+                if (nearest + dy) as f32 > reach {
+                    continue;
+                }
+                let Some((slot, offset)) = map.slot((group * STEP, row)) else {
+                    continue;
                 };
-                let block = &mut self.directory[slot];
-                if *block == NO_BLOCK {
-                    *block = self.blocks.len() as u32;
-                    self.blocks.push([NOTHING; BLOCK * BLOCK]);
+                let block = map.directory.get(slot).map(|block| *block as usize);
+                let Some(block) = block.and_then(|block| map.blocks.get_mut(block)) else {
+                    continue;
+                };
+                let surfels = block.surfels.get_mut(offset..offset + LANES);
+                let squared = block.squared.get_mut(offset..offset + LANES);
+                let surfels = surfels.and_then(|s| s.first_chunk_mut::<LANES>());
+                let squared = squared.and_then(|s| s.first_chunk_mut::<LANES>());
+                let (Some(surfels), Some(squared)) = (surfels, squared) else {
+                    continue;
+                };
+                for lane in 0..LANES {
+                    let this = (across[lane] + dy) as f32;
+                    let is_nearer = this < squared[lane];
+                    squared[lane] = if is_nearer { this } else { squared[lane] };
+                    surfels[lane] = if is_nearer { number } else { surfels[lane] };
                 }
-                let row = &mut self.blocks[*block as usize][offset..];
-                for (c, entry) in (from..=end).zip(row) {
-                    let squared = squared(c);
-                    if squared < entry.squared {
-                        *entry = Entry { surfel, squared };
-                    }
-                }
-                from = end + 1;
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector2;
 
-use super::{BLOCK, Entry, NO_BLOCK, Surfel, SurfelConfig, SurfelMap};
+use super::{BLOCK, Block, NO_BLOCK, NOTHING, Surfel, SurfelConfig, SurfelMap};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
 
 /// Half of the side of a map and the side of its cells, m: what a file may say.
@@ -51,9 +51,9 @@ impl Snapshot for SurfelMap {
         slots.len().write(out);
         for ((_, slot), block) in slots.into_iter().zip(&self.blocks) {
             slot.write(out);
-            for entry in block {
-                let stands = entry.surfel != u32::MAX;
-                stands.then_some((entry.surfel, entry.squared)).write(out);
+            for (&surfel, &squared) in block.surfels.iter().zip(&block.squared) {
+                let stands = surfel != NOTHING;
+                stands.then_some((surfel, squared)).write(out);
             }
         }
     }
@@ -70,19 +70,19 @@ impl Snapshot for SurfelMap {
             let slot: u32 = from.field("slot")?;
             let room = map.directory.get_mut(slot as usize);
             let free = room.filter(|block| **block == NO_BLOCK);
-            let Some(block) = free else {
+            let Some(number_of) = free else {
                 return Err(from.refuse("a block stands where none can"));
             };
-            *block = number as u32;
-            let mut entries = [super::NOTHING; BLOCK * BLOCK];
-            for entry in &mut entries {
+            *number_of = number as u32;
+            let mut block = Block::new(map.squared_reach());
+            for (own_surfel, own_squared) in block.surfels.iter_mut().zip(&mut block.squared) {
                 if let Some((surfel, squared)) = from.field::<Option<(u32, f32)>>("nearest")? {
                     let is_there = (surfel as usize) < map.surfels.len();
                     from.rule(is_there, "a cell names a surface that is not there")?;
-                    *entry = Entry { surfel, squared };
+                    (*own_surfel, *own_squared) = (surfel, squared);
                 }
             }
-            map.blocks.push(entries);
+            map.blocks.push(block);
         }
         Ok(map)
     }
