@@ -199,7 +199,13 @@ impl Indexed<'_> {
         let found = if searched {
             self.search(other.submap, guess, doubt, &points, matching, config)
         } else {
-            let found = register(&points, self, guess, &doubt.prior(guess, config), matching);
+            let found = register(
+                &points,
+                self.map(),
+                guess,
+                &doubt.prior(guess, config),
+                matching,
+            );
             let is_fixed = matches!(
                 found.verdict,
                 Verdict::Converged | Verdict::Degenerate { .. }

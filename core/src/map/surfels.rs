@@ -57,12 +57,29 @@ pub struct Surfel {
 pub struct SurfelMap {
     config: SurfelConfig,
     surfels: Vec<Surfel>,
+    cells: Cells,
+    /// Of each cell, the squared distance of its surfel from its centre.
+    squared: Vec<[f32; BLOCK * BLOCK]>,
+}
+
+/// Surfels with their index, to which none are added any more: half the memory.
+#[derive(Clone, Debug)]
+pub struct FixedSurfels {
+    surfels: Vec<Surfel>,
+    cells: Cells,
+}
+
+/// Which surfel is the nearest, cell by cell.
+#[derive(Clone, Debug)]
+struct Cells {
     /// The place of the frame's origin in cells from the lower left corner of the square.
     origin: Vector2<f64>,
+    /// Cells of a metre.
+    scale: f64,
     /// Blocks along one side of the directory.
     side: i32,
     directory: Vec<u32>,
-    blocks: Vec<Block>,
+    blocks: Vec<[u32; BLOCK * BLOCK]>,
 }
 
 const BLOCK: usize = 16;
@@ -72,24 +89,6 @@ const NO_BLOCK: u32 = u32::MAX;
 const LANES: usize = 8;
 /// No surfel is within reach.
 const NOTHING: u32 = u32::MAX;
-
-/// The nearest surfel of each cell, and its squared distance from the cell's centre.
-#[derive(Clone, Debug)]
-struct Block {
-    surfels: [u32; BLOCK * BLOCK],
-    squared: [f32; BLOCK * BLOCK],
-}
-
-impl Block {
-    /// In which nothing nearer than the root of `reach` was seen.
-    fn new(reach: f32) -> Self {
-        Self {
-            surfels: [NOTHING; BLOCK * BLOCK],
-            // What is as far away as `reach` is still found.
-            squared: [reach.next_up(); BLOCK * BLOCK],
-        }
-    }
-}
 
 impl SurfelMap {
     /// An empty map around its own origin.
@@ -106,17 +105,22 @@ impl SurfelMap {
             .clamp(1.0, 1024.0);
         let side = 2 * blocks as i32;
         let half = Vector2::repeat(f64::from(side) * 0.5 * BLOCK as f64);
+        let scale = 1.0 / config.cell;
         Self {
-            origin: half - middle.coords * (1.0 / config.cell),
             config,
             surfels: vec![],
-            side,
-            directory: vec![NO_BLOCK; (side * side) as usize],
-            blocks: vec![],
+            cells: Cells {
+                origin: half - middle.coords * scale,
+                scale,
+                side,
+                directory: vec![NO_BLOCK; (side * side) as usize],
+                blocks: vec![],
+            },
+            squared: vec![],
         }
     }
 
-    /// The index laid again over surfels that were kept.
+    /// The index laid again over surfels that were kept, to be added to.
     #[must_use]
     pub fn from_surfels(config: SurfelConfig, surfels: Vec<Surfel>) -> Self {
         let mut map = Self::new(config);
@@ -124,7 +128,6 @@ impl SurfelMap {
         for index in 0..map.surfels.len() {
             map.stamp(index);
         }
-        map.blocks.shrink_to_fit();
         map
     }
 
@@ -134,10 +137,14 @@ impl SurfelMap {
         &self.surfels
     }
 
-    /// The memory that it takes.
+    /// The same, for looking only.
     #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.surfels) + size_of_val(&*self.directory) + size_of_val(&*self.blocks)
+    pub fn fixed(mut self) -> FixedSurfels {
+        self.cells.blocks.shrink_to_fit();
+        FixedSurfels {
+            surfels: self.surfels,
+            cells: self.cells,
+        }
     }
 
     /// The surfels alone, without their index.
@@ -150,7 +157,7 @@ impl SurfelMap {
     pub fn insert(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         let near = self.config.cell * self.config.cell;
         for point in points {
-            let found = self.nearest_index(point.position).and_then(|index| {
+            let found = self.cells.nearest(point.position).and_then(|index| {
                 let surfel = self.surfels.get_mut(index)?;
                 let same = (surfel.position - point.position).norm_squared() < near
                     && surfel.normal.dot(&point.normal) > 0.9;
@@ -164,7 +171,11 @@ impl SurfelMap {
                 let normal = surfel.normal * surfel.weight + point.normal;
                 surfel.normal = normal / normal.norm();
                 surfel.weight = total.min(MAX_WEIGHT);
-            } else if self.slot(self.cell_of(point.position)).is_some() {
+            } else if self
+                .cells
+                .slot(self.cells.cell_of(point.position))
+                .is_some()
+            {
                 self.surfels.push(Surfel {
                     position: point.position,
                     normal: point.normal,
@@ -180,21 +191,113 @@ impl SurfelMap {
     #[inline]
     #[must_use]
     pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
-        self.surfels.get(self.nearest_index(place)?)
+        self.surfels.get(self.cells.nearest(place)?)
     }
 
+    /// A block in which nothing within reach was seen.
+    fn push_block(&mut self) {
+        self.cells.blocks.push([NOTHING; BLOCK * BLOCK]);
+        // What is as far away as `reach` is still found.
+        let farther = self.squared_reach().next_up();
+        self.squared.push([farther; BLOCK * BLOCK]);
+    }
+
+    /// The square of `reach`.
+    fn squared_reach(&self) -> f32 {
+        (self.config.reach * self.config.reach) as f32
+    }
+
+    /// Writes one surfel into the cells to which it is nearest.
+    fn stamp(&mut self, index: usize) {
+        let (Some(surfel), Ok(number)) = (self.surfels.get(index), u32::try_from(index)) else {
+            return;
+        };
+        let position = surfel.position;
+        let (col, row) = self.cells.cell_of(position);
+        let cells = (self.config.reach / self.config.cell).ceil() as i32;
+        let last = self.cells.side * BLOCK as i32 - 1;
+        let along = |middle: i32| [(middle - cells).max(0), (middle + cells).min(last)];
+        let (cols, rows) = (along(col), along(row));
+        self.make_blocks(position, cols, rows);
+        widened(Stamp {
+            map: self,
+            number,
+            position,
+            cols,
+            rows,
+        });
+    }
+
+    /// Makes the blocks in which cells lie that are within reach of `position`.
+    fn make_blocks(&mut self, position: Point2<f64>, cols: [i32; 2], rows: [i32; 2]) {
+        const SIDE: i32 = BLOCK as i32;
+        let is_missing = |row: i32, col: i32| {
+            let block = self
+                .cells
+                .directory
+                .get((row * self.cells.side + col) as usize);
+            block.is_none_or(|block| *block == NO_BLOCK)
+        };
+        let block_cols = cols[0] / SIDE..=cols[1] / SIDE;
+        if (rows[0] / SIDE..=rows[1] / SIDE)
+            .all(|row| block_cols.clone().all(|col| !is_missing(row, col)))
+        {
+            return;
+        }
+        let reach = self.squared_reach();
+        let middle = self.cells.cell_of(position).0;
+        for row in rows[0]..=rows[1] {
+            let dy = Cells::centre(row, self.cells.origin.y, self.config.cell) - position.y;
+            for block_col in block_cols.clone() {
+                // The nearest of its columns.
+                let col = middle.clamp(block_col * SIDE, block_col * SIDE + SIDE - 1);
+                let dx = Cells::centre(col, self.cells.origin.x, self.config.cell) - position.x;
+                let slot = (row / SIDE * self.cells.side + block_col) as usize;
+                let is_near = (dx * dx + dy * dy) as f32 <= reach;
+                if is_near && self.cells.directory.get(slot) == Some(&NO_BLOCK) {
+                    self.cells.directory[slot] = self.cells.blocks.len() as u32;
+                    self.push_block();
+                }
+            }
+        }
+    }
+}
+
+impl FixedSurfels {
+    /// All surfels.
+    #[must_use]
+    pub fn surfels(&self) -> &[Surfel] {
+        &self.surfels
+    }
+
+    /// The surfel nearest to a place, as [`SurfelMap::nearest`] gives it.
     #[inline]
-    fn nearest_index(&self, place: Point2<f64>) -> Option<usize> {
+    #[must_use]
+    pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
+        self.surfels.get(self.cells.nearest(place)?)
+    }
+
+    /// The memory that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let index = size_of_val(&*self.cells.directory) + size_of_val(&*self.cells.blocks);
+        size_of_val(&*self.surfels) + index
+    }
+}
+
+impl Cells {
+    #[inline]
+    fn nearest(&self, place: Point2<f64>) -> Option<usize> {
         let (slot, offset) = self.slot(self.cell_of(place))?;
         let block = self.blocks.get(*self.directory.get(slot)? as usize)?;
-        let surfel = *block.surfels.get(offset)?;
+        let surfel = *block.get(offset)?;
         (surfel != NOTHING).then_some(surfel as usize)
     }
 
     /// Column and row from the lower left corner of the square; not finite becomes a cell outside.
     #[inline]
     fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
-        let scale = 1.0 / self.config.cell;
+        let scale = self.scale;
         let side = f64::from(self.side) * BLOCK as f64;
         let at = |v: f64, origin: f64| {
             let v = v * scale + origin;
@@ -216,67 +319,10 @@ impl SurfelMap {
         Some((slot as usize, offset as usize))
     }
 
-    /// The square of `reach`.
-    fn squared_reach(&self) -> f32 {
-        (self.config.reach * self.config.reach) as f32
-    }
-
-    /// Writes one surfel into the cells to which it is nearest.
-    fn stamp(&mut self, index: usize) {
-        let (Some(surfel), Ok(number)) = (self.surfels.get(index), u32::try_from(index)) else {
-            return;
-        };
-        let position = surfel.position;
-        let (col, row) = self.cell_of(position);
-        let cells = (self.config.reach / self.config.cell).ceil() as i32;
-        let last = self.side * BLOCK as i32 - 1;
-        let along = |middle: i32| [(middle - cells).max(0), (middle + cells).min(last)];
-        let (cols, rows) = (along(col), along(row));
-        self.make_blocks(position, cols, rows);
-        widened(Stamp {
-            map: self,
-            number,
-            position,
-            cols,
-            rows,
-        });
-    }
-
-    /// Makes the blocks in which cells lie that are within reach of `position`.
-    fn make_blocks(&mut self, position: Point2<f64>, cols: [i32; 2], rows: [i32; 2]) {
-        const SIDE: i32 = BLOCK as i32;
-        let is_missing = |row: i32, col: i32| {
-            let block = self.directory.get((row * self.side + col) as usize);
-            block.is_none_or(|block| *block == NO_BLOCK)
-        };
-        let block_cols = cols[0] / SIDE..=cols[1] / SIDE;
-        if (rows[0] / SIDE..=rows[1] / SIDE)
-            .all(|row| block_cols.clone().all(|col| !is_missing(row, col)))
-        {
-            return;
-        }
-        let reach = self.squared_reach();
-        let middle = self.cell_of(position).0;
-        for row in rows[0]..=rows[1] {
-            let dy = self.centre(row, self.origin.y) - position.y;
-            for block_col in block_cols.clone() {
-                // The nearest of its columns.
-                let col = middle.clamp(block_col * SIDE, block_col * SIDE + SIDE - 1);
-                let dx = self.centre(col, self.origin.x) - position.x;
-                let slot = (row / SIDE * self.side + block_col) as usize;
-                let is_near = (dx * dx + dy * dy) as f32 <= reach;
-                if is_near && self.directory.get(slot) == Some(&NO_BLOCK) {
-                    self.directory[slot] = self.blocks.len() as u32;
-                    self.blocks.push(Block::new(reach));
-                }
-            }
-        }
-    }
-
     /// The middle of a column or row, m.
     #[inline(always)]
-    fn centre(&self, cell: i32, origin: f64) -> f64 {
-        (f64::from(cell) + 0.5 - origin) * self.config.cell
+    fn centre(cell: i32, origin: f64, side: f64) -> f64 {
+        (f64::from(cell) + 0.5 - origin) * side
     }
 }
 
@@ -303,28 +349,28 @@ impl NullaryFnOnce for Stamp<'_> {
             cols,
             rows,
         } = self;
-        let (reach, origin) = (map.squared_reach(), map.origin);
+        let (reach, origin, cell) = (map.squared_reach(), map.cells.origin, map.config.cell);
         for group in cols[0] / STEP..=cols[1] / STEP {
             let across: [f64; LANES] = std::array::from_fn(|lane| {
-                let dx = map.centre(group * STEP + lane as i32, origin.x) - position.x;
+                let dx = Cells::centre(group * STEP + lane as i32, origin.x, cell) - position.x;
                 dx * dx
             });
             let nearest = across.iter().copied().fold(f64::INFINITY, f64::min);
             for row in rows[0]..=rows[1] {
-                let dy = map.centre(row, origin.y) - position.y;
+                let dy = Cells::centre(row, origin.y, cell) - position.y;
                 let dy = dy * dy;
                 if (nearest + dy) as f32 > reach {
                     continue;
                 }
-                let Some((slot, offset)) = map.slot((group * STEP, row)) else {
+                let Some((slot, offset)) = map.cells.slot((group * STEP, row)) else {
                     continue;
                 };
-                let block = map.directory.get(slot).map(|block| *block as usize);
-                let Some(block) = block.and_then(|block| map.blocks.get_mut(block)) else {
-                    continue;
-                };
-                let surfels = block.surfels.get_mut(offset..offset + LANES);
-                let squared = block.squared.get_mut(offset..offset + LANES);
+                let block = map.cells.directory.get(slot).map(|block| *block as usize);
+                let Some(block) = block else { continue };
+                let surfels = map.cells.blocks.get_mut(block);
+                let squared = map.squared.get_mut(block);
+                let surfels = surfels.and_then(|s| s.get_mut(offset..offset + LANES));
+                let squared = squared.and_then(|s| s.get_mut(offset..offset + LANES));
                 let surfels = surfels.and_then(|s| s.first_chunk_mut::<LANES>());
                 let squared = squared.and_then(|s| s.first_chunk_mut::<LANES>());
                 let (Some(surfels), Some(squared)) = (surfels, squared) else {

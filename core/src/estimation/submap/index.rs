@@ -13,22 +13,22 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point2;
 
 use super::ClosedSubmap;
-use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap};
+use crate::map::{FixedSurfels, LikelihoodPyramid, Surfel, SurfelConfig};
 use crate::registration::{SearchConfig, Target};
 
 /// What is kept of all together.
-const MOST_BYTES: usize = 24 << 20;
+const MOST_BYTES: usize = 16 << 20;
 
 /// The parts of one index that were asked for.
 #[derive(Debug, Default)]
 pub(in crate::estimation) struct Index {
-    surfels: OnceLock<SurfelMap>,
+    surfels: OnceLock<FixedSurfels>,
     likelihood: OnceLock<Option<LikelihoodPyramid>>,
 }
 
 impl Index {
     fn bytes(&self) -> usize {
-        let surfels = self.surfels.get().map_or(0, SurfelMap::bytes);
+        let surfels = self.surfels.get().map_or(0, FixedSurfels::bytes);
         let likelihood = self.likelihood.get().and_then(Option::as_ref);
         surfels + likelihood.map_or(0, LikelihoodPyramid::bytes)
     }
@@ -57,8 +57,8 @@ impl<'a> Indexed<'a> {
 
     /// Its surfels, to be found by place.
     #[inline]
-    pub(super) fn map(&self) -> &'a SurfelMap {
-        let made = || self.submap.indexed(self.config);
+    pub(super) fn map(&self) -> &'a FixedSurfels {
+        let made = || self.submap.indexed(self.config).fixed();
         self.index.surfels.get_or_init(made)
     }
 }
