@@ -6,8 +6,8 @@
 
 use super::free_space::FreeSpace;
 use crate::geom::Pose2;
-use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
+use crate::registration::Target;
 
 /// A point agrees that lies nearer than this to a surface, m, across it: more takes the two sides
 /// of a thin wall for one.
@@ -26,7 +26,12 @@ pub(super) enum Says {
 }
 
 /// What is drawn in `map`, and was seen through in `free`, says of a point at `pose`.
-pub(super) fn says(point: &OrientedPoint, pose: &Pose2, map: &SurfelMap, free: &FreeSpace) -> Says {
+pub(super) fn says(
+    point: &OrientedPoint,
+    pose: &Pose2,
+    map: &impl Target,
+    free: &FreeSpace,
+) -> Says {
     let place = *pose * point.position;
     if let Some(surfel) = map.nearest(place) {
         let off = place - surfel.position;
@@ -57,7 +62,7 @@ impl Agreement {
     pub(super) fn of(
         points: &[OrientedPoint],
         pose: &Pose2,
-        map: &SurfelMap,
+        map: &impl Target,
         free: &FreeSpace,
     ) -> Self {
         Self::sum(points.iter().map(|point| says(point, pose, map, free)))

@@ -59,7 +59,7 @@ use self::records::Records;
 use self::seen::Seen;
 use super::free_space::FreeSpace;
 use super::pose_graph::{EdgeId, PoseGraph};
-use super::submap::ClosedSubmap;
+use super::submap::{ClosedSubmap, Indexes};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
 use crate::map::{Grid, SurfelMap};
 use crate::points::{OrientedPoint, Points};
@@ -112,9 +112,8 @@ pub struct ScanMatcher {
     records: Records,
     /// How often all submaps were placed anew.
     optimizations: u64,
-    /// The surfels of the submap that was compared last with earlier ones, to be found by place:
-    /// most are compared with many.
-    indexed: Option<(usize, SurfelMap)>,
+    /// Of the submaps that were compared last.
+    indexes: Indexes,
     /// The doubt, m, at which pairs of submaps were compared.
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
@@ -178,7 +177,7 @@ impl ScanMatcher {
             newest: vec![],
             records: Records::default(),
             optimizations: 0,
-            indexed: None,
+            indexes: Indexes::default(),
             compared: BTreeMap::new(),
             last_closed: 0,
             motion: Motion::default(),

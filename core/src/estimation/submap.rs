@@ -13,6 +13,7 @@
 //!
 //! Whether two submaps that lie where they lie agree with one another is the matter of `overlap`.
 
+mod index;
 mod overlap;
 mod saved;
 
@@ -110,6 +111,7 @@ impl ClosureConfig {
     }
 }
 
+pub(super) use self::index::{Indexed, Indexes};
 pub(super) use self::overlap::{Laid, Said};
 
 /// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
@@ -180,6 +182,104 @@ impl Doubt {
     }
 }
 
+impl Indexed<'_> {
+    /// Where the new submap `other` lies in this one; `guess` is `self_from_other`.
+    pub(super) fn find(
+        &self,
+        other: &Self,
+        guess: &Pose2,
+        doubt: &Doubt,
+        matching: &MatchConfig,
+        config: &ClosureConfig,
+    ) -> Option<Closure> {
+        let window = config.window(doubt);
+        let reach = &config.match_reach;
+        let searched = window.shift > reach.shift || window.turn > reach.turn;
+        let points = other.submap.points();
+        let found = if searched {
+            self.search(other.submap, guess, doubt, &points, matching, config)
+        } else {
+            let found = register(
+                &points,
+                self.map(),
+                guess,
+                &doubt.prior(guess, config),
+                matching,
+            );
+            let is_fixed = matches!(
+                found.verdict,
+                Verdict::Converged | Verdict::Degenerate { .. }
+            );
+            is_fixed.then_some(found)
+        }?;
+        self.closure(other, &found, &points, searched, config)
+    }
+
+    /// The best place of `other` in the window of the doubt, matched.
+    fn search(
+        &self,
+        other: &ClosedSubmap,
+        guess: &Pose2,
+        doubt: &Doubt,
+        points: &[OrientedPoint],
+        matching: &MatchConfig,
+        config: &ClosureConfig,
+    ) -> Option<Registration> {
+        let mut believed = doubt.prior(guess, config);
+        let mut window = config.window(doubt);
+        let reach = REACH * (self.submap.radius + other.radius);
+        if window.shift > reach {
+            // Farther away they would have nothing in common.
+            let turned = guess.rotate(other.centre.coords);
+            let place = self.submap.centre - turned;
+            believed.pose = Pose2::new(place.x, place.y, guess.heading());
+            window.shift = reach;
+        }
+        let turns = self.submap.facing.turns(&other.facing);
+        let heading = guess.heading();
+        let admits = |turn: f64| turns.admit(heading + turn);
+        let (pivot, search) = (other.centre, &config.search);
+        search_turned_and_match(
+            points, pivot, self, &believed, &window, admits, search, matching,
+        )
+    }
+
+    /// What a match is worth, both ways; `None` where too little agrees.
+    fn closure(
+        &self,
+        other: &Self,
+        found: &Registration,
+        points: &[OrientedPoint],
+        is_searched: bool,
+        config: &ClosureConfig,
+    ) -> Option<Closure> {
+        let motion = found.estimate.pose;
+        let least = if is_searched {
+            config.min_agreement_searched
+        } else {
+            config.min_agreement
+        };
+        let (old, new) = (self.submap, other.submap);
+        let forth = Agreement::of(points, &motion, self.map(), &old.free);
+        let back = Agreement::of(&old.points(), &motion.inverse(), other.map(), &new.free);
+        let part = forth.part().min(back.part());
+        let enough = forth.agree.min(back.agree) >= config.min_agreeing;
+        if !enough || part < least {
+            return None;
+        }
+        let floor = pose_cov(config.sigma, config.turn_sigma);
+        let weak = Matrix3::from_diagonal_element(config.min_information);
+        let cov = (found.information + weak).try_inverse()? + floor;
+        Some(Closure {
+            motion,
+            information: information_at_end(&motion, &cov.try_inverse()?),
+            is_searched,
+            overlap: forth.overlap().max(back.overlap()),
+            part,
+        })
+    }
+}
+
 impl ClosedSubmap {
     /// Closes a submap; `free` is what was seen through, in its frame.
     pub(super) fn new(surfels: Vec<Surfel>, free: FreeSpace) -> Self {
@@ -202,106 +302,13 @@ impl ClosedSubmap {
         }
     }
 
-    /// Where the new submap `other` lies in this one, `indexed` being its surfels; `guess` is
-    /// `self_from_other`.
-    pub(super) fn find(
-        &self,
-        (other, indexed): (&Self, &SurfelMap),
-        guess: &Pose2,
-        doubt: &Doubt,
-        surfels: &SurfelConfig,
-        matching: &MatchConfig,
-        config: &ClosureConfig,
-    ) -> Option<Closure> {
-        let window = config.window(doubt);
-        let reach = &config.match_reach;
-        let searched = window.shift > reach.shift || window.turn > reach.turn;
-        let map = self.indexed(surfels);
-        let points = other.points();
-        let found = if searched {
-            self.search(other, guess, doubt, (&points, &map), matching, config)
-        } else {
-            let found = register(&points, &map, guess, &doubt.prior(guess, config), matching);
-            let is_fixed = matches!(
-                found.verdict,
-                Verdict::Converged | Verdict::Degenerate { .. }
-            );
-            is_fixed.then_some(found)
-        }?;
-        self.closure(other, &found, (&map, indexed), &points, searched, config)
-    }
-
     /// Its surfels, to be found by place.
-    pub(super) fn indexed(&self, config: &SurfelConfig) -> SurfelMap {
+    fn indexed(&self, config: &SurfelConfig) -> SurfelMap {
         SurfelMap::from_surfels(*config, self.surfels.clone())
     }
 
-    /// The best place of `other` in the window of the doubt, matched.
-    fn search(
-        &self,
-        other: &Self,
-        guess: &Pose2,
-        doubt: &Doubt,
-        (points, map): (&[OrientedPoint], &SurfelMap),
-        matching: &MatchConfig,
-        config: &ClosureConfig,
-    ) -> Option<Registration> {
-        let mut believed = doubt.prior(guess, config);
-        let mut window = config.window(doubt);
-        let reach = REACH * (self.radius + other.radius);
-        if window.shift > reach {
-            // Farther away they would have nothing in common.
-            let turned = guess.rotate(other.centre.coords);
-            let place = self.centre - turned;
-            believed.pose = Pose2::new(place.x, place.y, guess.heading());
-            window.shift = reach;
-        }
-        let turns = self.facing.turns(&other.facing);
-        let heading = guess.heading();
-        let admits = |turn: f64| turns.admit(heading + turn);
-        let (pivot, search) = (other.centre, &config.search);
-        search_turned_and_match(
-            points, pivot, map, &believed, &window, admits, search, matching,
-        )
-    }
-
-    /// What a match is worth, both ways; `None` where too little agrees.
-    fn closure(
-        &self,
-        other: &Self,
-        found: &Registration,
-        (map, reverse): (&SurfelMap, &SurfelMap),
-        points: &[OrientedPoint],
-        is_searched: bool,
-        config: &ClosureConfig,
-    ) -> Option<Closure> {
-        let motion = found.estimate.pose;
-        let least = if is_searched {
-            config.min_agreement_searched
-        } else {
-            config.min_agreement
-        };
-        let forth = Agreement::of(points, &motion, map, &self.free);
-        let back = Agreement::of(&self.points(), &motion.inverse(), reverse, &other.free);
-        let part = forth.part().min(back.part());
-        let enough = forth.agree.min(back.agree) >= config.min_agreeing;
-        if !enough || part < least {
-            return None;
-        }
-        let floor = pose_cov(config.sigma, config.turn_sigma);
-        let weak = Matrix3::from_diagonal_element(config.min_information);
-        let cov = (found.information + weak).try_inverse()? + floor;
-        Some(Closure {
-            motion,
-            information: information_at_end(&motion, &cov.try_inverse()?),
-            is_searched,
-            overlap: forth.overlap().max(back.overlap()),
-            part,
-        })
-    }
-
     /// Its surfaces, in its frame.
-    pub(super) fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + '_ {
+    pub(super) fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + Clone + '_ {
         self.surfels.iter().map(|surfel| surfel.position)
     }
 

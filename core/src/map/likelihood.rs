@@ -102,6 +102,12 @@ impl LikelihoodPyramid {
         self.levels.len()
     }
 
+    /// The memory that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(Vec::len).sum()
+    }
+
     /// Column and row of the cell that holds a place, which may be outside.
     #[inline]
     #[must_use]

@@ -31,7 +31,7 @@ pub use ray::cells_on_ray;
 pub(crate) use spread::{Rings, cells_around, spread};
 pub use surfaces::surfaces;
 pub use surfel_tiles::SurfelTiles;
-pub use surfels::{Surfel, SurfelConfig, SurfelMap};
+pub use surfels::{FixedSurfels, Surfel, SurfelConfig, SurfelMap};
 pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorMap, Wall};
 pub use wall_distance::WallDistance;

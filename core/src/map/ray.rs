@@ -27,13 +27,13 @@ pub fn cells_on_ray(start: Point2<f64>, end: Point2<f64>, mut visit: impl FnMut(
         // Rounding must not carry an axis past its last cell: then the other one steps.
         let col_done = cell.col == last.col;
         let row_done = cell.row == last.row;
-        if !col_done && (row_done || t_col < t_row) {
-            cell.col += step_col;
-            t_col += dt_col;
-        } else {
-            cell.row += step_row;
-            t_row += dt_row;
-        }
+        // No branch, for which way it goes is chance; both sums are begun before it is known.
+        let (next_col, next_row) = (t_col + dt_col, t_row + dt_row);
+        let along_col = !col_done & (row_done | (t_col < t_row));
+        t_col = if along_col { next_col } else { t_col };
+        t_row = if along_col { t_row } else { next_row };
+        cell.col += if along_col { step_col } else { 0 };
+        cell.row += if along_col { 0 } else { step_row };
         visit(cell);
     }
 }

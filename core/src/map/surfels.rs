@@ -13,11 +13,14 @@
 //!    exact and not rounded to cells).
 //!
 //! Cells live in blocks under a square directory around the map's origin: a map holds memory only
-//! along its walls.
+//! along its walls. A surfel writes itself into eight cells at a time: which of them it is nearest
+//! to is chance, so that asking one by one costs more than writing all.
 
 use nalgebra::{Point2, Vector2};
+use pulp::NullaryFnOnce;
 
 use crate::bounds::config;
+use crate::lanes::widened;
 use crate::points::OrientedPoint;
 
 /// Sightings after which a surfel moves no slower.
@@ -54,28 +57,38 @@ pub struct Surfel {
 pub struct SurfelMap {
     config: SurfelConfig,
     surfels: Vec<Surfel>,
+    cells: Cells,
+    /// Of each cell, the squared distance of its surfel from its centre.
+    squared: Vec<[f32; BLOCK * BLOCK]>,
+}
+
+/// Surfels with their index, to which none are added any more: half the memory.
+#[derive(Clone, Debug)]
+pub struct FixedSurfels {
+    surfels: Vec<Surfel>,
+    cells: Cells,
+}
+
+/// Which surfel is the nearest, cell by cell.
+#[derive(Clone, Debug)]
+struct Cells {
     /// The place of the frame's origin in cells from the lower left corner of the square.
     origin: Vector2<f64>,
+    /// Cells of a metre.
+    scale: f64,
     /// Blocks along one side of the directory.
     side: i32,
     directory: Vec<u32>,
-    blocks: Vec<[Entry; BLOCK * BLOCK]>,
+    blocks: Vec<[u32; BLOCK * BLOCK]>,
 }
 
 const BLOCK: usize = 16;
 const NO_BLOCK: u32 = u32::MAX;
 
-/// The nearest surfel, and its squared distance from the cell's centre.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    surfel: u32,
-    squared: f32,
-}
-
-const NOTHING: Entry = Entry {
-    surfel: u32::MAX,
-    squared: f32::INFINITY,
-};
+/// Cells that are written at a time.
+const LANES: usize = 8;
+/// No surfel is within reach.
+const NOTHING: u32 = u32::MAX;
 
 impl SurfelMap {
     /// An empty map around its own origin.
@@ -92,17 +105,22 @@ impl SurfelMap {
             .clamp(1.0, 1024.0);
         let side = 2 * blocks as i32;
         let half = Vector2::repeat(f64::from(side) * 0.5 * BLOCK as f64);
+        let scale = 1.0 / config.cell;
         Self {
-            origin: half - middle.coords * (1.0 / config.cell),
             config,
             surfels: vec![],
-            side,
-            directory: vec![NO_BLOCK; (side * side) as usize],
-            blocks: vec![],
+            cells: Cells {
+                origin: half - middle.coords * scale,
+                scale,
+                side,
+                directory: vec![NO_BLOCK; (side * side) as usize],
+                blocks: vec![],
+            },
+            squared: vec![],
         }
     }
 
-    /// The index laid again over surfels that were kept.
+    /// The index laid again over surfels that were kept, to be added to.
     #[must_use]
     pub fn from_surfels(config: SurfelConfig, surfels: Vec<Surfel>) -> Self {
         let mut map = Self::new(config);
@@ -119,6 +137,16 @@ impl SurfelMap {
         &self.surfels
     }
 
+    /// The same, for looking only.
+    #[must_use]
+    pub fn fixed(mut self) -> FixedSurfels {
+        self.cells.blocks.shrink_to_fit();
+        FixedSurfels {
+            surfels: self.surfels,
+            cells: self.cells,
+        }
+    }
+
     /// The surfels alone, without their index.
     #[must_use]
     pub fn into_surfels(self) -> Vec<Surfel> {
@@ -129,7 +157,7 @@ impl SurfelMap {
     pub fn insert(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         let near = self.config.cell * self.config.cell;
         for point in points {
-            let found = self.nearest_index(point.position).and_then(|index| {
+            let found = self.cells.nearest(point.position).and_then(|index| {
                 let surfel = self.surfels.get_mut(index)?;
                 let same = (surfel.position - point.position).norm_squared() < near
                     && surfel.normal.dot(&point.normal) > 0.9;
@@ -143,7 +171,11 @@ impl SurfelMap {
                 let normal = surfel.normal * surfel.weight + point.normal;
                 surfel.normal = normal / normal.norm();
                 surfel.weight = total.min(MAX_WEIGHT);
-            } else if self.slot(self.cell_of(point.position)).is_some() {
+            } else if self
+                .cells
+                .slot(self.cells.cell_of(point.position))
+                .is_some()
+            {
                 self.surfels.push(Surfel {
                     position: point.position,
                     normal: point.normal,
@@ -159,21 +191,113 @@ impl SurfelMap {
     #[inline]
     #[must_use]
     pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
-        self.surfels.get(self.nearest_index(place)?)
+        self.surfels.get(self.cells.nearest(place)?)
     }
 
+    /// A block in which nothing within reach was seen.
+    fn push_block(&mut self) {
+        self.cells.blocks.push([NOTHING; BLOCK * BLOCK]);
+        // What is as far away as `reach` is still found.
+        let farther = self.squared_reach().next_up();
+        self.squared.push([farther; BLOCK * BLOCK]);
+    }
+
+    /// The square of `reach`.
+    fn squared_reach(&self) -> f32 {
+        (self.config.reach * self.config.reach) as f32
+    }
+
+    /// Writes one surfel into the cells to which it is nearest.
+    fn stamp(&mut self, index: usize) {
+        let (Some(surfel), Ok(number)) = (self.surfels.get(index), u32::try_from(index)) else {
+            return;
+        };
+        let position = surfel.position;
+        let (col, row) = self.cells.cell_of(position);
+        let cells = (self.config.reach / self.config.cell).ceil() as i32;
+        let last = self.cells.side * BLOCK as i32 - 1;
+        let along = |middle: i32| [(middle - cells).max(0), (middle + cells).min(last)];
+        let (cols, rows) = (along(col), along(row));
+        self.make_blocks(position, cols, rows);
+        widened(Stamp {
+            map: self,
+            number,
+            position,
+            cols,
+            rows,
+        });
+    }
+
+    /// Makes the blocks in which cells lie that are within reach of `position`.
+    fn make_blocks(&mut self, position: Point2<f64>, cols: [i32; 2], rows: [i32; 2]) {
+        const SIDE: i32 = BLOCK as i32;
+        let is_missing = |row: i32, col: i32| {
+            let block = self
+                .cells
+                .directory
+                .get((row * self.cells.side + col) as usize);
+            block.is_none_or(|block| *block == NO_BLOCK)
+        };
+        let block_cols = cols[0] / SIDE..=cols[1] / SIDE;
+        if (rows[0] / SIDE..=rows[1] / SIDE)
+            .all(|row| block_cols.clone().all(|col| !is_missing(row, col)))
+        {
+            return;
+        }
+        let reach = self.squared_reach();
+        let middle = self.cells.cell_of(position).0;
+        for row in rows[0]..=rows[1] {
+            let dy = Cells::centre(row, self.cells.origin.y, self.config.cell) - position.y;
+            for block_col in block_cols.clone() {
+                // The nearest of its columns.
+                let col = middle.clamp(block_col * SIDE, block_col * SIDE + SIDE - 1);
+                let dx = Cells::centre(col, self.cells.origin.x, self.config.cell) - position.x;
+                let slot = (row / SIDE * self.cells.side + block_col) as usize;
+                let is_near = (dx * dx + dy * dy) as f32 <= reach;
+                if is_near && self.cells.directory.get(slot) == Some(&NO_BLOCK) {
+                    self.cells.directory[slot] = self.cells.blocks.len() as u32;
+                    self.push_block();
+                }
+            }
+        }
+    }
+}
+
+impl FixedSurfels {
+    /// All surfels.
+    #[must_use]
+    pub fn surfels(&self) -> &[Surfel] {
+        &self.surfels
+    }
+
+    /// The surfel nearest to a place, as [`SurfelMap::nearest`] gives it.
     #[inline]
-    fn nearest_index(&self, place: Point2<f64>) -> Option<usize> {
+    #[must_use]
+    pub fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
+        self.surfels.get(self.cells.nearest(place)?)
+    }
+
+    /// The memory that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let index = size_of_val(&*self.cells.directory) + size_of_val(&*self.cells.blocks);
+        size_of_val(&*self.surfels) + index
+    }
+}
+
+impl Cells {
+    #[inline]
+    fn nearest(&self, place: Point2<f64>) -> Option<usize> {
         let (slot, offset) = self.slot(self.cell_of(place))?;
         let block = self.blocks.get(*self.directory.get(slot)? as usize)?;
-        let entry = block.get(offset)?;
-        (entry.surfel != u32::MAX).then_some(entry.surfel as usize)
+        let surfel = *block.get(offset)?;
+        (surfel != NOTHING).then_some(surfel as usize)
     }
 
     /// Column and row from the lower left corner of the square; not finite becomes a cell outside.
     #[inline]
     fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
-        let scale = 1.0 / self.config.cell;
+        let scale = self.scale;
         let side = f64::from(self.side) * BLOCK as f64;
         let at = |v: f64, origin: f64| {
             let v = v * scale + origin;
@@ -195,54 +319,69 @@ impl SurfelMap {
         Some((slot as usize, offset as usize))
     }
 
-    /// Writes one surfel into the cells to which it is nearest.
-    fn stamp(&mut self, index: usize) {
-        let Some(surfel) = self.surfels.get(index) else {
-            return;
-        };
-        let position = surfel.position;
-        let (col, row) = self.cell_of(position);
-        let cells = (self.config.reach / self.config.cell).ceil() as i32;
-        let (origin, cell) = (self.origin, self.config.cell);
-        let centre = |c: i32, origin: f64| (f64::from(c) + 0.5 - origin) * cell;
-        let reach = (self.config.reach * self.config.reach) as f32;
-        let Ok(surfel) = u32::try_from(index) else {
-            return;
-        };
-        let last = self.side * BLOCK as i32 - 1;
-        for r in (row - cells).max(0)..=(row + cells).min(last) {
-            let dy = centre(r, origin.y) - position.y;
-            let squared = |c: i32| {
-                let dx = centre(c, origin.x) - position.x;
-                (dx * dx + dy * dy) as f32
-            };
-            // What lies within reach in a row is one piece.
-            let (mut from, mut to) = ((col - cells).max(0), (col + cells).min(last));
-            while from <= to && squared(from) > reach {
-                from += 1;
-            }
-            while from <= to && squared(to) > reach {
-                to -= 1;
-            }
-            // One look into the directory for each block.
-            while from <= to {
-                let end = to.min(from | (BLOCK as i32 - 1));
-                let Some((slot, offset)) = self.slot((from, r)) else {
-                    break;
+    /// The middle of a column or row, m.
+    #[inline(always)]
+    fn centre(cell: i32, origin: f64, side: f64) -> f64 {
+        (f64::from(cell) + 0.5 - origin) * side
+    }
+}
+
+/// Writes a surfel into those of the cells between `cols` and `rows` to which it is nearest. All
+/// blocks in which there are such must have been made.
+struct Stamp<'a> {
+    map: &'a mut SurfelMap,
+    number: u32,
+    position: Point2<f64>,
+    cols: [i32; 2],
+    rows: [i32; 2],
+}
+
+impl NullaryFnOnce for Stamp<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        const STEP: i32 = LANES as i32;
+        let Self {
+            map,
+            number,
+            position,
+            cols,
+            rows,
+        } = self;
+        let (reach, origin, cell) = (map.squared_reach(), map.cells.origin, map.config.cell);
+        for group in cols[0] / STEP..=cols[1] / STEP {
+            let across: [f64; LANES] = std::array::from_fn(|lane| {
+                let dx = Cells::centre(group * STEP + lane as i32, origin.x, cell) - position.x;
+                dx * dx
+            });
+            let nearest = across.iter().copied().fold(f64::INFINITY, f64::min);
+            for row in rows[0]..=rows[1] {
+                let dy = Cells::centre(row, origin.y, cell) - position.y;
+                let dy = dy * dy;
+                if (nearest + dy) as f32 > reach {
+                    continue;
+                }
+                let Some((slot, offset)) = map.cells.slot((group * STEP, row)) else {
+                    continue;
                 };
-                let block = &mut self.directory[slot];
-                if *block == NO_BLOCK {
-                    *block = self.blocks.len() as u32;
-                    self.blocks.push([NOTHING; BLOCK * BLOCK]);
+                let block = map.cells.directory.get(slot).map(|block| *block as usize);
+                let Some(block) = block else { continue };
+                let surfels = map.cells.blocks.get_mut(block);
+                let squared = map.squared.get_mut(block);
+                let surfels = surfels.and_then(|s| s.get_mut(offset..offset + LANES));
+                let squared = squared.and_then(|s| s.get_mut(offset..offset + LANES));
+                let surfels = surfels.and_then(|s| s.first_chunk_mut::<LANES>());
+                let squared = squared.and_then(|s| s.first_chunk_mut::<LANES>());
+                let (Some(surfels), Some(squared)) = (surfels, squared) else {
+                    continue;
+                };
+                for lane in 0..LANES {
+                    let this = (across[lane] + dy) as f32;
+                    let is_nearer = this < squared[lane];
+                    squared[lane] = if is_nearer { this } else { squared[lane] };
+                    surfels[lane] = if is_nearer { number } else { surfels[lane] };
                 }
-                let row = &mut self.blocks[*block as usize][offset..];
-                for (c, entry) in (from..=end).zip(row) {
-                    let squared = squared(c);
-                    if squared < entry.squared {
-                        *entry = Entry { surfel, squared };
-                    }
-                }
-                from = end + 1;
             }
         }
     }

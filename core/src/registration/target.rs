@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::Point2;
 
 use super::SearchConfig;
-use crate::map::{LikelihoodPyramid, Surfel, SurfelMap, SurfelTiles};
+use crate::map::{FixedSurfels, LikelihoodPyramid, Surfel, SurfelMap, SurfelTiles};
 
 /// A map, or another cloud, that points are matched against: surfaces to match, and a likelihood to
 /// search.
@@ -19,6 +19,18 @@ pub trait Target {
 }
 
 impl Target for SurfelMap {
+    #[inline]
+    fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
+        Self::nearest(self, place)
+    }
+
+    fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
+        let places = self.surfels().iter().map(|surfel| surfel.position);
+        config.likelihood_of(&places).map(Cow::Owned)
+    }
+}
+
+impl Target for FixedSurfels {
     #[inline]
     fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
         Self::nearest(self, place)

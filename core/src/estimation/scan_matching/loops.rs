@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
-use super::super::submap::Doubt;
+use super::super::submap::{Doubt, Indexed};
 use super::closures::{Candidate, Ways};
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
@@ -93,18 +93,11 @@ impl ScanMatcher {
         let (a, b) = (&self.submaps[old], &self.submaps[new]);
         let guess = a.map_from_submap.delta_to(&b.map_from_submap);
         let surfels = &self.config.surfels;
-        let kept = self.indexed.take().filter(|(submap, _)| *submap == new);
-        let (_, indexed) = self
-            .indexed
-            .insert(kept.unwrap_or_else(|| (new, b.closed.indexed(surfels))));
-        let found = a.closed.find(
-            (&b.closed, indexed),
-            &guess,
-            &doubts[old],
-            surfels,
-            &self.config.matching,
-            &self.config.closure,
-        );
+        let indexes = [new, old].map(|submap| self.indexes.of(submap, new));
+        let b = Indexed::new(&b.closed, &indexes[0], surfels);
+        let a = Indexed::new(&a.closed, &indexes[1], surfels);
+        let (matching, closure) = (&self.config.matching, &self.config.closure);
+        let found = a.find(&b, &guess, &doubts[old], matching, closure);
         let Some(closure) = found else { return };
         let doubt = doubts[old];
         let candidate = Candidate {

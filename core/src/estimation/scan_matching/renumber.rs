@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use nalgebra::Matrix3;
 
 use super::super::free_space::FreeSpace;
+use super::super::submap::Indexes;
 use super::{ScanMatcher, Submap};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::SurfelMap;
@@ -53,7 +54,7 @@ impl ScanMatcher {
         self.waiting.keep(both);
         self.newest.clear();
         self.closures = self.records.accepted().count();
-        self.indexed = None;
+        self.indexes = Indexes::default();
         // The last that is left at or before it.
         let before = numbers.iter().take(self.last_closed + 1).flatten();
         self.last_closed = before.last().copied().unwrap_or_default();

@@ -5,6 +5,7 @@
 //! run, or what is wrong and where. Only what can be made again without a trace is left out: the
 //! index of the submap that was compared last.
 
+use super::super::submap::Indexes;
 use super::going_on::Piece;
 use super::{Recent, ScanMatcher, ScanMatcherConfig, ScanMatcherError, Submap, TrackPoint};
 use crate::map::{Grid, SurfelMap};
@@ -56,7 +57,7 @@ pub enum RestoreError {
 macro_rules! fields {
     ($($field:ident),* $(,)?) => {
         fn write_fields(matcher: &ScanMatcher, out: &mut Vec<u8>) {
-            let ScanMatcher { config: _, indexed: _, $($field),* } = matcher;
+            let ScanMatcher { config: _, indexes: _, $($field),* } = matcher;
             $($field.write(out);)*
         }
 
@@ -66,7 +67,7 @@ macro_rules! fields {
         ) -> Result<ScanMatcher, SnapshotError> {
             Ok(ScanMatcher {
                 config,
-                indexed: None,
+                indexes: Indexes::default(),
                 $($field: from.field(stringify!($field))?),*
             })
         }

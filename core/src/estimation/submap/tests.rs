@@ -1,5 +1,6 @@
 //! Rooms that are one place, rooms that only look alike, and a corridor.
 
+use super::index::Index;
 use super::*;
 use crate::geom::wrap;
 
@@ -59,8 +60,12 @@ const MIDDLE: Point2<f64> = Point2::new(0.3, 0.2);
 fn find(old: &ClosedSubmap, new: &ClosedSubmap, guess: &Pose2, doubt: Doubt) -> Option<Closure> {
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let config = ClosureConfig::default();
-    let indexed = new.indexed(&surfels);
-    old.find((new, &indexed), guess, &doubt, &surfels, &matching, &config)
+    let indexes = [Index::default(), Index::default()];
+    let (old, new) = (
+        Indexed::new(old, &indexes[0], &surfels),
+        Indexed::new(new, &indexes[1], &surfels),
+    );
+    old.find(&new, guess, &doubt, &matching, &config)
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector2;
 
-use super::{BLOCK, Entry, NO_BLOCK, Surfel, SurfelConfig, SurfelMap};
+use super::{BLOCK, NO_BLOCK, NOTHING, Surfel, SurfelConfig, SurfelMap};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
 
 /// Half of the side of a map and the side of its cells, m: what a file may say.
@@ -38,22 +38,23 @@ impl SurfelMap {
 /// Of maps around their own origin, as those of submaps are; tiles are not saved.
 impl Snapshot for SurfelMap {
     fn write(&self, out: &mut Vec<u8>) {
-        let half = f64::from(self.side) * 0.5 * BLOCK as f64;
-        debug_assert_eq!(self.origin, Vector2::repeat(half), "a tile is saved");
+        let half = f64::from(self.cells.side) * 0.5 * BLOCK as f64;
+        debug_assert_eq!(self.cells.origin, Vector2::repeat(half), "a tile is saved");
         self.config.write(out);
         self.surfels.write(out);
         // The blocks in the order in which they were made, each with its slot.
-        let mut slots: Vec<(u32, u32)> = (self.directory.iter().zip(0_u32..))
+        let mut slots: Vec<(u32, u32)> = (self.cells.directory.iter().zip(0_u32..))
             .filter(|(block, _)| **block != NO_BLOCK)
             .map(|(block, slot)| (*block, slot))
             .collect();
         slots.sort_unstable();
         slots.len().write(out);
-        for ((_, slot), block) in slots.into_iter().zip(&self.blocks) {
+        let blocks = self.cells.blocks.iter().zip(&self.squared);
+        for ((_, slot), (surfels, squared)) in slots.into_iter().zip(blocks) {
             slot.write(out);
-            for entry in block {
-                let stands = entry.surfel != u32::MAX;
-                stands.then_some((entry.surfel, entry.squared)).write(out);
+            for (&surfel, &squared) in surfels.iter().zip(squared) {
+                let stands = surfel != NOTHING;
+                stands.then_some((surfel, squared)).write(out);
             }
         }
     }
@@ -63,26 +64,30 @@ impl Snapshot for SurfelMap {
         map.surfels = from.field("surfels")?;
         let blocks: usize = from.field("blocks")?;
         from.rule(
-            blocks <= map.directory.len(),
+            blocks <= map.cells.directory.len(),
             "more blocks than the map has room for",
         )?;
         for number in 0..blocks {
             let slot: u32 = from.field("slot")?;
-            let room = map.directory.get_mut(slot as usize);
+            let room = map.cells.directory.get_mut(slot as usize);
             let free = room.filter(|block| **block == NO_BLOCK);
-            let Some(block) = free else {
+            let Some(number_of) = free else {
                 return Err(from.refuse("a block stands where none can"));
             };
-            *block = number as u32;
-            let mut entries = [super::NOTHING; BLOCK * BLOCK];
-            for entry in &mut entries {
+            *number_of = number as u32;
+            map.push_block();
+            let (Some(block), Some(distances)) =
+                (map.cells.blocks.last_mut(), map.squared.last_mut())
+            else {
+                break;
+            };
+            for (own_surfel, own_squared) in block.iter_mut().zip(distances) {
                 if let Some((surfel, squared)) = from.field::<Option<(u32, f32)>>("nearest")? {
                     let is_there = (surfel as usize) < map.surfels.len();
                     from.rule(is_there, "a cell names a surface that is not there")?;
-                    *entry = Entry { surfel, squared };
+                    (*own_surfel, *own_squared) = (surfel, squared);
                 }
             }
-            map.blocks.push(entries);
         }
         Ok(map)
     }
