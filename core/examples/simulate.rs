@@ -61,8 +61,8 @@ struct Args {
     #[arg(long, default_value = "line-ekf")]
     method: String,
     /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
-    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By default the walls of the
-    /// world.
+    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
+    /// default the walls of the world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,
     /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where

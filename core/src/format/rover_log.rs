@@ -278,8 +278,8 @@ mod tests {
         check(&"1 ".repeat(1 << 20), "line 1 is longer than 1048576 bytes");
     }
 
-    /// Two recorded logs. What is expected was counted apart from this reader: lines by `wc`, time and
-    /// way (the mean of both wheels) from the first three columns by a script.
+    /// Two recorded logs. What is expected was counted apart from this reader: lines by `wc`, time
+    /// and way (the mean of both wheels) from the first three columns by a script.
     #[test]
     fn recorded_logs_are_read_whole() {
         for (name, lines, seconds, metres) in [

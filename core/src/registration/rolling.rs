@@ -5,8 +5,8 @@
 //! that motion. Out: a [`Rolling`]: the pose at the end, and the error.
 //!
 //! A turning lidar looks about for a good part of a second. Odometry that is wrong by some part of
-//! the motion bends the scan: matched as a whole it lies where the middle of the sweep puts it, half
-//! of the error beside the pose at the end.
+//! the motion bends the scan: matched as a whole it lies where the middle of the sweep puts it,
+//! half of the error beside the pose at the end.
 //!
 //! 1. The motion is divided into pieces, and its error e into one for each. When a part was seen, a
 //!    share of each piece was still to come, of the last all or some, of the first some or nothing:

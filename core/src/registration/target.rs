@@ -18,38 +18,22 @@ pub trait Target {
     fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>>;
 }
 
-impl Target for SurfelMap {
-    #[inline]
-    fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
-        Self::nearest(self, place)
-    }
+// `into_iter` takes what each of them gives, a slice or an iterator.
+macro_rules! target {
+    ($kind:ty) => {
+        impl Target for $kind {
+            #[inline]
+            fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
+                Self::nearest(self, place)
+            }
 
-    fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
-        let places = self.surfels().iter().map(|surfel| surfel.position);
-        config.likelihood_of(&places).map(Cow::Owned)
-    }
+            fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
+                let places = self.surfels().into_iter().map(|surfel| surfel.position);
+                config.likelihood_of(&places).map(Cow::Owned)
+            }
+        }
+    };
 }
-
-impl Target for FixedSurfels {
-    #[inline]
-    fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
-        Self::nearest(self, place)
-    }
-
-    fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
-        let places = self.surfels().iter().map(|surfel| surfel.position);
-        config.likelihood_of(&places).map(Cow::Owned)
-    }
-}
-
-impl Target for SurfelTiles {
-    #[inline]
-    fn nearest(&self, place: Point2<f64>) -> Option<&Surfel> {
-        Self::nearest(self, place)
-    }
-
-    fn likelihood(&self, config: &SearchConfig) -> Option<Cow<'_, LikelihoodPyramid>> {
-        let places = self.surfels().map(|surfel| surfel.position);
-        config.likelihood_of(&places).map(Cow::Owned)
-    }
-}
+target!(SurfelMap);
+target!(FixedSurfels);
+target!(SurfelTiles);

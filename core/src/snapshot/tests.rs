@@ -1,7 +1,10 @@
+use std::collections::BTreeMap;
+
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::geom::Pose2;
 
 fn bytes_of(value: &impl Snapshot) -> Vec<u8> {
     let mut bytes = vec![];

@@ -169,7 +169,7 @@ export class Player {
     return false;
   }
 
-  /** Now and then on the way: a loop that closes later may mend what is torn, so nobody is warned. */
+  /** Now and then on the way: a later loop may mend what is torn, so nobody is warned. */
   #judgeOnTheWay(run: Run): void {
     const { progress } = run.status();
     if (progress < this.#judgedAt * JUDGED_AGAIN || progress < JUDGED_FROM) return;

@@ -6,6 +6,7 @@ import { degrees } from "../angle.js";
 import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from "../protocol/module.js";
 import { CLOSURE_PENS, rowOf } from "../view/layers/closures.js";
 import { FATE, type Fate } from "../view/submaps.js";
+import { card } from "./card.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { fixed, length, percent } from "./format.js";
@@ -39,17 +40,10 @@ const ROUGHLY = new Intl.NumberFormat("en", { notation: "compact", compactDispla
 export class SlamClosure extends SlamElement {
   static override styles = [
     figures,
+    card,
     css`
-      section { width: min(400px, calc(100vw - 24px)); padding: 12px 14px; border: 1px solid var(--line); border-radius: 14px; background: var(--raised); box-shadow: var(--shadow); animation: in .18s ease-out; }
-      @keyframes in { from { opacity: 0; transform: translateY(6px); } }
-      header { display: flex; align-items: center; gap: 9px; margin-bottom: 6px; }
-      header b { flex: 1; font-weight: 600; }
       header svg { width: 28px; height: 10px; }
-      header button { border-color: transparent; background: transparent; min-height: 30px; width: 30px; }
       .fate { font-size: 13px; font-weight: 600; }
-      p { margin: 0 0 8px; font-size: 13px; line-height: 1.45; }
-      @media (pointer: coarse) { header button { min-height: 44px; width: 44px; margin: -8px -8px -8px 0; } }
-      @media (max-width: 760px) { section { margin: 0 12px; } }
     `,
   ];
 

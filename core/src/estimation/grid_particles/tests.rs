@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::proposal::{Likelihood, moments};
 use super::*;
-use crate::geom::{Segment, unit_vector, wrap};
-use crate::points::Beam;
+use crate::geom::{Segment, wrap};
+use crate::points::fixture::{look, scan_of};
 use crate::registration::Prior;
 
 /// A corridor round a block, 12 x 8 m outside, with a pillar that tells its corners apart.
@@ -21,30 +21,12 @@ fn ring() -> Vec<Segment> {
     [outside, block, pillar].concat()
 }
 
+/// What a lidar of 180 beams sees.
 fn seen_from(at: &Pose2, walls: &[Segment], stamp: Stamp) -> Points {
-    let beam = |beam_idx: usize| {
-        let direction = unit_vector(0.035 * beam_idx as f64);
-        let ahead = at.rotate(direction);
-        let hits = walls
-            .iter()
-            .filter_map(|wall| wall.hit_by_ray(at.position(), ahead));
-        let range = hits.fold(8.0, f64::min);
-        Beam {
-            beam_idx,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(direction * range),
-            range,
-            sigma: 0.01,
-            is_hit: range < 8.0,
-            quality: None,
-            age: 0.0,
-        }
-    };
+    let beams = look(walls, at, 8.0).beams.into_iter().step_by(2);
     Points {
         stamp,
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..180).map(beam).collect(),
+        ..scan_of(beams)
     }
 }
 

@@ -224,38 +224,15 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::geom::{Segment, unit_vector};
-    use crate::points::Beam;
+    use crate::geom::Segment;
+    use crate::points::fixture::look;
     use crate::robot::Stamp;
 
     /// A room of 6 x 4 m, seen all round.
     fn seen_from(at: &Pose2) -> Points {
         let corners = [[-2.0, -1.5], [4.0, -1.5], [4.0, 2.5], [-2.0, 2.5]].map(Point2::from);
         let walls = [0, 1, 2, 3].map(|i| Segment::new(corners[i], corners[(i + 1) % 4]));
-        let beam = |beam_idx: usize| {
-            let direction = unit_vector(0.0175 * beam_idx as f64);
-            let ahead = at.rotate(direction);
-            let hits = walls
-                .iter()
-                .filter_map(|w| w.hit_by_ray(at.position(), ahead));
-            let range = hits.fold(f64::INFINITY, f64::min);
-            Beam {
-                beam_idx,
-                origin_in_robot: Point2::origin(),
-                end_in_robot: Point2::from(direction * range),
-                range,
-                sigma: 0.01,
-                is_hit: true,
-                quality: None,
-                age: 0.0,
-            }
-        };
-        Points {
-            stamp: Stamp(0),
-            sensor_in_robot: Point2::origin(),
-            bearing_sigma: 0.0,
-            beams: (0..360).map(beam).collect(),
-        }
+        look(&walls, at, 20.0)
     }
 
     fn moved(motion: Pose2, sigma: f64) -> Odometry {

@@ -4,8 +4,8 @@
 use nalgebra::{Matrix3, Point2};
 
 use super::*;
-use crate::geom::{Segment, unit_vector};
-use crate::points::Beam;
+use crate::geom::Segment;
+use crate::points::fixture::look;
 use crate::robot::Stamp;
 
 /// Both faces of walls along a closed ring.
@@ -34,30 +34,7 @@ fn even() -> Vec<Segment> {
 }
 
 fn seen_from(at: &Pose2, walls: &[Segment]) -> Points {
-    let beam = |beam_idx: usize| {
-        let direction = unit_vector(0.035 * beam_idx as f64);
-        let ahead = at.rotate(direction);
-        let hits = walls
-            .iter()
-            .filter_map(|w| w.hit_by_ray(at.position(), ahead));
-        let range = hits.fold(f64::INFINITY, f64::min).min(20.0);
-        Beam {
-            beam_idx,
-            origin_in_robot: Point2::origin(),
-            end_in_robot: Point2::from(direction * range),
-            range,
-            sigma: 0.01,
-            is_hit: range < 20.0,
-            quality: None,
-            age: 0.0,
-        }
-    };
-    Points {
-        stamp: Stamp(0),
-        sensor_in_robot: Point2::origin(),
-        bearing_sigma: 0.0,
-        beams: (0..180).map(beam).collect(),
-    }
+    look(walls, at, 20.0)
 }
 
 fn moved(motion: Pose2) -> Odometry {
@@ -284,8 +261,8 @@ fn a_histogram_finds_its_robot_from_anywhere() {
 }
 
 /// Bayes' rule by brute force: the robot turns on the spot by whole cells and without noise, so
-/// that a cell's probability is that of all it should have seen on the way to it. Distances are those of
-/// the segments themselves.
+/// that a cell's probability is that of all it should have seen on the way to it. Distances are
+/// those of the segments themselves.
 #[test]
 fn a_histogram_has_the_posterior_of_a_bayes_filter_by_brute_force() {
     let walls = uneven();

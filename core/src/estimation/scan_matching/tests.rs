@@ -1,80 +1,19 @@
 //! Two laps of a ring with odometry that drifts, and what bad input does.
 
+pub(super) mod course;
+
 use nalgebra::{Point2, Vector3};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use self::course::{LAP, drive_along, points_of, ring, scan_at, update};
 use super::super::map_quality::MapVerdict;
 use super::super::pose_graph::Edge;
 use super::*;
 use crate::geom::{Segment, sin_cos, wrap};
 use crate::map::CellState;
-use crate::points::fixture::normal;
 use crate::points::{MotionHistory, PointConfig};
 use crate::robot::Scan;
-
-/// Takes a scan whose beams were all taken at once.
-pub(super) fn update(matcher: &mut ScanMatcher, points: &Points) {
-    matcher.update(points, &vec![points.bearing_sigma; points.beams.len()]);
-}
-
-/// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides
-/// apart.
-pub(super) fn ring() -> Vec<Segment> {
-    let rectangle = |x0: f64, y0: f64, x1: f64, y1: f64| {
-        let c = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)];
-        c.windows(2)
-            .map(|w| Segment::new(Point2::new(w[0].0, w[0].1), Point2::new(w[1].0, w[1].1)))
-            .collect::<Vec<_>>()
-    };
-    let mut walls = rectangle(-6.0, -5.0, 6.0, 5.0);
-    walls.extend(rectangle(-4.0, -3.0, 4.0, 3.0));
-    for (x, y, w, h) in [
-        (-2.0, -5.0, 0.8, 0.4),
-        (1.5, -5.0, 0.4, 0.5),
-        (5.5, -1.0, 0.5, 0.6),
-        (5.6, 2.0, 0.4, 0.4),
-        (-1.0, 4.6, 1.2, 0.4),
-        (2.8, 4.7, 0.3, 0.3),
-        (-6.0, 0.5, 0.5, 0.9),
-        (-6.0, -2.5, 0.4, 0.3),
-    ] {
-        walls.extend(rectangle(x, y, x + w, y + h));
-    }
-    walls
-}
-
-pub(super) fn points_of(scan: &Scan) -> Points {
-    Points::from_scan(scan, &Pose2::identity(), &PointConfig::default())
-}
-
-pub(super) fn scan_at(walls: &[Segment], pose: &Pose2, stamp: Stamp, rng: &mut impl Rng) -> Scan {
-    let bearings: Vec<f64> = (0..180)
-        .map(|i| (f64::from(i) - 90.0).to_radians())
-        .collect();
-    let ranges = bearings
-        .iter()
-        .map(|&b| {
-            let (sin, cos) = sin_cos(pose.heading() + b);
-            let direction = nalgebra::Vector2::new(cos, sin);
-            let hits = walls
-                .iter()
-                .filter_map(|w| w.hit_by_ray(pose.position(), direction));
-            (hits.fold(f64::INFINITY, f64::min) + 0.01 * normal(rng)) as f32
-        })
-        .collect::<Vec<f32>>();
-    Scan {
-        stamp,
-        robot_from_sensor: Pose2::identity(),
-        sigmas: vec![0.01; bearings.len()],
-        bearings,
-        ranges,
-        bearing_sigma: 0.0,
-        max_range: 20.0,
-        sweep: 0.0,
-        qualities: vec![],
-    }
-}
 
 /// Twice around the ring at 0.1 m and 6° a scan, with odometry that turns 3 % too far and slips:
 /// the true poses and the matcher.
@@ -98,51 +37,20 @@ fn run_seeing(
     mut heard: impl FnMut(usize, Pose2) -> Option<Pose2>,
     sees: impl Fn(Scan) -> Scan,
 ) -> (Vec<Pose2>, Pose2, ScanMatcher) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let walls = ring();
     let mut matcher = ScanMatcher::new(config).unwrap();
-    let corners = [(5.0, -4.0), (5.0, 4.0), (-5.0, 4.0), (-5.0, -4.0)];
-    let mut pose = Pose2::new(-5.0, -4.0, 0.0);
-    let start = pose;
+    let start = Pose2::new(-5.0, -4.0, 0.0);
     let (mut truth, mut odometry) = (vec![], Pose2::identity());
-    let mut stamp = Stamp(0);
-    let mut visit = |pose: &Pose2, motion: Pose2, rng: &mut ChaCha8Rng| {
-        let from = stamp;
-        stamp = Stamp(stamp.0 + 200_000);
-        let measured = Pose2::new(
-            motion.x() * 1.02 + 0.003 * normal(rng),
-            0.002 * normal(rng),
-            motion.heading() * 1.03 + 0.004 * normal(rng),
-        );
+    for step in drive_along(&ring(), &[LAP, LAP].concat(), start, seed) {
+        let measured = step.odometry.motion;
         odometry = odometry * measured;
         if let Some(motion) = heard(truth.len(), measured) {
             matcher.odometry(&Odometry {
-                from,
-                to: stamp,
                 motion,
-                cov: Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4)),
+                ..step.odometry
             });
         }
-        let scan = sees(scan_at(&walls, pose, stamp, rng));
-        update(&mut matcher, &points_of(&scan));
-        truth.push(start.delta_to(pose));
-    };
-    visit(&pose, Pose2::identity(), &mut rng);
-    for corner in corners.iter().chain(&corners) {
-        let to = Point2::new(corner.0, corner.1);
-        loop {
-            let ahead = pose.inverse() * to;
-            let bearing = libm::atan2(ahead.y, ahead.x);
-            let motion = if ahead.coords.norm() < 0.06 {
-                break;
-            } else if bearing.abs() > 0.01 {
-                Pose2::new(0.0, 0.0, bearing.clamp(-0.1, 0.1))
-            } else {
-                Pose2::new(ahead.x.min(0.1), 0.0, 0.0)
-            };
-            pose = pose * motion;
-            visit(&pose, motion, &mut rng);
-        }
+        update(&mut matcher, &points_of(&sees(step.scan)));
+        truth.push(start.delta_to(&step.truth));
     }
     matcher.finish();
     (truth, odometry, matcher)

@@ -1,6 +1,6 @@
 //! What a person changes stays changed: while it is drawn on, drawn anew, saved and pruned.
 
-use super::super::saved::tests::{LAP, drive, feed};
+use super::super::tests::course::{LAP, drive, feed};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
 use crate::geom::Pose2;

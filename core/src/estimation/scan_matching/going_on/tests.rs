@@ -1,6 +1,6 @@
 //! A second run in the map of a first one, from a known and from an unknown place.
 
-use super::super::saved::tests::{LAP, Step, drive, feed};
+use super::super::tests::course::{LAP, Step, drive, feed, points_of, scan_at, update};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
 
@@ -134,15 +134,15 @@ fn what_was_seen_elsewhere_is_never_placed_and_dropped_by_the_next_run() {
     for step in 0..200_u64 {
         let (walls, pose) = hall(Pose2::new(0.02 * step as f64 - 2.0, 0.0, 0.0));
         let stamp = Stamp(200_000 * (step + 1));
-        let scan = super::super::tests::scan_at(&walls, &pose, stamp, &mut rng);
-        let points = super::super::tests::points_of(&scan);
+        let scan = scan_at(&walls, &pose, stamp, &mut rng);
+        let points = points_of(&scan);
         matcher.odometry(&crate::robot::Odometry {
             from: Stamp(200_000 * step),
             to: stamp,
             motion: Pose2::new(0.02, 0.0, 0.0),
             cov: pose_cov(0.005, 0.005),
         });
-        super::super::tests::update(&mut matcher, &points);
+        update(&mut matcher, &points);
     }
     matcher.finish();
     assert!(!matcher.is_placed());

@@ -2,8 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::super::saved::tests::{LAP, Step, drive, feed};
-use super::super::tests::{points_of, scan_at, update};
+use super::super::tests::course::{LAP, Step, drive, feed, points_of, scan_at, update};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
 use crate::geom::{Pose2, Segment};

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::super::saved::tests::{LAP, Step, drive, feed};
+use super::super::tests::course::{LAP, Step, drive, feed};
 use super::*;
 use crate::estimation::{PoseGraph, ScanMatcherConfig, Start};
 
