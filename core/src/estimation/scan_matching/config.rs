@@ -46,6 +46,11 @@ config! {
         pub submap_keyframes: usize = 15,
         /// Keyframes that the next submap takes over from the last. Default 15.
         pub overlap_keyframes: usize = 15,
+        /// A submap ends where the robot is farther than this from where it began, and takes over
+        /// no keyframes from farther away, m. Default 6: more than fifteen keyframes span unless
+        /// scans are far apart, as in a log of which only every metre one was kept. A submap of
+        /// several rooms overlaps too little with one of another way through some of them.
+        pub submap_reach: f64 = 6.0,
         /// When two submaps are one place.
         pub closure: ClosureConfig = ClosureConfig::default(),
         /// Whether loops are closed. Default true.

@@ -36,8 +36,7 @@ impl ScanMatcher {
     /// another.
     pub(super) fn add_keyframe(&mut self, seen: Seen, tracked: &Tracked) {
         self.learn_odometry(tracked);
-        let own = self.submaps.last().map_or(0, |s| s.own_keyframes);
-        if tracked.is_loose || own >= self.config.submap_keyframes {
+        if tracked.is_loose || self.is_submap_full() {
             self.begin_submap(tracked.is_loose);
         }
         let at = self.local.pose;
@@ -47,7 +46,7 @@ impl ScanMatcher {
             submap_from_robot: at,
             surfaces: seen.surfaces,
         });
-        while self.recent.len() > self.config.overlap_keyframes {
+        while self.is_overlap_too_large() {
             self.recent.pop_front();
         }
         self.running_free.mark(keyframe.rays());
@@ -64,6 +63,24 @@ impl ScanMatcher {
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
         }
+    }
+
+    fn is_submap_full(&self) -> bool {
+        let own = self.submaps.last().map_or(0, |s| s.own_keyframes);
+        let way = self.local.pose.position().coords.norm();
+        own >= self.config.submap_keyframes || (own > 0 && way > self.config.submap_reach)
+    }
+
+    /// Whether the next submap would take over more than it may. The last two it always does: they
+    /// hold it to the one before.
+    fn is_overlap_too_large(&self) -> bool {
+        let Some(first) = self.recent.front() else {
+            return false;
+        };
+        let way = first.submap_from_robot.delta_to(&self.local.pose);
+        let is_far = way.position().coords.norm() > self.config.submap_reach;
+        let kept = self.recent.len();
+        kept > self.config.overlap_keyframes || (kept > 2 && is_far)
     }
 
     /// Whether the match fixes how far the robot went ahead.

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use self::course::{LAP, drive_along, points_of, ring, scan_at, update};
+use self::course::{LAP, drive, drive_along, points_of, ring, scan_at, update};
 use super::super::map_quality::MapVerdict;
 use super::super::pose_graph::Edge;
 use super::*;
@@ -80,6 +80,37 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
         let off = estimate.pose.minus(poses.last().unwrap());
         assert!(off.amax() < 1e-12, "{off}");
         assert!(estimate.cov.cholesky().is_some());
+    }
+}
+
+/// As a log of key frames has it: submaps of fifteen of them would span two corridors each.
+#[test]
+fn where_scans_are_a_metre_apart_submaps_end_sooner() {
+    let config = ScanMatcherConfig::default();
+    let mut matcher = ScanMatcher::new(config).unwrap();
+    let start = Pose2::new(-5.0, -4.0, 0.0);
+    let mut truth = vec![];
+    for steps in drive(&[LAP, LAP].concat(), start, 4).chunks(10) {
+        for step in steps {
+            matcher.odometry(&step.odometry);
+        }
+        let last = steps.last().unwrap();
+        update(&mut matcher, &points_of(&last.scan));
+        truth.push(start.delta_to(&last.truth));
+    }
+    matcher.finish();
+    for (_, submap, submap_from_robot) in matcher.scans_in_submaps() {
+        let way = submap_from_robot.position().coords.norm();
+        // The scan that is too far begins the next.
+        assert!(way < config.submap_reach + 1.1, "{submap}: {way}");
+    }
+    let keyframes = matcher.submaps().map(|s| s.keyframes);
+    let most = keyframes.max().unwrap();
+    assert!((4..config.submap_keyframes).contains(&most), "{most}");
+    assert!(matcher.loop_closures() > 0);
+    for ((_, found), truth) in matcher.trajectory().zip(&truth) {
+        let off = found.minus(truth);
+        assert!(off.xy().norm() < 0.15, "{off}");
     }
 }
 
