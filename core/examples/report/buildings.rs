@@ -7,8 +7,8 @@
 //!    bursts; with wheels that are larger than believed and unequal; and Intel with 11 beams of 5 m
 //!    ([`damage`]). A relation counts only where both of its scans are left, and those that are
 //!    left may be harder or easier than the rest: of CSAIL's 1172, 27 are left by every third scan,
-//!    over which the whole log's error is half as large again as over all. So the whole log is
-//!    held against a damaged one over the same relations.
+//!    and the whole log errs more over those than over all. So the whole log is held against
+//!    a damaged one over the same relations.
 //! 3. Two logs of which only every metre a scan was kept, against a reference trajectory at its
 //!    revisits: mean shift, and the part that is off by more than half a metre.
 //! 4. Intel in how many times real time, and its slow scans: processor time, reading included. The

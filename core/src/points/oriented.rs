@@ -182,40 +182,23 @@ impl Scatter {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
     use super::*;
-    use crate::geom::{Pose2, sin_cos};
-    use crate::points::PointConfig;
-    use crate::points::fixture::scan_of_hits;
-    use crate::robot::{Scan, Stamp};
+    use crate::geom::{Pose2, Segment, sin_cos, unit_vector};
+    use crate::points::fixture::{look_along, scan_of_hits};
 
     /// 180 beams from the origin at a wall x cos a + y sin a = 2, hit where nearer than 8 m.
     fn wall(a: f64) -> Points {
-        let bearings: Vec<f64> = (0..180)
-            .map(|i| (f64::from(i) - 90.0).to_radians())
-            .collect();
-        let ranges = bearings
-            .iter()
-            .map(|b| {
-                let range = 2.0 / libm::cos(b - a);
-                if (0.0..8.0).contains(&range) {
-                    range as f32
-                } else {
-                    f32::INFINITY
-                }
-            })
-            .collect::<Vec<_>>();
-        let scan = Scan {
-            stamp: Stamp(0),
-            robot_from_sensor: Pose2::identity(),
-            sigmas: vec![0.01; bearings.len()],
+        let bearings = (0..180).map(|degree| (f64::from(degree) - 90.0).to_radians());
+        let (normal, along) = (unit_vector(a), unit_vector(a + FRAC_PI_2));
+        let [left, right] = [20.0, -20.0].map(|far| Point2::from(2.0 * normal + far * along));
+        look_along(
             bearings,
-            ranges,
-            bearing_sigma: 0.0,
-            max_range: 20.0,
-            sweep: 0.0,
-            qualities: vec![],
-        };
-        Points::from_scan(&scan, &Pose2::identity(), &PointConfig::default())
+            &[Segment::new(left, right)],
+            &Pose2::identity(),
+            8.0,
+        )
     }
 
     #[test]

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Point2};
 
 use super::*;
 use crate::geom::Segment;
-use crate::points::fixture::look;
+use crate::points::fixture::look_along;
 use crate::robot::Stamp;
 
 /// Both faces of walls along a closed ring.
@@ -34,7 +34,8 @@ fn even() -> Vec<Segment> {
 }
 
 fn seen_from(at: &Pose2, walls: &[Segment]) -> Points {
-    look(walls, at, 20.0)
+    let bearings = (0..180).map(|beam_idx| 0.035 * f64::from(beam_idx));
+    look_along(bearings, walls, at, 20.0)
 }
 
 fn moved(motion: Pose2) -> Odometry {

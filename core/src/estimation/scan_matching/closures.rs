@@ -10,10 +10,10 @@
 //!    pose.
 //! 3. The proof that is asked for grows with the number of places that were searched: by chance
 //!    something fits somewhere.
-//!    What is believed all the same and is not followed by the graph, since the way and other
-//!    closures hold the map elsewhere, waits again.
 //! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
 //!    the building looks alike there, and what comes next decides.
+//! 5. What is believed and then not followed by the graph, since the way and other closures hold
+//!    the map elsewhere, waits again.
 //!
 //! Source of step 2: Mangelson et al. (2018), "Pairwise consistent measurement set maximization for
 //! robust multi-robot map merging".

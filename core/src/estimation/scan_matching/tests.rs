@@ -10,8 +10,9 @@ use self::course::{LAP, drive, drive_along, points_of, ring, scan_at, update};
 use super::super::map_quality::MapVerdict;
 use super::super::pose_graph::Edge;
 use super::*;
-use crate::geom::{Segment, sin_cos, wrap};
+use crate::geom::{Segment, unit_vector, wrap};
 use crate::map::CellState;
+use crate::points::fixture::range_to;
 use crate::points::{MotionHistory, PointConfig};
 use crate::robot::Scan;
 
@@ -343,12 +344,7 @@ fn sweep_of(walls: &[Segment], begin: &Pose2, motion: &Pose2, stamp: Stamp) -> S
     let bearings: Vec<f64> = (0..360).map(|i| f64::from(i).to_radians()).collect();
     let range = |(i, &bearing): (usize, &f64)| {
         let pose = *begin * motion.fraction(i as f64 / 359.0);
-        let (sin, cos) = sin_cos(pose.heading() + bearing);
-        let direction = nalgebra::Vector2::new(cos, sin);
-        let hits = walls
-            .iter()
-            .filter_map(|w| w.hit_by_ray(pose.position(), direction));
-        hits.fold(f64::INFINITY, f64::min) as f32
+        range_to(walls, &pose, unit_vector(bearing)) as f32
     };
     Scan {
         stamp,

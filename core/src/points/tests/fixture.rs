@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 
 use super::{Beam, Points};
-use crate::geom::{Pose2, Segment, sin_cos};
+use crate::geom::{Pose2, Segment, unit_vector};
 use crate::robot::Stamp;
 
 /// A beam from one place of the robot frame to another.
@@ -81,9 +81,19 @@ pub(crate) fn range_to(
 /// Beams all round, 360 of them, the first one ahead: each ends at a wall, or at `max_range` (m)
 /// where none is nearer.
 pub(crate) fn look(walls: &[Segment], world_from_robot: &Pose2, max_range: f64) -> Points {
-    scan_of((0..360).map(|beam_idx| {
-        let (sin, cos) = sin_cos(TAU * beam_idx as f64 / 360.0);
-        let direction = Vector2::new(cos, sin);
+    let bearings = (0..360).map(|beam_idx| TAU * f64::from(beam_idx) / 360.0);
+    look_along(bearings, walls, world_from_robot, max_range)
+}
+
+/// The same along these bearings, robot frame, rad.
+pub(crate) fn look_along(
+    bearings: impl Iterator<Item = f64>,
+    walls: &[Segment],
+    world_from_robot: &Pose2,
+    max_range: f64,
+) -> Points {
+    scan_of(bearings.enumerate().map(|(beam_idx, bearing)| {
+        let direction = unit_vector(bearing);
         let range = range_to(walls, world_from_robot, direction);
         beam_along(beam_idx, direction, range.min(max_range), range < max_range)
     }))
