@@ -15,8 +15,7 @@
 //!    took over is drawn as the one before has it, so it is not asked about anything else then.
 //! 4. One witness may be furniture that was moved, a glass door, or a turn that was mended at once.
 //!    Several at one place that say the same are a tear (`tears`), but for those of one submap that
-//!    agrees with all else. Scans that were shifted are one
-//!    by themselves: no furniture moves them.
+//!    agrees with all else. Scans that were shifted are one by themselves: no furniture moves them.
 //! 5. Parts of the way that no loop holds to one another are as far off as the way between them may
 //!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
 //!

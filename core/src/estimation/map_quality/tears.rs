@@ -60,8 +60,11 @@ pub(super) fn gather(
     }
     let lies_right = |submap: usize| agreements[submap].is_some_and(|part| part >= LIES_RIGHT);
     groups.retain(|group| {
-        let is_end_of_all =
-            |&submap: &usize| group.iter().all(|witness| witness.submaps.contains(&submap));
+        let is_end_of_all = |&submap: &usize| {
+            group
+                .iter()
+                .all(|witness| witness.submaps.contains(&submap))
+        };
         let mut shared = group[0].submaps.into_iter().filter(is_end_of_all);
         let is_of_one = shared.any(lies_right);
         let is_proof = group.iter().any(|witness| witness.is_proof);
