@@ -45,10 +45,8 @@ const MATCH_TURN: f64 = 0.004;
 const FIRST_NOISE: f64 = 10.0;
 /// The part that a new error has in what is known of the noise.
 const NOISE_GAIN: f64 = 0.03;
-/// Noise is never believed smaller than by these factors: the covariance that comes with odometry
-/// knows of no slip aside. Nor larger than by the last.
-const LEAST_NOISE: [f64; 3] = [0.1, 3.0, 0.1];
-const MOST_NOISE: f64 = 30.0;
+/// Noise is never believed smaller or larger than by these factors.
+const NOISE_BOUNDS: [f64; 2] = [0.1, 30.0];
 /// What is not known of the bias counts as if each motion were one of so many metres with the same
 /// bias. That is much for a short way: a prior that is held to be exact, and is not, harms every
 /// match, and one that is held to be loose harms none that sees walls.
@@ -241,9 +239,9 @@ impl OdometryModel {
             noise[(axis, axis)] *= ratio.max(1.0);
             if own[axis] > match_variance[axis] * 0.1 {
                 let factor = ratio * expected - match_variance[axis] - known[(axis, axis)];
-                let factor = (factor / own[axis]).clamp(0.0, MOST_NOISE);
+                let factor = (factor / own[axis]).clamp(0.0, NOISE_BOUNDS[1]);
                 self.noise[axis] = (self.noise[axis] + NOISE_GAIN * (factor - self.noise[axis]))
-                    .clamp(LEAST_NOISE[axis], MOST_NOISE);
+                    .clamp(NOISE_BOUNDS[0], NOISE_BOUNDS[1]);
             }
         }
         let Some(inverse) = (known + noise).try_inverse() else {
@@ -382,9 +380,8 @@ mod tests {
             for (odometry, matched) in drives([0.0; 6], sigma, 7) {
                 model.learn(&odometry, &matched, [true; 2]);
             }
-            for (noise, least) in model.noise.into_iter().zip(LEAST_NOISE) {
+            for noise in model.noise {
                 // The newest thirty or so count.
-                let factor = f64::max(factor, least);
                 assert!(
                     noise > 0.4 * factor && noise < 2.2 * factor,
                     "{noise} {factor}"
