@@ -129,15 +129,14 @@ fn with_others(
 #[test]
 fn what_a_submap_did_not_see_its_surroundings_prove_or_contradict() {
     let new = submap(&ROOM, MIDDLE);
-    // Too little for itself: three of the walls, and nothing was seen of the rest.
-    let old = submap(&[ROOM[0], ROOM[1], ROOM[6]], MIDDLE);
+    // Three of the walls, and others that the new one does not know; where nothing stands was not
+    // seen.
+    let of_old = submap(&[ROOM[0], ROOM[1], ROOM[6], [8.0, -6.0, 8.0, 6.0]], MIDDLE);
+    let old = closed(of_old.surfels, &[]);
     let rest = submap(&ROOM[2..6], MIDDLE);
     let (alone, with_rest) = with_others(&old, &new, &[&rest]);
-    let larger = with_rest.proof() - alone.proof();
-    assert!(
-        with_rest.overlap > 0.95 && larger > 0.1,
-        "{alone:?} {with_rest:?}"
-    );
+    assert!(alone.overlap < 0.7 && with_rest.overlap > 0.95, "{alone:?}");
+    assert!(with_rest.proof() > alone.proof() + 0.5, "{with_rest:?}");
     // Somebody saw through where the walls of the new one stand.
     let wider = submap(
         &[
