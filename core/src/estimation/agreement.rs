@@ -49,18 +49,6 @@ pub(super) fn says(
     }
 }
 
-impl Says {
-    /// What two maps say together: a point that stands on a wall of one is not doubted by the
-    /// other.
-    pub(super) fn or(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Agrees, _) | (_, Self::Agrees) => Self::Agrees,
-            (Self::Contradicts, _) | (_, Self::Contradicts) => Self::Contradicts,
-            (Self::Nothing, Self::Nothing) => Self::Nothing,
-        }
-    }
-}
-
 /// How many points agree with a map, contradict it, or say nothing of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Agreement {

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
-use super::agreement::{Agreement, Says, says};
+use super::agreement::Agreement;
 use super::facing::Facing;
 use super::free_space::FreeSpace;
 use super::pose_graph::information_at_end;
@@ -111,7 +111,7 @@ impl ClosureConfig {
     }
 }
 
-pub(super) use self::index::{Index, Indexed, Indexes};
+pub(super) use self::index::{Indexed, Indexes};
 pub(super) use self::overlap::{Laid, Said};
 
 /// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
@@ -144,42 +144,13 @@ pub(super) struct Closure {
     pub(super) information: Matrix3<f64>,
     /// Whether it had to be searched for.
     pub(super) is_searched: bool,
-    /// The part of the surfels of either that lies on those of the other, the larger one; of the
-    /// new one also on those of the other's surroundings.
+    /// The part of the surfels of either that lies on those of the other, the larger one.
     pub(super) overlap: f64,
     /// Of what is compared, the part that agrees.
     pub(super) part: f64,
 }
 
 impl Closure {
-    /// The same with what the surroundings of the old submap say: it was seen from another place
-    /// than the new one, and may show little of it, where others show the rest. `maps` are submaps
-    /// with their places in the old one, that itself among them.
-    pub(super) fn with_surroundings(
-        self,
-        new: &ClosedSubmap,
-        maps: &[(Pose2, Indexed<'_>)],
-    ) -> Self {
-        let points = new.points();
-        let placed = maps.iter().map(|(old_from_map, map)| {
-            let map_from_new = old_from_map.inverse() * self.motion;
-            (map_from_new, map)
-        });
-        let placed: Vec<(Pose2, &Indexed<'_>)> = placed.collect();
-        let said = points.iter().map(|point| {
-            let by = |(pose, map): &(Pose2, &Indexed<'_>)| {
-                says(point, pose, map.map(), &map.submap.free)
-            };
-            placed.iter().map(by).fold(Says::Nothing, Says::or)
-        });
-        let said = Agreement::sum(said);
-        Self {
-            overlap: self.overlap.max(said.overlap()),
-            part: self.part.min(said.part()),
-            ..self
-        }
-    }
-
     /// What it proves by itself.
     pub(super) fn proof(&self) -> f64 {
         let [none, one] = PROVES_OVERLAP;

@@ -7,24 +7,17 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
-use super::super::submap::{Closure, Doubt, Index, Indexed, REACH};
-use super::closures::{Candidate, Ways, places_proof};
+use super::super::submap::{Doubt, Indexed};
+use super::closures::{Candidate, Ways};
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
 use crate::geom::{Pose2, pose_cov};
 
-/// The surroundings of a submap are others that lie in it known to this, m, and to this part of what
-/// is known of the submap that is placed, ...
-const SURROUNDINGS_DOUBT: f64 = 0.2;
-const SURROUNDINGS_PART: f64 = 0.3;
-/// ... at most so many.
-const MOST_SURROUNDINGS: usize = 6;
 /// After one optimisation, so often at most closures are taken out.
 const MOST_REVOCATIONS: usize = 8;
 
@@ -104,12 +97,9 @@ impl ScanMatcher {
         let b = Indexed::new(&b.closed, &indexes[0], surfels);
         let a = Indexed::new(&a.closed, &indexes[1], surfels);
         let (matching, closure) = (&self.config.matching, &self.config.closure);
+        let found = a.find(&b, &guess, &doubts[old], matching, closure);
+        let Some(closure) = found else { return };
         let doubt = doubts[old];
-        let found = a.find(&b, &guess, &doubt, matching, closure);
-        let Some(mut closure) = found else { return };
-        if closure.is_searched && closure.proof() < places_proof(&doubt) {
-            closure = self.with_surroundings(closure, old, new, &doubt);
-        }
         let candidate = Candidate {
             old,
             new,
@@ -122,47 +112,6 @@ impl ScanMatcher {
         } else {
             self.believe(&candidate);
         }
-    }
-
-    /// A placement with what the surroundings of submap `old` say of it: the submaps that show the
-    /// place, and lie in it far better known than submap `new` does.
-    fn with_surroundings(
-        &mut self,
-        closure: Closure,
-        old: usize,
-        new: usize,
-        doubt: &Doubt,
-    ) -> Closure {
-        let most = SURROUNDINGS_DOUBT.min(SURROUNDINGS_PART * doubt.shift);
-        let this = &self.submaps[new].closed;
-        let map_from_old = self.submaps[old].map_from_submap;
-        let centre = map_from_old * (closure.motion * this.centre);
-        let near = self.doubts(old).into_iter().enumerate().take(new);
-        let mut near: Vec<(f64, usize)> = near
-            .filter(|(submap, known)| *submap != old && known.shift <= most)
-            .map(|(submap, _)| {
-                let other = &self.submaps[submap];
-                let away = (other.map_from_submap * other.closed.centre - centre).norm();
-                (away - REACH * (other.closed.radius + this.radius), submap)
-            })
-            .filter(|(apart, _)| *apart < 0.0)
-            .collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let all = std::iter::once(old).chain(near.into_iter().map(|(_, submap)| submap));
-        let indexes: Vec<(usize, Arc<Index>)> = all
-            .take(1 + MOST_SURROUNDINGS)
-            .map(|submap| (submap, self.indexes.of(submap, new)))
-            .collect();
-        let laid: Vec<(Pose2, Indexed<'_>)> = indexes
-            .iter()
-            .map(|(submap, index)| {
-                let other = &self.submaps[*submap];
-                let old_from_other = map_from_old.delta_to(&other.map_from_submap);
-                let indexed = Indexed::new(&other.closed, index, &self.config.surfels);
-                (old_from_other, indexed)
-            })
-            .collect();
-        closure.with_surroundings(&self.submaps[new].closed, &laid)
     }
 
     /// Believes the placements that are proved by now.

@@ -102,59 +102,6 @@ fn the_same_room_is_found_where_it_is_from_near_and_from_far() {
     }
 }
 
-/// A placement of `new` in `old` where both lie alike, alone and with what `others` say, which do
-/// as well.
-fn with_others(
-    old: &ClosedSubmap,
-    new: &ClosedSubmap,
-    others: &[&ClosedSubmap],
-) -> (Closure, Closure) {
-    let doubt = Doubt {
-        shift: 0.8,
-        turn: 0.15,
-    };
-    let alone = find(old, new, &Pose2::new(0.4, -0.3, 0.1), doubt).unwrap();
-    let surfels = SurfelConfig::default();
-    let maps: Vec<(&ClosedSubmap, Index)> = std::iter::once(&old)
-        .chain(others)
-        .map(|map| (*map, Index::default()))
-        .collect();
-    let laid: Vec<(Pose2, Indexed<'_>)> = maps
-        .iter()
-        .map(|(map, index)| (Pose2::identity(), Indexed::new(map, index, &surfels)))
-        .collect();
-    (alone, alone.with_surroundings(new, &laid))
-}
-
-#[test]
-fn what_a_submap_did_not_see_its_surroundings_prove_or_contradict() {
-    let new = submap(&ROOM, MIDDLE);
-    // Three of the walls, and others that the new one does not know; where nothing stands was not
-    // seen.
-    let of_old = submap(&[ROOM[0], ROOM[1], ROOM[6], [8.0, -6.0, 8.0, 6.0]], MIDDLE);
-    let old = closed(of_old.surfels, &[]);
-    let rest = submap(&ROOM[2..6], MIDDLE);
-    let (alone, with_rest) = with_others(&old, &new, &[&rest]);
-    assert!(alone.overlap < 0.7 && with_rest.overlap > 0.95, "{alone:?}");
-    assert!(with_rest.proof() > alone.proof() + 0.5, "{with_rest:?}");
-    // Somebody saw through where the walls of the new one stand.
-    let wider = submap(
-        &[
-            [-6.0, -5.0, 6.0, -5.0],
-            [6.0, -5.0, 6.0, 5.0],
-            [6.0, 5.0, -6.0, 5.0],
-        ],
-        MIDDLE,
-    );
-    let (alone, with_wider) = with_others(&old, &new, &[&wider]);
-    assert!(
-        with_wider.part < 0.9 && with_wider.proof() < alone.proof(),
-        "{with_wider:?}"
-    );
-    let (alone, with_none) = with_others(&old, &new, &[]);
-    assert_eq!(alone.proof(), with_none.proof());
-}
-
 #[test]
 fn walls_where_the_other_looked_through_speak_against_it() {
     let old = submap(&ROOM, MIDDLE);
