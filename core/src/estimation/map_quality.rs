@@ -14,8 +14,8 @@
 //!    is the only one where a long corridor agrees with itself wherever it lies. What the next one
 //!    took over is drawn as the one before has it, so it is not asked about anything else then.
 //! 4. One witness may be furniture that was moved, a glass door, or a turn that was mended at once.
-//!    Several at one place that say the same are a tear (`tears`), but for those of one submap that
-//!    agrees with all else. Scans that were shifted are one by themselves: no furniture moves them.
+//!    Several at one place that say the same are a tear (`tears`). Scans that were shifted are one
+//!    by themselves: no furniture moves them.
 //! 5. Parts of the way that no loop holds to one another are as far off as the way between them may
 //!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
 //!
@@ -235,7 +235,7 @@ impl MapQuality {
             .filter(|pair| !pair.submaps.iter().any(is_misled))
             .filter_map(|pair| pair.witness(placed, &agreements));
         let of_ways = parted.iter().filter_map(|parted| parted.witness(placed));
-        let mut tears = gather(of_ways.chain(of_pairs), placed, &agreements);
+        let mut tears = gather(of_ways.chain(of_pairs), placed);
         tears.extend(untied.iter().filter_map(|untied| untied.tear(placed)));
         tears.sort_by(|a, b| severity(b).total_cmp(&severity(a)));
         let is_torn = |tear: &Tear| tear.kind != TearKind::Unproven;

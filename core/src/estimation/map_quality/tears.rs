@@ -2,9 +2,7 @@
 //!
 //! Witnesses are put together that stand near to one another in the map and would move its parts
 //! the same way: two pieces of furniture do not agree on that, two sides of a tear do. One alone is
-//! not heard, unless nothing else explains it; nor are several that one submap is the end of, if
-//! that agrees with most of what else was seen of its place: then it is bent, or saw something that
-//! was not there again.
+//! not heard, unless nothing else explains it.
 
 use nalgebra::{Point2, Vector2};
 
@@ -15,8 +13,6 @@ use crate::robot::Stamp;
 const ONE_PLACE: f64 = 5.0;
 /// So many are heard.
 const LEAST_WITNESSES: usize = 2;
-/// A submap with which this part agrees, of all that is said of it, lies where it belongs.
-const LIES_RIGHT: f64 = 0.8;
 
 /// A pair of submaps that does not agree.
 #[derive(Clone, Copy, Debug)]
@@ -44,12 +40,8 @@ impl Witness {
     }
 }
 
-/// The tears that enough of them bear witness to. `agreements` are those of the submaps.
-pub(super) fn gather(
-    witnesses: impl Iterator<Item = Witness>,
-    placed: &[Placed<'_>],
-    agreements: &[Option<f64>],
-) -> Vec<Tear> {
+/// The tears that enough of them bear witness to.
+pub(super) fn gather(witnesses: impl Iterator<Item = Witness>, placed: &[Placed<'_>]) -> Vec<Tear> {
     let mut groups: Vec<Vec<Witness>> = vec![];
     for witness in witnesses {
         let says_the_same = |group: &&mut Vec<Witness>| witness.says_the_same(&group[0]);
@@ -58,17 +50,8 @@ pub(super) fn gather(
             None => groups.push(vec![witness]),
         }
     }
-    let lies_right = |submap: usize| agreements[submap].is_some_and(|part| part >= LIES_RIGHT);
     groups.retain(|group| {
-        let is_end_of_all = |&submap: &usize| {
-            group
-                .iter()
-                .all(|witness| witness.submaps.contains(&submap))
-        };
-        let mut shared = group[0].submaps.into_iter().filter(is_end_of_all);
-        let is_of_one = shared.any(lies_right);
-        let is_proof = group.iter().any(|witness| witness.is_proof);
-        is_proof || (group.len() >= LEAST_WITNESSES && !is_of_one)
+        group.len() >= LEAST_WITNESSES || group.iter().any(|witness| witness.is_proof)
     });
     groups
         .iter()

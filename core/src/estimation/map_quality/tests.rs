@@ -216,38 +216,6 @@ fn what_a_submap_took_over_wrong_is_not_held_against_the_map() {
 }
 
 #[test]
-fn a_submap_that_agrees_with_most_of_the_map_tears_it_by_no_part_of_its_own() {
-    let witness = |submaps| Witness {
-        submaps,
-        place: Point2::origin(),
-        off: Some(0.8),
-        direction: Some(Vector2::new(0.8, 0.0)),
-        is_proof: false,
-    };
-    let begun = Pose2::identity();
-    let room = seen(&ROOM, &begun);
-    let placed: Vec<Placed<'_>> = (0..6)
-        .map(|minute| Placed {
-            submap: &room,
-            map_from_submap: begun,
-            seen: [minute, minute + 1].map(|minute| Stamp(minute * 60_000_000)),
-        })
-        .collect();
-    let torn = |pairs: &[[usize; 2]], of_third: f64| {
-        let mut agreements = vec![Some(0.9); 6];
-        agreements[3] = Some(of_third);
-        let witnesses = pairs.iter().copied().map(witness);
-        !gather(witnesses, &placed, &agreements).is_empty()
-    };
-    // All tell of the third.
-    assert!(!torn(&[[0, 3], [3, 5]], 0.9));
-    // It lies wrong by all that is said of it.
-    assert!(torn(&[[0, 3], [3, 5]], 0.3));
-    // Others tell the same.
-    assert!(torn(&[[0, 3], [1, 4]], 0.9));
-}
-
-#[test]
 fn witnesses_that_would_move_the_map_elsewhere_are_not_put_together() {
     let begun = Pose2::new(0.8, -0.5, 0.7);
     let at = |x: f64, y: f64| (seen(&ROOM, &begun), Pose2::new(x, y, 0.0) * begun);
