@@ -14,8 +14,8 @@ use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
 use crate::registration::Verdict;
 
-/// Cosine between the way ahead and a degenerate direction, below which the way ahead is seen.
-const SEES_WAY: f64 = 0.3;
+/// Cosine between a direction and a degenerate one, below which the former is seen.
+const SEES: f64 = 0.3;
 
 impl ScanMatcher {
     /// Where little of the scan is known already, as behind a door, the map must grow sooner.
@@ -83,12 +83,14 @@ impl ScanMatcher {
         kept > self.config.overlap_keyframes || (kept > 2 && is_far)
     }
 
-    /// Whether the match fixes how far the robot went ahead.
-    fn sees_way(&self, tracked: &Tracked) -> bool {
-        let ahead = self.local.pose.rotate(Vector2::x());
-        tracked.found.is_some_and(|found| match found.verdict {
-            Verdict::Degenerate { direction } => direction.dot(&ahead).abs() < SEES_WAY,
-            _ => true,
+    /// Whether the match fixes how far the robot went ahead, and how far aside.
+    fn sees(&self, tracked: &Tracked) -> [bool; 2] {
+        [Vector2::x(), Vector2::y()].map(|axis| {
+            let axis = self.local.pose.rotate(axis);
+            tracked.found.is_some_and(|found| match found.verdict {
+                Verdict::Degenerate { direction } => direction.dot(&axis).abs() < SEES,
+                _ => true,
+            })
         })
     }
 
@@ -96,8 +98,8 @@ impl ScanMatcher {
         let to_here = |last: Pose2| last.delta_to(&self.local.pose);
         let matched = self.last_keyframe.map(to_here);
         let is_sure = tracked.is_sure && !tracked.is_loose;
-        let sees_way = self.sees_way(tracked);
-        self.motion.keyframe(matched, is_sure, sees_way);
+        let sees = self.sees(tracked);
+        self.motion.keyframe(matched, is_sure, sees);
     }
 
     /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.

@@ -4,28 +4,37 @@
 //! taken out, and with a covariance as large as its errors really are.
 //!
 //! 1. Wheels err by a bias: the way by a part of itself, the turn by a part of itself and by
-//!    something for each metre (unequal wheels). The three are a state that wanders slowly, and a
-//!    Kalman filter follows it.
+//!    something for each metre (unequal wheels). And a sensor that is turned on the robot by a
+//!    little more than is said makes the robot seem to go askew: odometry pulls each match aside,
+//!    and the heading with it, so that key frames a metre apart bend the way by a fifth of a degree
+//!    a metre for a sensor turned by one. The four are a state that wanders slowly, and a Kalman
+//!    filter follows it.
 //! 2. What the bias leaves is noise: the covariance that comes with the odometry is scaled until it
 //!    explains the errors. Noise alone would explain a bias as well, but not help along a corridor,
 //!    where nothing but the wheels tells how far the robot went.
 //!
 //! Source of the model: Borenstein & Feng (1996), "Measurement and correction of systematic
-//! odometry errors in mobile robots".
+//! odometry errors in mobile robots"; Censi et al. (2013), "Simultaneous calibration of odometry
+//! and sensor parameters for mobile robots".
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix3x4, Matrix4, Rotation2, Vector3, Vector4};
 
-use crate::geom::{Pose2, symmetrize};
+use crate::geom::{Pose2, symmetrize, wrap};
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
 
-/// What is known beforehand of the bias: of the way, 1; of the turn for each metre, rad/m; of the
-/// turn, 1.
-const FIRST_SIGMAS: [f64; 3] = [0.05, 0.05, 0.1];
+/// The biases: of the way, 1; of the turn for each metre, rad/m; of the turn, 1; and the angle by
+/// which the robot goes askew, rad.
+const WAY: usize = 0;
+const BEND: usize = 1;
+const TURN: usize = 2;
+const ASKEW: usize = 3;
+/// What is known of them beforehand.
+const FIRST_SIGMAS: [f64; 4] = [0.05, 0.05, 0.1, 0.02];
 /// How far each wanders with every keyframe.
-const WANDER: [f64; 3] = [0.001, 0.001, 0.002];
+const WANDER: [f64; 4] = [0.001, 0.001, 0.002, 0.0002];
 /// What a match is known to at each end, m and rad.
 const MATCH_SHIFT: f64 = 0.015;
 const MATCH_TURN: f64 = 0.004;
@@ -39,6 +48,8 @@ const NOISE_BOUNDS: [f64; 2] = [0.1, 30.0];
 /// bias. That is much for a short way: a prior that is held to be exact, and is not, harms every
 /// match, and one that is held to be loose harms none that sees walls.
 const BIAS_LENGTH: f64 = 20.0;
+/// The variance of a direction that a match does not see, m²: it says nothing.
+const UNSEEN: f64 = 1e6;
 /// An error of more than this many standard deviations is that of a slip, or of a match.
 const MOST_SIGMAS: f64 = 4.0;
 
@@ -115,15 +126,15 @@ impl Motion {
     }
 
     /// A scan becomes a keyframe, so far from the last one by the matches. Odometry is learned from
-    /// it where both are sure; `sees_way` says whether the match fixes the way ahead.
-    pub(super) fn keyframe(&mut self, matched: Option<Pose2>, is_sure: bool, sees_way: bool) {
+    /// it where both are sure; `sees` says whether the match fixes the way ahead, and that aside.
+    pub(super) fn keyframe(&mut self, matched: Option<Pose2>, is_sure: bool, sees: [bool; 2]) {
         let was_sure = std::mem::replace(&mut self.keyframe_is_sure, is_sure);
         let odometry = self.since_keyframe.take();
         if let (Some(odometry), Some(matched)) = (odometry, matched)
             && was_sure
             && is_sure
         {
-            self.model.learn(&odometry, &matched, sees_way);
+            self.model.learn(&odometry, &matched, sees);
         }
     }
 }
@@ -131,8 +142,8 @@ impl Motion {
 /// What is known of the errors of odometry.
 #[derive(Clone, Debug)]
 pub(super) struct OdometryModel {
-    bias: Vector3<f64>,
-    cov: Matrix3<f64>,
+    bias: Vector4<f64>,
+    cov: Matrix4<f64>,
     /// Factors on the variance of the way and of the turn.
     noise: [f64; 2],
     /// How often it was grossly wrong.
@@ -141,10 +152,10 @@ pub(super) struct OdometryModel {
 
 impl Default for OdometryModel {
     fn default() -> Self {
-        let variances = Vector3::from(FIRST_SIGMAS).map(|s| s * s);
+        let variances = Vector4::from(FIRST_SIGMAS).map(|s| s * s);
         Self {
-            bias: Vector3::zeros(),
-            cov: Matrix3::from_diagonal(&variances),
+            bias: Vector4::zeros(),
+            cov: Matrix4::from_diagonal(&variances),
             noise: [FIRST_NOISE; 2],
             slips: FIRST_SLIPS,
         }
@@ -152,25 +163,30 @@ impl Default for OdometryModel {
 }
 
 impl OdometryModel {
+    /// The motion without its bias. What it turns more than it says it turns all along the way,
+    /// which ends half as much askew.
+    fn unbiased(&self, raw: &Pose2) -> Pose2 {
+        let more = raw.heading() * self.bias[TURN] + raw.x() * self.bias[BEND];
+        let askew = Rotation2::new(self.bias[ASKEW] + 0.5 * more);
+        let shift = askew * raw.position().coords * (1.0 + self.bias[WAY]);
+        Pose2::new(shift.x, shift.y, raw.heading() + more)
+    }
+
     /// The odometry without its bias, with the covariance of its errors.
     fn corrected(&self, odometry: &Odometry) -> Odometry {
         let raw = &odometry.motion;
-        let (way, turn) = (raw.x(), raw.heading());
         let [shift, angle] = self.noise;
         let scale = Matrix3::from_diagonal(&Vector3::new(shift.sqrt(), shift.sqrt(), angle.sqrt()));
         let mut cov = scale * odometry.cov * scale;
-        let length = raw.position().coords.norm();
-        let squares = length * BIAS_LENGTH;
-        cov[(0, 0)] += self.cov[(0, 0)] * squares;
-        cov[(2, 2)] += self.cov[(1, 1)] * squares + self.cov[(2, 2)] * turn * turn;
+        let squares = raw.position().coords.norm() * BIAS_LENGTH;
+        let turns = raw.heading() * raw.heading();
+        let known = |bias: usize| self.cov[(bias, bias)];
+        cov[(0, 0)] += known(WAY) * squares;
+        cov[(1, 1)] += known(ASKEW) * squares;
+        cov[(2, 2)] += known(BEND) * squares + known(TURN) * turns;
         symmetrize(&mut cov);
-        let stretched = 1.0 + self.bias.x;
         Odometry {
-            motion: Pose2::new(
-                raw.x() * stretched,
-                raw.y() * stretched,
-                turn * (1.0 + self.bias.z) + self.bias.y * way,
-            ),
+            motion: self.unbiased(raw),
             cov,
             ..*odometry
         }
@@ -187,42 +203,43 @@ impl OdometryModel {
         self.slips += SLIP_GAIN * (f64::from(!right) - self.slips);
     }
 
-    /// Learns from odometry that should have been `matched`. Where the match says nothing of the
-    /// way ahead, `sees_way` is false.
-    pub(super) fn learn(&mut self, odometry: &Odometry, matched: &Pose2, sees_way: bool) {
-        let raw = &odometry.motion;
-        let (way, turn) = (raw.x(), raw.heading());
+    /// Learns from odometry that should have been `matched`. `sees` says whether the match fixes
+    /// the way ahead, and that aside.
+    pub(super) fn learn(&mut self, odometry: &Odometry, matched: &Pose2, sees: [bool; 2]) {
         for (axis, wander) in WANDER.into_iter().enumerate() {
             self.cov[(axis, axis)] = (self.cov[(axis, axis)] + wander * wander)
                 .min(FIRST_SIGMAS[axis] * FIRST_SIGMAS[axis]);
         }
-        let error = Vector2::new(
-            matched.x() - raw.x() * (1.0 + self.bias.x),
-            matched.heading() - turn * (1.0 + self.bias.z) - way * self.bias.y,
+        let raw = &odometry.motion;
+        let expected = self.unbiased(raw);
+        let error = Vector3::new(
+            matched.x() - expected.x(),
+            matched.y() - expected.y(),
+            wrap(matched.heading() - expected.heading()),
         );
-        let by_bias = Matrix2x3::new(way, 0.0, 0.0, 0.0, way, turn);
-        let own = Vector2::new(odometry.cov[(0, 0)], odometry.cov[(2, 2)]);
-        let match_variance = Vector2::new(
-            2.0 * MATCH_SHIFT * MATCH_SHIFT,
-            2.0 * MATCH_TURN * MATCH_TURN,
-        );
+        let by_bias = by_bias(raw);
+        let own = odometry.cov.diagonal();
+        let match_variance =
+            Vector3::new(MATCH_SHIFT, MATCH_SHIFT, MATCH_TURN).map(|sigma| 2.0 * sigma * sigma);
         let known = by_bias * self.cov * by_bias.transpose();
-        let mut noise = Matrix2::zeros();
-        for axis in 0..2 {
-            noise[(axis, axis)] = self.noise[axis] * own[axis] + match_variance[axis];
-            let expected = noise[(axis, axis)] + known[(axis, axis)];
-            let square = error[axis] * error[axis];
-            if axis == 0 && !sees_way {
-                noise[(0, 0)] = 1e6;
+        let mut noise = Matrix3::zeros();
+        // The noise aside is taken to be that of the way: learned from the way.
+        for (axis, factor) in [(0, 0), (1, 0), (2, 1)] {
+            if sees.get(axis) == Some(&false) {
+                noise[(axis, axis)] = UNSEEN;
                 continue;
             }
+            noise[(axis, axis)] = self.noise[factor] * own[axis] + match_variance[axis];
+            let expected = noise[(axis, axis)] + known[(axis, axis)];
+            let square = error[axis] * error[axis];
             let ratio = (square / expected).min(MOST_SIGMAS * MOST_SIGMAS);
             // A slip says little of the bias.
             noise[(axis, axis)] *= ratio.max(1.0);
-            if own[axis] > match_variance[axis] * 0.1 {
-                let factor = ratio * expected - match_variance[axis] - known[(axis, axis)];
-                let factor = (factor / own[axis]).clamp(0.0, NOISE_BOUNDS[1]);
-                self.noise[axis] = (self.noise[axis] + NOISE_GAIN * (factor - self.noise[axis]))
+            if axis != 1 && own[axis] > match_variance[axis] * 0.1 {
+                let noise = &mut self.noise[factor];
+                let found = ratio * expected - match_variance[axis] - known[(axis, axis)];
+                let found = (found / own[axis]).clamp(0.0, NOISE_BOUNDS[1]);
+                *noise = (*noise + NOISE_GAIN * (found - *noise))
                     .clamp(NOISE_BOUNDS[0], NOISE_BOUNDS[1]);
             }
         }
@@ -234,6 +251,19 @@ impl OdometryModel {
         self.cov -= gain * by_bias * self.cov;
         symmetrize(&mut self.cov);
     }
+}
+
+/// How the motion changes with the biases, to first order in them.
+fn by_bias(raw: &Pose2) -> Matrix3x4<f64> {
+    let (x, y, turn) = (raw.x(), raw.y(), raw.heading());
+    #[rustfmt::skip]
+    let rows = Matrix3x4::new(
+        //  WAY, BEND, TURN, ASKEW
+        x, -0.5 * x * y, -0.5 * turn * y, -y,
+        y,  0.5 * x * x,  0.5 * turn * x,  x,
+        0.0, x, turn, 0.0,
+    );
+    rows
 }
 
 snapshot!(Past {
@@ -264,22 +294,22 @@ mod tests {
     use super::*;
     use crate::points::fixture::normal;
 
-    /// Odometry of drives with these errors, each a way and a turn, and the motion that it was.
-    fn drives(bias: [f64; 3], sigma: [f64; 2], seed: u64) -> Vec<(Odometry, Pose2)> {
+    /// Odometry of drives with these biases and errors of way and turn, each with the motion that it
+    /// was.
+    fn drives(bias: [f64; 4], sigma: [f64; 2], seed: u64) -> Vec<(Odometry, Pose2)> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let drive = |_| {
             let (way, turn) = (0.25 + 0.1 * normal(&mut rng), 0.2 * normal(&mut rng));
-            let motion = Pose2::new(way, 0.0, turn);
-            let [of_way, for_way, of_turn] = bias;
             let shift = (sigma[0] * sigma[0] + 2.0 * MATCH_SHIFT * MATCH_SHIFT).sqrt();
             let angle = (sigma[1] * sigma[1] + 2.0 * MATCH_TURN * MATCH_TURN).sqrt();
+            let exact = driven(bias, way, turn);
             let matched = Pose2::new(
-                way * (1.0 + of_way) + shift * normal(&mut rng),
-                0.0,
-                turn * (1.0 + of_turn) + for_way * way + angle * normal(&mut rng),
+                exact.x() + shift * normal(&mut rng),
+                exact.y() + shift * normal(&mut rng),
+                exact.heading() + angle * normal(&mut rng),
             );
             let odometry = Odometry {
-                motion,
+                motion: driven([0.0; 4], way, turn),
                 cov: Matrix3::from_diagonal(&Vector3::new(4e-4, 4e-4, 1e-4)),
                 ..Odometry::standing(Stamp(0))
             };
@@ -288,31 +318,107 @@ mod tests {
         (0..400).map(drive).collect()
     }
 
+    /// Where a drive ends that goes and turns evenly, in a hundred small steps that err by a bias.
+    fn driven(bias: [f64; 4], way: f64, turn: f64) -> Pose2 {
+        const STEPS: usize = 100;
+        let (way, turn) = (way / STEPS as f64, turn / STEPS as f64);
+        let more = turn * bias[TURN] + way * bias[BEND];
+        let half = Pose2::new(0.0, 0.0, 0.5 * (turn + more));
+        let (sin, cos) = bias[ASKEW].sin_cos();
+        let long = way * (1.0 + bias[WAY]);
+        let step = half * Pose2::new(long * cos, long * sin, 0.0) * half;
+        (0..STEPS).fold(Pose2::identity(), |so_far, _| so_far * step)
+    }
+
     #[test]
     fn a_bias_is_found_to_within_what_is_said_of_it() {
-        for (seed, bias) in [[-0.08, 0.06, 0.1], [0.05, -0.08, -0.05], [0.0; 3]]
-            .into_iter()
-            .enumerate()
-        {
+        let wheels = [-0.08, 0.06, 0.1, 0.0];
+        let turned = [0.05, -0.08, -0.05, -0.03];
+        for (seed, bias) in [wheels, turned, [0.0; 4]].into_iter().enumerate() {
             let mut model = OdometryModel::default();
             for (odometry, matched) in drives(bias, [0.02, 0.01], seed as u64) {
-                model.learn(&odometry, &matched, true);
+                model.learn(&odometry, &matched, [true; 2]);
             }
             for (axis, truth) in bias.into_iter().enumerate() {
                 let sigma = model.cov[(axis, axis)].sqrt();
                 let error = model.bias[axis] - truth;
                 assert!(error.abs() < 3.5 * sigma, "{seed} {axis}: {error} {sigma}");
-                assert!(sigma < 0.3 * FIRST_SIGMAS[axis], "{seed} {axis}: {sigma}");
+                assert!(sigma < 0.5 * FIRST_SIGMAS[axis], "{seed} {axis}: {sigma}");
             }
         }
+    }
+
+    #[test]
+    fn a_bent_way_is_not_taken_for_a_turned_sensor() {
+        // A metre at a time, where the bow is deep.
+        let bent = [0.0, -0.12, 0.0, 0.0];
+        let mut model = OdometryModel::default();
+        for _ in 0..200 {
+            let odometry = Odometry {
+                motion: Pose2::new(1.0, 0.0, 0.0),
+                cov: Matrix3::from_diagonal(&Vector3::new(4e-4, 4e-4, 1e-4)),
+                ..Odometry::standing(Stamp(0))
+            };
+            model.learn(&odometry, &driven(bent, 1.0, 0.0), [true; 2]);
+        }
+        assert!(model.bias[ASKEW].abs() < 1e-3, "{}", model.bias);
+        assert!((model.bias[BEND] + 0.12).abs() < 2e-3, "{}", model.bias);
+    }
+
+    #[test]
+    fn a_motion_without_its_bias_is_that_of_many_small_steps() {
+        let bias = [0.03, -0.1, 0.06, 0.02];
+        let model = OdometryModel {
+            bias: Vector4::from(bias),
+            ..OdometryModel::default()
+        };
+        for (way, turn) in [(0.3, 0.0), (0.3, 0.3), (-0.2, 0.2), (1.0, -0.1)] {
+            let raw = driven([0.0; 4], way, turn);
+            let off = model.unbiased(&raw).delta_to(&driven(bias, way, turn));
+            // Of second order in bias and turn.
+            assert!(
+                off.position().coords.norm() < 3e-3 * f64::abs(way),
+                "{off:?}"
+            );
+            assert!(off.heading().abs() < 1e-3, "{off:?}");
+        }
+    }
+
+    #[test]
+    fn the_motion_changes_with_the_biases_as_differences_say() {
+        let raw = Pose2::new(0.7, -0.2, 0.4);
+        let by_bias = by_bias(&raw);
+        for axis in 0..4 {
+            let with = |bias: f64| {
+                let mut model = OdometryModel::default();
+                model.bias[axis] = bias;
+                let motion = model.unbiased(&raw);
+                Vector3::new(motion.x(), motion.y(), motion.heading())
+            };
+            let slope = (with(1e-6) - with(-1e-6)) / 2e-6;
+            let off = (slope - by_bias.column(axis)).amax();
+            assert!(off < 1e-6, "{axis}: {off}");
+        }
+    }
+
+    #[test]
+    fn a_turned_sensor_is_known_by_how_it_moves() {
+        let robot_from_sensor = Pose2::new(0.0, 0.0, -0.02);
+        let mut model = OdometryModel::default();
+        for (odometry, _) in drives([0.0; 4], [0.02, 0.01], 3) {
+            let of_sensor = robot_from_sensor.inverse() * odometry.motion * robot_from_sensor;
+            model.learn(&odometry, &of_sensor, [true; 2]);
+        }
+        assert!((model.bias[ASKEW] - 0.02).abs() < 0.003, "{}", model.bias);
+        assert!(model.bias[WAY].abs() < 0.01, "{}", model.bias);
     }
 
     #[test]
     fn noise_becomes_as_large_as_it_is() {
         for (sigma, factor) in [([0.02, 0.01], 1.0), ([0.06, 0.03], 9.0)] {
             let mut model = OdometryModel::default();
-            for (odometry, matched) in drives([0.0; 3], sigma, 7) {
-                model.learn(&odometry, &matched, true);
+            for (odometry, matched) in drives([0.0; 4], sigma, 7) {
+                model.learn(&odometry, &matched, [true; 2]);
             }
             for noise in model.noise {
                 // The newest thirty or so count.
@@ -327,11 +433,15 @@ mod tests {
     #[test]
     fn a_corridor_teaches_nothing_of_the_way() {
         let mut model = OdometryModel::default();
-        for (odometry, matched) in drives([0.05, 0.05, 0.0], [0.02, 0.01], 1) {
-            model.learn(&odometry, &matched, false);
+        let bias = [0.05, 0.05, 0.0, 0.01];
+        for (odometry, matched) in drives(bias, [0.02, 0.01], 1) {
+            model.learn(&odometry, &matched, [false, true]);
         }
-        assert!(model.bias.x.abs() < 1e-6, "{}", model.bias);
-        assert!((model.bias.y - 0.05).abs() < 0.01, "{}", model.bias);
+        // Next to nothing: how far aside a bow ends says a little of its length.
+        assert!(model.cov[(WAY, WAY)].sqrt() > 0.8 * FIRST_SIGMAS[WAY]);
+        assert!(model.bias[WAY].abs() < 0.02, "{}", model.bias);
+        assert!((model.bias[BEND] - 0.05).abs() < 0.01, "{}", model.bias);
+        assert!((model.bias[ASKEW] - 0.01).abs() < 0.006, "{}", model.bias);
     }
 
     #[test]
