@@ -264,7 +264,8 @@ impl ScanMatcher {
         seen.correct(&self.local.pose, &tracked.error);
         self.is_blind = tracked.found.is_none();
         self.motion.remember(stamp, self.local.pose);
-        if tracked.is_loose || self.is_new_place(tracked.agreement.overlap()) {
+        let is_new = self.is_new_place(tracked.agreement.overlap());
+        if tracked.is_loose || (is_new && !self.can_wait(&tracked)) {
             self.add_keyframe(seen, &tracked);
         }
         self.note_place(stamp, self.local.pose);

@@ -242,6 +242,77 @@ fn the_map_shows_walls_once_and_the_corridor_free() {
     }
 }
 
+/// The true frames of the submaps, as the true poses of the scans in them have them.
+fn true_frames(truth: &[Pose2], matcher: &ScanMatcher) -> Vec<Option<Pose2>> {
+    let mut frames = vec![vec![]; matcher.submaps().len()];
+    for ((_, submap, submap_from_robot), truth) in matcher.scans_in_submaps().zip(truth) {
+        frames[submap].push(*truth * submap_from_robot.inverse());
+    }
+    let mean = |frames: &Vec<Pose2>| {
+        let first = frames.first()?;
+        let off: Vector3<f64> = frames.iter().map(|frame| frame.minus(first)).sum();
+        Some(first.plus(&(off / frames.len() as f64)))
+    };
+    frames.iter().map(mean).collect()
+}
+
+#[test]
+fn joins_of_submaps_err_about_as_much_as_is_said_of_them() {
+    let (mut squares, mut joins) = (Vector3::zeros(), 0.0);
+    for seed in 0..4 {
+        let (truth, _, matcher) = run(ScanMatcherConfig::default(), seed);
+        let frames = true_frames(&truth, &matcher);
+        for edge in matcher
+            .graph()
+            .edges()
+            .iter()
+            .filter(|e| e.cauchy.is_none())
+        {
+            let (Some(from), Some(to)) = (frames[edge.from], frames[edge.to]) else {
+                continue;
+            };
+            let off = edge.motion.minus(&from.delta_to(&to));
+            let variances = edge.information.try_inverse().unwrap().diagonal();
+            squares += off.component_mul(&off).component_div(&variances);
+            joins += 1.0;
+        }
+    }
+    assert!(joins > 30.0);
+    let nees = squares / joins;
+    assert!(nees.min() > 0.05 && nees.max() < 1.5, "{nees}");
+}
+
+/// On the second lap somebody walks beside the robot for a while.
+#[test]
+fn somebody_who_walks_along_is_not_drawn() {
+    let walks_along = |scan: &Scan| (180..195).contains(&(scan.stamp.0 / 200_000));
+    let sees = |mut scan: Scan| {
+        if walks_along(&scan) {
+            for (range, bearing) in scan.ranges.iter_mut().zip(&scan.bearings) {
+                // A flat side half a metre to the left, 0.9 m long.
+                let along = 0.5 / bearing.tan();
+                if *bearing > 0.0 && (0.0..0.9).contains(&along) {
+                    *range = (0.5 / bearing.sin()) as f32;
+                }
+            }
+        }
+        scan
+    };
+    for seed in 0..3 {
+        let heard = |_: usize, measured| Some(measured);
+        let (truth, _, matcher) = run_seeing(ScanMatcherConfig::default(), seed, heard, sees);
+        let [shift, turn] = worst(&truth, &matcher);
+        assert!(shift < 0.1 && turn < 0.03, "{seed}: {shift} m, {turn} rad");
+        let grid = matcher.grid();
+        let is_drawn = |pose: &Pose2| {
+            let side = *pose * Point2::new(0.45, 0.5);
+            grid.state(grid.cell_at(side)) == CellState::Occupied
+        };
+        let beside = truth[178..198].iter().filter(|pose| is_drawn(pose)).count();
+        assert_eq!(beside, 0, "{seed}");
+    }
+}
+
 #[test]
 fn the_same_input_gives_the_same_bits() {
     let bits = |matcher: &ScanMatcher| {

@@ -36,12 +36,21 @@ pub(super) struct Tracked {
     pub(super) agreement: Agreement,
     /// Whether it surely lies there.
     pub(super) is_sure: bool,
+    /// Whether odometry counted the motion.
+    pub(super) is_counted: bool,
     /// Whether it does not belong to the running submap.
     pub(super) is_loose: bool,
     /// Whether the motion that was believed first is that of the match.
     pub(super) was_right: bool,
     /// The error of odometry on the way, in the running submap, where what was seen took a while.
     pub(super) error: MotionError,
+}
+
+impl Tracked {
+    /// Whether some of the scan lies where the submap has nothing.
+    pub(super) fn contradicts(&self) -> bool {
+        self.agreement.part() < SURE_PART
+    }
 }
 
 /// A motion that was tried.
@@ -108,6 +117,7 @@ impl ScanMatcher {
                 found: None,
                 agreement: Agreement::default(),
                 is_sure: false,
+                is_counted: counted,
                 is_loose: false,
                 was_right: true,
                 error: expected,
@@ -128,6 +138,7 @@ impl ScanMatcher {
             found: matched.then_some(best.found),
             agreement,
             is_sure,
+            is_counted: counted,
             is_loose: false,
             was_right,
             error: if matched { best.error } else { expected },
