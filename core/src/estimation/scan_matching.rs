@@ -215,9 +215,12 @@ impl ScanMatcher {
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
         let points = &*self.in_order(points);
-        let moved = self.pending.take().map(|moved| self.motion.moved(moved));
+        let pending = self.pending.take();
+        let moved = pending.map(|moved| self.motion.moved(moved));
         if !self.gathering.is_sparse(points) {
-            let seen = Seen::scan(points, sigmas, self.seconds_until(points.stamp));
+            // Whoever gathered the beams of a sweep knew nothing of the bias of odometry.
+            let motion = pending.map_or_else(Pose2::identity, |moved| moved.motion);
+            let seen = Seen::scan(points, sigmas, motion, self.seconds_until(points.stamp));
             self.place(seen, moved.as_ref());
         } else {
             self.gathering.push(points, sigmas, moved);
@@ -265,7 +268,11 @@ impl ScanMatcher {
         self.is_blind = tracked.found.is_none();
         self.motion.remember(stamp, self.local.pose);
         let is_new = self.is_new_place(tracked.agreement.overlap());
-        if tracked.is_loose || (is_new && !self.can_wait(&tracked)) {
+        let waits = is_new && !tracked.is_loose && self.can_wait(&seen, &tracked);
+        if waits {
+            // What led it astray may lead the next one astray as well.
+            self.way_cov += self.local.cov;
+        } else if is_new || tracked.is_loose {
             self.add_keyframe(seen, &tracked);
         }
         self.note_place(stamp, self.local.pose);

@@ -72,6 +72,11 @@ impl Gathering {
         self.is_sparse
     }
 
+    /// Whether the last scan was one of those.
+    pub(super) fn is_at_work(&self) -> bool {
+        self.is_sparse
+    }
+
     /// Takes a scan and the motion since the one before.
     pub(super) fn push(&mut self, points: &Points, sigmas: &[f64], moved: Option<Odometry>) {
         if let Some(moved) = moved {
@@ -164,7 +169,7 @@ impl Gathering {
             *place = end_from_start * *place;
         }
         Some(Complete {
-            seen: Seen::gathered(gathered, sigmas, left, &before),
+            seen: Seen::gathered(gathered, sigmas, end_from_start.inverse(), left, &before),
             moved,
             places,
         })

@@ -16,10 +16,11 @@ use crate::registration::Verdict;
 
 /// Cosine between a direction and a degenerate one, below which the former is seen.
 const SEES: f64 = 0.3;
-/// How much of a match's variance a keyframe adds to that of the way through its submap. All
-/// scans are matched to the same submap, so that their errors do not add up, but for what the
-/// submap takes over from them. Joins of submaps in simulation err by a tenth of the standard
-/// deviation that the sum of all would give; a third of it is said of them.
+/// How much of the covariance of a firm match a keyframe adds to that of the way through its
+/// submap. All scans are matched to the same submap, so that their errors do not add up, but for
+/// what the submap takes over from them: simulated joins err by a tenth of the standard deviation
+/// that the sum of all would give, and a third of it is said of them. What nobody counted is held
+/// by the match before, and what few beams saw by little more: those add all.
 const ADDED: f64 = 0.1;
 /// A scan that contradicts the submap is not drawn as long as this part of it agrees, ...
 const WAITING_OVERLAP: f64 = 0.4;
@@ -44,18 +45,22 @@ impl ScanMatcher {
     /// Whether a scan need not be drawn. Where somebody walks by or a door opens, it lies askew, and
     /// drawn it would hold the next scans there. One of those will do as well, if they follow each
     /// other closely.
-    pub(super) fn can_wait(&self, tracked: &Tracked) -> bool {
+    pub(super) fn can_wait(&self, seen: &Seen, tracked: &Tracked) -> bool {
         let [distance, turn] = [self.config.keyframe_distance, self.config.keyframe_turn];
         let is_within = |motion: &Pose2, [way, turns]: [f64; 2]| {
             motion.position().coords.norm() < way * distance
                 && motion.heading().abs() < turns * turn
         };
-        let is_close = |&(_, motion): &(f64, Pose2)| is_within(&motion, [0.5, 1.0]);
+        // What leads a scan astray makes it jump: odometry knows better how close they follow.
+        let step = match tracked.is_counted {
+            true => Some(seen.motion),
+            false => self.motion.speed.map(|(_, motion)| motion),
+        };
         let here = self.local.pose;
         let waits = |last: Pose2| is_within(&last.delta_to(&here), LONGEST_WAIT);
         tracked.contradicts()
             && tracked.agreement.overlap() > WAITING_OVERLAP
-            && self.motion.speed.as_ref().is_some_and(is_close)
+            && step.is_some_and(|step| is_within(&step, [0.5, 1.0]))
             && self.last_keyframe.is_some_and(waits)
     }
 
@@ -85,7 +90,12 @@ impl ScanMatcher {
         // Carried on by odometry, the local covariance holds the whole way since the last match
         // already.
         if !self.is_blind {
-            self.way_cov += added(&std::mem::take(&mut self.local.cov), tracked);
+            let cov = std::mem::take(&mut self.local.cov);
+            let is_firm = tracked.is_sure && tracked.is_counted && !self.gathering.is_at_work();
+            self.way_cov += match tracked.found {
+                Some(found) if is_firm => added(&cov, &found.verdict),
+                _ => cov,
+            };
         }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
@@ -168,21 +178,15 @@ impl ScanMatcher {
     }
 }
 
-/// What a keyframe with this covariance adds to that of the way through its submap: all of it where
-/// nothing but the motion before holds it, and along what it does not see.
-fn added(cov: &Matrix3<f64>, tracked: &Tracked) -> Matrix3<f64> {
-    if !(tracked.is_sure && tracked.is_counted) {
-        return *cov;
-    }
-    match tracked.found.map(|found| found.verdict) {
-        None => *cov,
-        Some(Verdict::Degenerate { direction }) => {
-            let free = direction.push(0.0);
-            let along = free * free.transpose() * free.dot(&(cov * free));
-            along + (cov - along) * ADDED
-        }
-        Some(_) => cov * ADDED,
-    }
+/// What a match with this covariance adds to that of the way through its submap: all of it along
+/// what it does not see.
+fn added(cov: &Matrix3<f64>, verdict: &Verdict) -> Matrix3<f64> {
+    let Verdict::Degenerate { direction } = verdict else {
+        return cov * ADDED;
+    };
+    let free = direction.push(0.0);
+    let along = free * free.transpose() * free.dot(&(cov * free));
+    along + (cov - along) * ADDED
 }
 
 fn moved(

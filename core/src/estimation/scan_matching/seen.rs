@@ -19,6 +19,8 @@ pub(super) struct Seen {
     /// Of the direction of each beam, rad.
     pub(super) sigmas: Vec<f64>,
     pub(super) surfaces: Vec<OrientedPoint>,
+    /// The motion since the last match by which the points were moved to its end.
+    pub(super) motion: Pose2,
     /// The share of the motion since the last match that was still to come when each beam was
     /// taken; empty where all were taken at once.
     left: Vec<f64>,
@@ -27,8 +29,8 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// A scan; `seconds` have passed since the last match.
-    pub(super) fn scan(points: &Points, sigmas: &[f64], seconds: f64) -> Self {
+    /// A scan, moved to the end of `motion`; `seconds` have passed since the last match.
+    pub(super) fn scan(points: &Points, sigmas: &[f64], motion: Pose2, seconds: f64) -> Self {
         let share = |age: f64| (age / seconds).clamp(0.0, 1.0);
         let left = match seconds > 0.0 {
             true => points.beams.iter().map(|beam| share(beam.age)).collect(),
@@ -37,25 +39,29 @@ impl Seen {
         Self::new(
             points.clone(),
             sigmas.to_vec(),
+            motion,
             left,
             oriented_beams(points),
         )
     }
 
-    /// What was gathered of scans of few beams; what `before` saw helps to tell surfaces.
+    /// What was gathered of scans of few beams, moved to the end of `motion`; what `before` saw
+    /// helps to tell surfaces.
     pub(super) fn gathered(
         points: Points,
         sigmas: Vec<f64>,
+        motion: Pose2,
         left: Vec<f64>,
         before: &[Point2<f64>],
     ) -> Self {
         let surfaces = oriented_cloud(&points, before);
-        Self::new(points, sigmas, left, surfaces)
+        Self::new(points, sigmas, motion, left, surfaces)
     }
 
     fn new(
         points: Points,
         sigmas: Vec<f64>,
+        motion: Pose2,
         left: Vec<f64>,
         surfaces: Vec<(usize, OrientedPoint)>,
     ) -> Self {
@@ -68,6 +74,7 @@ impl Seen {
             surfaces: surfaces.into_iter().map(|(_, surface)| surface).collect(),
             points,
             sigmas,
+            motion,
             left,
         }
     }

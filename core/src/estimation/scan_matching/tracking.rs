@@ -108,7 +108,7 @@ impl ScanMatcher {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
         let counted = moved.is_some();
-        let expected = lead.pose.minus(&self.by_odometry(&lead, counted));
+        let expected = lead.pose.minus(&(self.local.pose * seen.motion));
         let expected = MotionError::even(&expected);
         let predicted = self.predicted(moved, &lead);
         if self.running.surfels().is_empty() {
@@ -223,14 +223,6 @@ impl ScanMatcher {
         others
     }
 
-    /// Where the motion leads by odometry alone: nowhere, if nobody `counted` it.
-    fn by_odometry(&self, lead: &Guess, counted: bool) -> Pose2 {
-        match counted {
-            true => lead.pose,
-            false => self.local.pose,
-        }
-    }
-
     /// What took a while, matched from `start` while the error of `guess` is found.
     fn rolled(
         &self,
@@ -240,7 +232,7 @@ impl ScanMatcher {
         guesses: &[Guess],
         counted: bool,
     ) -> Tried {
-        let by_odometry = self.by_odometry(&guesses[0], counted);
+        let by_odometry = self.local.pose * seen.motion;
         let prior = self.rolling_prior(guess, &by_odometry);
         let (target, matching) = (&self.running, &self.config.matching);
         let Rolling { found, error } =
