@@ -5,14 +5,15 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `89` and `slamlab` |
-//! | 4 | version of the format: 1 |
+//! | 4 | version of the format: 2 |
 //! | 8 | length of the content, unpacked |
 //! | 8 | XXH64 of the content, unpacked |
 //! | rest | the content, packed (RFC 1950, zlib) |
 //!
 //! Numbers stand lowest byte first. The content is the fields of [`Experiment`], written as
-//! [`crate::snapshot`] says. A file of a newer version is refused by its number, for what its
-//! content means cannot be known. What is unpacked is never longer than the file says, and what a
+//! [`crate::snapshot`] says. A file of another version is refused by its number: of a newer
+//! one it cannot be known what its content means, and maps of version 1, which was never released,
+//! lack what is learned of the sensor's angle. What is unpacked is never longer than the file says, and what a
 //! file says is believed only as far as so few bytes can be packed.
 
 use std::io::{ErrorKind, Read as _, Write as _};
@@ -27,8 +28,8 @@ use crate::snapshot::{Reader, Snapshot as _, SnapshotError, snapshot};
 
 /// The first bytes of a file.
 pub const MAGIC: [u8; 8] = *b"\x89slamlab";
-/// The version that is written, and the only one there is.
-pub const VERSION: u32 = 1;
+/// The version that is written and read.
+pub const VERSION: u32 = 2;
 /// The longest content that is unpacked, bytes: some tens of kilometres of way.
 pub const MOST_UNPACKED: u64 = 1 << 29;
 /// Zlib packs no more than so many bytes into one, ...
@@ -66,9 +67,10 @@ pub enum SlamlabError {
     /// Of another kind.
     #[error("this is no .slamlab file: it does not begin as one")]
     NotSlamlab,
-    /// Of a later version.
+    /// Of another version.
     #[error(
-        "the .slamlab file is of version {found}, and this program reads version {VERSION}: it was written by a newer one"
+        "the .slamlab file is of version {found}, and this program reads version {VERSION}: it was written by {} one",
+        if *found > VERSION { "a newer" } else { "an older" }
     )]
     Version {
         /// What the file says.

@@ -66,9 +66,10 @@ fn each_fault_has_its_words() {
         file
     };
     check(
-        &with(8, 2),
-        "of version 2, and this program reads version 1",
+        &with(8, 3),
+        "of version 3, and this program reads version 2: it was written by a newer one",
     );
+    check(&with(8, 1), "it was written by an older one");
     check(&with(12, !file[12]), "damaged");
     check(&with(20, !file[20]), "damaged");
     check(&with(19, 0x80), "unpacks to");
