@@ -36,7 +36,7 @@ fn what_was_written_is_read_again() {
 #[test]
 fn the_header_is_that_of_the_table() {
     let file = write(&experiment()).unwrap();
-    assert_eq!(&file[..12], b"\x89slamlab\x01\0\0\0");
+    assert_eq!(&file[..12], b"\x89slamlab\x02\0\0\0");
     let mut content = vec![];
     experiment().write(&mut content);
     assert_eq!(file[12..20], (content.len() as u64).to_le_bytes());
