@@ -273,7 +273,7 @@ mod tests {
         for _ in 0..400 {
             let bearings = (0..360).map(|degree| (f64::from(degree) - 180.0).to_radians());
             let ends = bearings.filter(|b| (0.3..2.8).contains(b)).map(|bearing| {
-                let range = 1.0 / bearing.sin() + 0.02 * normal(&mut rng);
+                let range = 1.0 / libm::sin(bearing) + 0.02 * normal(&mut rng);
                 Point2::from(range * unit_vector(bearing))
             });
             for point in oriented_points(&scan_of_hits(ends)) {

@@ -324,7 +324,7 @@ mod tests {
         let (way, turn) = (way / STEPS as f64, turn / STEPS as f64);
         let more = turn * bias[TURN] + way * bias[BEND];
         let half = Pose2::new(0.0, 0.0, 0.5 * (turn + more));
-        let (sin, cos) = bias[ASKEW].sin_cos();
+        let (sin, cos) = libm::sincos(bias[ASKEW]);
         let long = way * (1.0 + bias[WAY]);
         let step = half * Pose2::new(long * cos, long * sin, 0.0) * half;
         (0..STEPS).fold(Pose2::identity(), |so_far, _| so_far * step)

@@ -291,9 +291,9 @@ fn somebody_who_walks_along_is_not_drawn() {
         if walks_along(&scan) {
             for (range, bearing) in scan.ranges.iter_mut().zip(&scan.bearings) {
                 // A flat side half a metre to the left, 0.9 m long.
-                let along = 0.5 / bearing.tan();
+                let along = 0.5 / libm::tan(*bearing);
                 if *bearing > 0.0 && (0.0..0.9).contains(&along) {
-                    *range = (0.5 / bearing.sin()) as f32;
+                    *range = (0.5 / libm::sin(*bearing)) as f32;
                 }
             }
         }
