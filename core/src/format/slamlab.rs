@@ -13,8 +13,8 @@
 //! Numbers stand lowest byte first. The content is the fields of [`Experiment`], written as
 //! [`crate::snapshot`] says. A file of another version is refused by its number: of a newer
 //! one it cannot be known what its content means, and maps of version 1, which was never released,
-//! lack what is learned of the sensor's angle. What is unpacked is never longer than the file says, and what a
-//! file says is believed only as far as so few bytes can be packed.
+//! lack what is learned of the sensor's angle. What is unpacked is never longer than the file says,
+//! and what a file says is believed only as far as so few bytes can be packed.
 
 use std::io::{ErrorKind, Read as _, Write as _};
 

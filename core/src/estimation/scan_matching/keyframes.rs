@@ -42,9 +42,9 @@ impl ScanMatcher {
         })
     }
 
-    /// Whether a scan need not be drawn. Where somebody walks by or a door opens, it lies askew, and
-    /// drawn it would hold the next scans there. One of those will do as well, if they follow each
-    /// other closely.
+    /// Whether a scan need not be drawn. Where somebody walks by or a door opens, it lies askew,
+    /// and drawn it would hold the next scans there. One of those will do as well, if they follow
+    /// each other closely.
     pub(super) fn can_wait(&self, seen: &Seen, tracked: &Tracked) -> bool {
         let [distance, turn] = [self.config.keyframe_distance, self.config.keyframe_turn];
         let is_within = |motion: &Pose2, [way, turns]: [f64; 2]| {

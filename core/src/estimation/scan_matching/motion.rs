@@ -294,8 +294,8 @@ mod tests {
     use super::*;
     use crate::points::fixture::normal;
 
-    /// Odometry of drives with these biases and errors of way and turn, each with the motion that it
-    /// was.
+    /// Odometry of drives with these biases and errors of way and turn, each with the motion that
+    /// it was.
     fn drives(bias: [f64; 4], sigma: [f64; 2], seed: u64) -> Vec<(Odometry, Pose2)> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let drive = |_| {
