@@ -283,16 +283,17 @@ fn joins_of_submaps_err_about_as_much_as_is_said_of_them() {
     assert!(nees.min() > 0.01 && nees.max() < 1.5, "{nees}");
 }
 
-/// On the second lap somebody walks beside the robot for a while.
+/// On the second lap something long moves along beside the robot, for a metre and a half.
 #[test]
-fn somebody_who_walks_along_is_not_drawn() {
-    let walks_along = |scan: &Scan| (180..195).contains(&(scan.stamp.0 / 200_000));
+fn what_moves_along_is_seldom_drawn() {
+    const BESIDE: std::ops::Range<u64> = 450..465;
+    let number = |stamp: Stamp| stamp.0 / 200_000;
     let sees = |mut scan: Scan| {
-        if walks_along(&scan) {
+        if BESIDE.contains(&number(scan.stamp)) {
             for (range, bearing) in scan.ranges.iter_mut().zip(&scan.bearings) {
-                // A flat side half a metre to the left, 0.9 m long.
+                // A flat side half a metre to the left, 2.5 m long.
                 let along = 0.5 / libm::tan(*bearing);
-                if *bearing > 0.0 && (0.0..0.9).contains(&along) {
+                if *bearing > 0.0 && (0.0..2.5).contains(&along) {
                     *range = (0.5 / libm::sin(*bearing)) as f32;
                 }
             }
@@ -304,13 +305,13 @@ fn somebody_who_walks_along_is_not_drawn() {
         let (truth, _, matcher) = run_seeing(ScanMatcherConfig::default(), seed, heard, sees);
         let [shift, turn] = worst(&truth, &matcher);
         assert!(shift < 0.12 && turn < 0.03, "{seed}: {shift} m, {turn} rad");
-        let grid = matcher.grid();
-        let is_drawn = |pose: &Pose2| {
-            let side = *pose * Point2::new(0.45, 0.5);
-            grid.state(grid.cell_at(side)) == CellState::Occupied
-        };
-        let beside = truth[178..198].iter().filter(|pose| is_drawn(pose)).count();
-        assert_eq!(beside, 0, "{seed}");
+        let drawn = matcher.trajectory.iter().filter(|scan| {
+            let is_of = |k: &Keyframe| k.submap_from_robot == scan.submap_from_robot;
+            BESIDE.contains(&number(scan.stamp)) && matcher.keyframes.iter().any(is_of)
+        });
+        // Five if none waits; some lie well enough on what is known beside it.
+        let drawn = drawn.count();
+        assert!(drawn < 4, "{seed}: {drawn}");
     }
 }
 
