@@ -24,7 +24,9 @@ const SEES: f64 = 0.3;
 const ADDED: f64 = 0.1;
 /// A scan that contradicts the submap is not drawn as long as this part of it agrees, ...
 const WAITING_OVERLAP: f64 = 0.4;
-/// ... and the last keyframe is nearer than so many distances and turns of keyframes.
+/// ... scans follow each other within so many distances and turns of keyframes, ...
+const CLOSE: [f64; 2] = [0.5, 1.0];
+/// ... and the last keyframe is within so many.
 const LONGEST_WAIT: [f64; 2] = [8.0, 3.0];
 
 impl ScanMatcher {
@@ -35,33 +37,35 @@ impl ScanMatcher {
         } else {
             1.0
         };
-        self.last_keyframe.is_none_or(|last| {
-            let moved = last.delta_to(&self.local.pose);
-            moved.position().coords.norm() > part * self.config.keyframe_distance
-                || moved.heading().abs() > part * self.config.keyframe_turn
-        })
+        !self.is_keyframe_within([part; 2])
+    }
+
+    /// Whether there is a last keyframe, nearer than so many distances and turns of keyframes.
+    fn is_keyframe_within(&self, parts: [f64; 2]) -> bool {
+        let here = self.local.pose;
+        self.last_keyframe
+            .is_some_and(|last| self.is_within(&last.delta_to(&here), parts))
+    }
+
+    /// Whether a motion is no longer than so many distances and turns of keyframes.
+    fn is_within(&self, motion: &Pose2, [distances, turns]: [f64; 2]) -> bool {
+        motion.position().coords.norm() <= distances * self.config.keyframe_distance
+            && motion.heading().abs() <= turns * self.config.keyframe_turn
     }
 
     /// Whether a scan need not be drawn. Where somebody walks by or a door opens, it lies askew,
     /// and drawn it would hold the next scans there. One of those will do as well, if they follow
     /// each other closely.
     pub(super) fn can_wait(&self, seen: &Seen, tracked: &Tracked) -> bool {
-        let [distance, turn] = [self.config.keyframe_distance, self.config.keyframe_turn];
-        let is_within = |motion: &Pose2, [way, turns]: [f64; 2]| {
-            motion.position().coords.norm() < way * distance
-                && motion.heading().abs() < turns * turn
-        };
         // What leads a scan astray makes it jump: odometry knows better how close they follow.
         let step = match tracked.is_counted {
             true => Some(seen.motion),
             false => self.motion.speed.map(|(_, motion)| motion),
         };
-        let here = self.local.pose;
-        let waits = |last: Pose2| is_within(&last.delta_to(&here), LONGEST_WAIT);
         tracked.contradicts()
             && tracked.agreement.overlap() > WAITING_OVERLAP
-            && step.is_some_and(|step| is_within(&step, [0.5, 1.0]))
-            && self.last_keyframe.is_some_and(waits)
+            && step.is_some_and(|step| self.is_within(&step, CLOSE))
+            && self.is_keyframe_within(LONGEST_WAIT)
     }
 
     /// Draws a scan into submap and grid. One that does not belong to the running submap begins
