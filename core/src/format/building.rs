@@ -43,8 +43,8 @@ pub use self::svg::of_svg;
 const WALL_ABOVE: i8 = 65;
 /// Cells of a map up to this percentage are floor.
 const FLOOR_UPTO: i8 = 35;
-/// More cells are not made into a building: 200 m x 200 m in cells of 5 cm.
-const MOST_CELLS: usize = 16_000_000;
+/// More cells are not made into a building: 400 m x 400 m in cells of 5 cm.
+const MOST_CELLS: usize = 64_000_000;
 /// How far walls may be off from the borders of the cells, in cells: staircases become straight.
 const TOLERANCE: f64 = 1.0;
 /// Sides of the fence around a building.

@@ -20,7 +20,7 @@ pub use locate::{
     LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match,
     search_turned_and_match,
 };
-pub use modes::{ModesConfig, modes};
+pub use modes::{Modes, ModesConfig, modes};
 pub use outcome::{Prior, Registration, Verdict};
 pub use rolling::{MotionError, Part, Rolling, RollingPrior, register_rolling};
 pub use target::Target;

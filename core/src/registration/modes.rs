@@ -1,7 +1,7 @@
 //! All places of a map where points fit, the best first: branch and bound that goes on.
 //!
 //! In: points, a [`LikelihoodPyramid`] of a map. Out: poses anywhere in it, any way round, each the
-//! best of its surroundings. A room that there is twice has two.
+//! best of its surroundings, and how well any other could fit. A room that there is twice has two.
 //!
 //! 1. Squares of shifts are laid over the whole map for each turn, and scored at the coarsest
 //!    level, where the sum bounds all shifts inside from above.
@@ -42,8 +42,9 @@ config! {
         pub apart_turn: f64 = 0.35,
         /// Points beyond this, m, do not make the turns any finer. Default 10; larger is slower.
         pub farthest: f64 = 10.0,
-        /// Most squares that are scored; what is best so far then stands. Default 400 000.
-        pub most_squares: usize = 400_000,
+        /// Most squares that are scored; what is best so far then stands. Default 2 000 000; larger:
+        /// buildings of hundreds of metres are searched whole, and more slowly.
+        pub most_squares: usize = 2_000_000,
     }
 }
 
@@ -58,23 +59,31 @@ struct Square {
     row: i32,
 }
 
-/// The modes of `points` anywhere in `map`, the best first.
+/// What was found, and what may have been missed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Modes {
+    /// The modes, the best first.
+    pub found: Vec<Candidate>,
+    /// Nothing outside the surroundings of what was found scores more than this. Far below what was
+    /// found after a whole search; near it, or above, after one that was cut off.
+    pub left: f64,
+}
+
+/// The modes of `points` anywhere in `map`.
 #[must_use]
-pub fn modes(
-    points: &[Point2<f64>],
-    map: &LikelihoodPyramid,
-    config: &ModesConfig,
-) -> Vec<Candidate> {
+pub fn modes(points: &[Point2<f64>], map: &LikelihoodPyramid, config: &ModesConfig) -> Modes {
     if points.is_empty() {
-        return vec![];
+        return Modes::default();
     }
     let search = Search::new(points, map, config);
     let mut waiting = search.coarsest();
     let mut scored = waiting.len();
     let mut found: Vec<Candidate> = vec![];
     let mut least = config.min_score;
+    let mut left = least;
     while let Some(square) = waiting.pop() {
-        if search.score(square.bound) < least || found.len() == config.most {
+        left = search.score(square.bound);
+        if left < least || found.len() == config.most {
             break;
         }
         let level = search.top - square.fineness;
@@ -100,7 +109,10 @@ pub fn modes(
             }
         }
     }
-    found
+    Modes {
+        found,
+        left: left.max(least),
+    }
 }
 
 struct Search<'a> {
@@ -216,7 +228,7 @@ mod tests {
             let places: Vec<_> = [room(0.0, 0.0), room(9.0, -3.0)].concat();
             let map = LikelihoodPyramid::new(places.into_iter(), 0.1, 0.1, 6).unwrap();
             let truth = Pose2::new(x, y, h);
-            let found = modes(&seen_from(&truth), &map, &ModesConfig::default());
+            let found = modes(&seen_from(&truth), &map, &ModesConfig::default()).found;
             prop_assert!(found.len() >= 2);
             for there in [[0.0, 0.0], [9.0, -3.0]] {
                 let near = found.iter().take(2).any(|mode| {
@@ -246,7 +258,7 @@ mod tests {
                 }
             }
         }
-        let found = modes(&points, &map, &config);
+        let found = modes(&points, &map, &config).found;
         assert!((found[0].score - search.score(best)).abs() < 1e-12);
     }
 
@@ -258,7 +270,7 @@ mod tests {
             .map(|i| Point2::new(0.05 * f64::from(i), 0.8))
             .collect();
         let config = ModesConfig::default();
-        let found = modes(&wall, &map, &config);
+        let found = modes(&wall, &map, &config).found;
         assert!(found.len() > 4, "{}", found.len());
         for (i, a) in found.iter().enumerate() {
             for b in found.iter().skip(i + 1) {
@@ -267,6 +279,6 @@ mod tests {
                 assert!(apart || wrap(a.pose.heading() - b.pose.heading()).abs() >= 0.34);
             }
         }
-        assert!(modes(&[], &map, &config).is_empty());
+        assert!(modes(&[], &map, &config).found.is_empty());
     }
 }

@@ -59,8 +59,12 @@ config! {
         pub agreement: f64 = 0.5,
         /// By how much less anything apart from it agrees. Default 0.15; larger: surer, later.
         pub margin: f64 = 0.15,
-        /// Way of which that is asked, m. Default 1.5; larger: surer, later.
+        /// Way of which that is asked, m, where no more than `misfit` disagrees; in proportion more
+        /// where more does. Default 1.5; larger: surer, later.
         pub way: f64 = 1.5,
+        /// What agreement may lack for that way to be enough. Default 0.2; smaller: a place that
+        /// has changed since is believed later.
+        pub misfit: f64 = 0.2,
         /// Times in a row. Default 2.
         pub times: u32 = 2,
         /// Lost below this agreement. Default 0.3.

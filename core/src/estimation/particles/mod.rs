@@ -39,7 +39,7 @@ use self::recent::{Ray, Recent, rays};
 pub(super) use self::sampling::Gaussian;
 use self::sampling::draw;
 pub use self::sampling::{Bin, KldConfig};
-use self::wall_map::{Place, WallMap};
+use self::wall_map::{Place, Places, WallMap};
 use super::EkfError;
 use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, symmetrize, wrap};
 use crate::points::Points;
@@ -203,10 +203,10 @@ impl MonteCarlo {
             return;
         }
         self.move_particles();
-        let places = if searches { self.search() } else { vec![] };
+        let places = searches.then(|| self.search());
         self.weigh(&rays);
         self.conclude();
-        if searches {
+        if let Some(places) = places {
             self.judge(&places);
         }
         self.resample();
@@ -342,12 +342,12 @@ impl MonteCarlo {
     }
 
     /// Step 3. One that was found and is only compared draws none.
-    fn search(&mut self) -> Vec<Place> {
+    fn search(&mut self) -> Places {
         self.unsearched = 0.0;
         let recent: Vec<Ray> = self.recent.rays().collect();
         let places = self.map.places(&recent, &self.config);
-        if !self.is_found && !places.is_empty() {
-            self.draw_at(&places, &recent);
+        if !self.is_found && !places.found.is_empty() {
+            self.draw_at(&places.found, &recent);
         }
         places
     }
@@ -399,7 +399,7 @@ impl MonteCarlo {
     }
 
     /// Step 5: the first hypothesis, and all other places.
-    fn judge(&mut self, places: &[Place]) {
+    fn judge(&mut self, places: &Places) {
         let Some(first) = self.hypotheses.first() else {
             return;
         };
@@ -408,14 +408,19 @@ impl MonteCarlo {
             let off = pose.minus(&first.estimate.pose);
             off.xy().norm() >= modes.apart || wrap(off.z).abs() >= modes.apart_turn
         };
-        let of = |near: bool| {
-            let places = places
-                .iter()
-                .filter(move |place| near != is_apart(&place.pose));
-            places.map(|place| place.agreement).fold(0.0, f64::max)
+        let most = |near: bool, of: fn(&Place) -> f64| {
+            let places = places.found.iter();
+            let places = places.filter(|place| near != is_apart(&place.pose));
+            places.map(of).fold(0.0, f64::max)
         };
         let here = self.map.agreement(&first.estimate.pose, self.recent.rays());
-        let (own, rival) = (here.max(of(true)), of(false));
+        let (own, rival) = (
+            here.max(most(true, |place| place.agreement)),
+            most(false, |place| place.agreement),
+        );
+        // A search that was cut off has found nothing better elsewhere; there may be.
+        let is_searched =
+            most(true, |place| place.score) >= places.left + self.config.judgement.margin;
         self.quality.recent_agreement = own;
         self.quality.rival_agreement = rival;
         let judgement = &self.config.judgement;
@@ -433,7 +438,8 @@ impl MonteCarlo {
         let passes = first.weight >= judgement.weight
             && own >= judgement.agreement
             && own >= rival + judgement.margin
-            && self.recent.way() >= judgement.way;
+            && is_searched
+            && self.recent.way() >= judgement.way * f64::max(1.0, (1.0 - own) / judgement.misfit);
         self.passed = if passes { self.passed + 1 } else { 0 };
         if self.passed >= judgement.times {
             self.is_found = true;

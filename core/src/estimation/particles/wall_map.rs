@@ -20,7 +20,7 @@ const LEVELS: [usize; 2] = [6, 1];
 /// Times that cells are doubled where a map spans more.
 const DOUBLINGS: u32 = 4;
 /// Points that the whole map is searched with.
-const SEARCHED_POINTS: usize = 200;
+const SEARCHED_POINTS: usize = 100;
 /// How far a pose found in the first cells may be off, m and rad.
 const FINER: SearchWindow = SearchWindow {
     shift: 0.2,
@@ -43,6 +43,17 @@ pub(super) struct Place {
     pub(super) pose: Pose2,
     /// Of the beams of the last metres with the map ([`WallMap::agreement`]).
     pub(super) agreement: f64,
+    /// Of the search in coarse cells, which any beam passes that is near a wall.
+    pub(super) score: f64,
+}
+
+/// Where what was seen fits.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Places {
+    /// The places that were found.
+    pub(super) found: Vec<Place>,
+    /// No other place has a higher score.
+    pub(super) left: f64,
 }
 
 impl WallMap {
@@ -116,9 +127,12 @@ impl WallMap {
     }
 
     /// All places of the map where the beams fit.
-    pub(super) fn places(&self, rays: &[Ray], config: &MonteCarloConfig) -> Vec<Place> {
+    pub(super) fn places(&self, rays: &[Ray], config: &MonteCarloConfig) -> Places {
         let Some([coarse, fine]) = &self.pyramids else {
-            return vec![];
+            return Places {
+                found: vec![],
+                left: 1.0,
+            };
         };
         let every = rays.len().div_ceil(SEARCHED_POINTS).max(1);
         let points: Vec<_> = rays.iter().step_by(every).map(|ray| ray.to).collect();
@@ -126,9 +140,16 @@ impl WallMap {
             let finer = search(&points, fine, &found.pose, &FINER, 0.0);
             let pose = finer.map_or(found.pose, |finer| finer.pose);
             let agreement = self.agreement(&pose, rays.iter().copied());
-            Place { pose, agreement }
+            Place {
+                pose,
+                agreement,
+                score: found.score,
+            }
         };
-        let found = modes(&points, coarse, &config.modes);
-        found.into_iter().map(finer).collect()
+        let modes = modes(&points, coarse, &config.modes);
+        Places {
+            found: modes.found.into_iter().map(finer).collect(),
+            left: modes.left,
+        }
     }
 }
