@@ -260,6 +260,17 @@ mod tests {
         }
         let found = modes(&points, &map, &config).found;
         assert!((found[0].score - search.score(best)).abs() < 1e-12);
+        // A search that was cut off does not claim that there is nothing.
+        let most_squares = 0;
+        let cut = modes(
+            &points,
+            &map,
+            &ModesConfig {
+                most_squares,
+                ..config
+            },
+        );
+        assert!(cut.found.is_empty() && cut.left >= search.score(best));
     }
 
     #[test]

@@ -143,7 +143,7 @@ fn maps_that_are_no_building_are_refused() {
         Err(BuildingError::NoRoom { .. })
     ));
     assert!(matches!(
-        walls_of_map(&map(vec![0; 16_000_040])),
+        walls_of_map(&map(vec![0; 64_000_040])),
         Err(BuildingError::TooLarge { .. })
     ));
 }
