@@ -42,8 +42,8 @@ config! {
         pub apart_turn: f64 = 0.35,
         /// Points beyond this, m, do not make the turns any finer. Default 10; larger is slower.
         pub farthest: f64 = 10.0,
-        /// Most squares that are scored; what is best so far then stands. Default 2 000 000; larger:
-        /// buildings of hundreds of metres are searched whole, and more slowly.
+        /// Most squares that are scored; what is best so far then stands. Default 2 000 000;
+        /// larger: buildings of hundreds of metres are searched whole, and more slowly.
         pub most_squares: usize = 2_000_000,
     }
 }
