@@ -80,11 +80,13 @@ pub fn modes(points: &[Point2<f64>], map: &LikelihoodPyramid, config: &ModesConf
     let mut scored = waiting.len();
     let mut found: Vec<Candidate> = vec![];
     let mut least = config.min_score;
-    let mut left = least;
-    while let Some(square) = waiting.pop() {
-        left = search.score(square.bound);
-        if left < least || found.len() == config.most {
-            break;
+    let left = loop {
+        let Some(square) = waiting.pop() else {
+            break least;
+        };
+        let bound = search.score(square.bound);
+        if bound < least || found.len() == config.most {
+            break bound.max(least);
         }
         let level = search.top - square.fineness;
         if search.is_taken(&square, level, &found) {
@@ -97,7 +99,7 @@ pub fn modes(points: &[Point2<f64>], map: &LikelihoodPyramid, config: &ModesConf
             continue;
         }
         if scored > config.most_squares {
-            break;
+            break bound;
         }
         scored += 4;
         let half = 1_i32 << (level - 1);
@@ -108,11 +110,8 @@ pub fn modes(points: &[Point2<f64>], map: &LikelihoodPyramid, config: &ModesConf
                 waiting.push(part);
             }
         }
-    }
-    Modes {
-        found,
-        left: left.max(least),
-    }
+    };
+    Modes { found, left }
 }
 
 struct Search<'a> {
@@ -244,33 +243,45 @@ mod tests {
     }
 
     #[test]
-    fn the_first_mode_is_the_best_of_all_poses_tried_one_by_one() {
+    fn all_poses_tried_one_by_one_score_no_more_than_what_is_said() {
         let map = LikelihoodPyramid::new(room(0.0, 0.0).into_iter(), 0.2, 0.2, 4).unwrap();
         let points = seen_from(&Pose2::new(1.3, 1.1, 0.7));
         let config = ModesConfig::default();
         let search = Search::new(&points, &map, &config);
         let (cols, rows) = map.size();
-        let mut best = 0;
-        for turn in 0..search.turns.len() {
-            for row in 0..rows {
-                for col in 0..cols {
-                    best = best.max(search.square(turn, 0, col, row).bound);
+        // The best of all, and of those that are in nobody's surroundings.
+        let best = |found: &[Candidate]| {
+            let mut best = 0;
+            for turn in 0..search.turns.len() {
+                for row in 0..rows {
+                    for col in 0..cols {
+                        let square = search.square(turn, 0, col, row);
+                        if !search.is_taken(&square, 0, found) {
+                            best = best.max(square.bound);
+                        }
+                    }
                 }
             }
-        }
-        let found = modes(&points, &map, &config).found;
-        assert!((found[0].score - search.score(best)).abs() < 1e-12);
-        // A search that was cut off does not claim that there is nothing.
-        let most_squares = 0;
-        let cut = modes(
-            &points,
-            &map,
-            &ModesConfig {
+            search.score(best)
+        };
+        let whole = modes(&points, &map, &config);
+        let first = whole.found[0].score;
+        assert!((first - best(&[])).abs() < 1e-12);
+        assert!(best(&whole.found) <= whole.left);
+        // Nothing is in doubt but what is too poor to be a mode.
+        let poorest = (config.part_of_best * first).max(config.min_score);
+        assert!((whole.left - poorest).abs() < 1e-12);
+
+        // A search that is cut off does not claim that there is nothing.
+        for most_squares in (0..2_000).step_by(100) {
+            let cut = ModesConfig {
                 most_squares,
                 ..config
-            },
-        );
-        assert!(cut.found.is_empty() && cut.left >= search.score(best));
+            };
+            let cut = modes(&points, &map, &cut);
+            assert!(best(&cut.found) <= cut.left, "{most_squares}");
+            assert!(most_squares > 0 || cut.found.is_empty() && cut.left >= first);
+        }
     }
 
     #[test]
