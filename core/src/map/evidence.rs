@@ -5,14 +5,16 @@
 //! behind the wall, and a grid that takes beams as they are clears the wall away bit by bit: in a
 //! corridor most of both walls, seen from afar.
 //!
-//! 1. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
+//! 1. A point on a surface lies on the line of its neighbours ([`on_surfaces`]): far walls, whose
+//!    ranges scatter by more than a cell, would else be thick.
+//! 2. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
 //!    to either side. It is surely free up to the nearest surface in that width, not up to its own
 //!    end.
-//! 2. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
+//! 3. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
 //!    of the wall may cross the wall's own cells. The width grows by `margin_cells`.
-//! 3. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
+//! 4. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
 //!    order, as on a line ρ cos(φ - α) = r.
-//! 4. The end is a point on a surface where moving it within its width (step 1, without that of
+//! 5. The end is a point on a surface where moving it within its width (step 2, without that of
 //!    cells) moves it across the surface by less than [`BLUR_CELLS`]. With the way d along the beam
 //!    and the way l across it that is d l / √(d² + l²).
 //!
@@ -28,7 +30,7 @@ mod tests;
 use nalgebra::{Point2, Vector2};
 
 use crate::bounds::config;
-use crate::points::{Beam, Points};
+use crate::points::{Beam, Points, WIDEST_GAP, on_surfaces};
 
 /// How many cells a surface may be off, at [`EvidenceConfig::sigmas`] standard deviations.
 const BLUR_CELLS: f64 = 1.0;
@@ -106,6 +108,7 @@ impl Evidence {
         if config.cone > 0.0 {
             return Self::of_cones(points, resolution, config.cone);
         }
+        let points = on_surfaces(points);
         let mut evidence = Self::default();
         for (index, (beam, sigma)) in points.beams.iter().zip(bearing_sigmas).enumerate() {
             let unsure = config.sigmas * sigma;
@@ -191,9 +194,6 @@ fn nearest_on_one_side<'a>(
     }
     least
 }
-
-/// Neighbouring beams farther apart than this say nothing of what is between, rad.
-pub(super) const WIDEST_GAP: f64 = 0.1;
 
 fn angle_between(a: &Beam, b: &Beam) -> f64 {
     let (a, b) = (

@@ -7,7 +7,7 @@ use nalgebra::Point2;
 use super::free_cells::Way;
 use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex, Grid};
 use crate::geom::sides_of;
-use crate::map::evidence::WIDEST_GAP;
+use crate::points::WIDEST_GAP;
 
 /// Ways, and working memory that is kept between scans.
 #[derive(Clone, Debug, Default)]
