@@ -404,23 +404,20 @@ impl MonteCarlo {
             return;
         };
         let modes = &self.config.modes;
-        let is_apart = |pose: &Pose2| {
-            let off = pose.minus(&first.estimate.pose);
-            off.xy().norm() >= modes.apart || wrap(off.z).abs() >= modes.apart_turn
+        let is_near = |place: &&Place| {
+            let off = place.pose.minus(&first.estimate.pose);
+            off.xy().norm() < modes.apart && wrap(off.z).abs() < modes.apart_turn
         };
-        let most = |near: bool, of: fn(&Place) -> f64| {
-            let places = places.found.iter();
-            let places = places.filter(|place| near != is_apart(&place.pose));
-            places.map(of).fold(0.0, f64::max)
+        let (near, apart): (Vec<&Place>, Vec<&Place>) = places.found.iter().partition(is_near);
+        let most = |of: fn(&Place) -> f64, places: &[&Place]| {
+            places.iter().map(|place| of(place)).fold(0.0, f64::max)
         };
         let here = self.map.agreement(&first.estimate.pose, self.recent.rays());
-        let (own, rival) = (
-            here.max(most(true, |place| place.agreement)),
-            most(false, |place| place.agreement),
-        );
+        let own = here.max(most(|place| place.agreement, &near));
+        let rival = most(|place| place.agreement, &apart);
         // A search that was cut off has found nothing better elsewhere; there may be.
-        let is_searched =
-            most(true, |place| place.score) >= places.left + self.config.judgement.margin;
+        let score = most(|place| place.score, &near);
+        let is_searched = score >= places.left + self.config.judgement.margin;
         self.quality.recent_agreement = own;
         self.quality.rival_agreement = rival;
         let judgement = &self.config.judgement;

@@ -4,7 +4,9 @@
 //! now. One look into a corridor fits many places; what was seen on the way there fits few.
 //!
 //! The scans are joined by matching each to those before ([`locate`], as scan matching does), for
-//! odometry alone bends a picture of some metres until it fits nowhere.
+//! odometry alone bends a picture of some metres until it fits nowhere. Where a scan does not fit
+//! after the motion that odometry counts, it is matched from two others: the robot stood, or went
+//! on as before.
 
 use std::collections::VecDeque;
 
@@ -14,7 +16,7 @@ use crate::bounds::config;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::map::{SurfelConfig, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
-use crate::registration::{LocateConfig, Prior, Verdict, locate};
+use crate::registration::{LocateConfig, Prior, Registration, Verdict, locate};
 use crate::robot::Odometry;
 
 config! {
@@ -34,6 +36,16 @@ config! {
         pub most_beams: usize = 60,
         /// How scans are matched to those before. Default [`LocateConfig::in_recent_scans`].
         pub locate: LocateConfig = LocateConfig::in_recent_scans(),
+        /// Odometry is doubted where a smaller part of a scan than this lies among those before, 0
+        /// to 1: the robot may have stood still, or gone on as before, and odometry come late.
+        /// Default 0.7; larger is slower.
+        pub doubted_below: f64 = 0.7,
+        /// Points that have to lie among those before where odometry is not believed. Default 40:
+        /// few points fit in many places.
+        pub uncounted_points: usize = 40,
+        /// How well a motion is known that nobody counted, m and rad: standard deviations. Default
+        /// 0.15 and 0.15.
+        pub uncounted_sigmas: [f64; 2] = [0.15, 0.15],
         /// Odometry is never believed better than this between two scans, m and rad: standard
         /// deviations. Default 0.02 and 0.02.
         pub odometry_sigmas: [f64; 2] = [0.02, 0.02],
@@ -79,6 +91,8 @@ pub(super) struct Recent {
     /// The pose among the surfels when the last scan came, and odometry since.
     local_from_robot: Pose2,
     moved: PoseEstimate,
+    /// From the scan before to the last, by matching.
+    last_motion: Pose2,
     /// The pose at the last scan by matching alone, from where the first one was taken.
     matched: Pose2,
     /// Travelled, m, and turned, rad, to whichever side.
@@ -112,6 +126,7 @@ impl Recent {
             outdated: 0,
             local_from_robot: Pose2::identity(),
             moved: PoseEstimate::exact(Pose2::identity()),
+            last_motion: Pose2::identity(),
             matched: Pose2::identity(),
             gone: [0.0; 2],
         }
@@ -150,21 +165,49 @@ impl Recent {
     /// Where the robot is among the surfels.
     fn place(&mut self, surfaces: &[OrientedPoint]) {
         let moved = std::mem::replace(&mut self.moved, PoseEstimate::exact(Pose2::identity()));
-        let pose = self.local_from_robot * moved.pose;
-        self.local_from_robot = pose;
+        let before = self.local_from_robot;
+        self.local_from_robot = before * moved.pose;
         if self.surfels.surfels().is_empty() {
             return;
         }
-        let turned = self.local_from_robot.rotation();
         let [way, turn] = self.config.odometry_sigmas;
-        let cov = turned * moved.cov * turned.transpose() + pose_cov(way, turn);
-        let information = cov.try_inverse().unwrap_or_else(Matrix3::zeros);
-        let prior = Prior { pose, information };
-        let located = locate(surfaces, &self.surfels, &prior, 0, &self.config.locate);
-        let found = located.registration();
-        if !matches!(found.verdict, Verdict::TooFewPoints { .. }) {
+        let by_odometry = moved.cov + pose_cov(way, turn);
+        let mut found = self.located(surfaces, &(before * moved.pose), &by_odometry);
+        let overlap = |found: &Option<Registration>| found.map_or(0.0, |found| found.overlap);
+        let locate = &self.config.locate;
+        if overlap(&found) < self.config.doubted_below {
+            let [way, turn] = self.config.uncounted_sigmas;
+            for motion in [Pose2::identity(), self.last_motion] {
+                let without = self.located(surfaces, &(before * motion), &pose_cov(way, turn));
+                let is_seen = without.is_some_and(|w| w.inliers >= self.config.uncounted_points);
+                if is_seen && overlap(&without) > overlap(&found) + locate.min_gain {
+                    found = without;
+                }
+            }
+        }
+        if let Some(found) = found {
             self.local_from_robot = found.estimate.pose;
         }
+        self.last_motion = before.delta_to(&self.local_from_robot);
+    }
+
+    /// Where surfaces match best near `pose`, whose covariance is `cov` in its own frame; `None` of
+    /// too few.
+    fn located(
+        &self,
+        surfaces: &[OrientedPoint],
+        pose: &Pose2,
+        cov: &Matrix3<f64>,
+    ) -> Option<Registration> {
+        let turned = pose.rotation();
+        let cov = turned * cov * turned.transpose();
+        let prior = Prior {
+            pose: *pose,
+            information: cov.try_inverse().unwrap_or_else(Matrix3::zeros),
+        };
+        let located = locate(surfaces, &self.surfels, &prior, 0, &self.config.locate);
+        let found = *located.registration();
+        (!matches!(found.verdict, Verdict::TooFewPoints { .. })).then_some(found)
     }
 
     fn drop_old(&mut self) {
@@ -271,6 +314,32 @@ mod tests {
         assert!(recent.way() > 2.0);
         recent.forget();
         assert_eq!((recent.rays().count(), recent.way()), (0, 0.0));
+    }
+
+    /// For five scans odometry says that the robot stands, then all of the way at once.
+    #[test]
+    fn odometry_that_comes_late_is_not_counted_twice() {
+        let mut recent = Recent::new(RecentConfig::default());
+        let begin = Pose2::new(-1.0, -0.5, 0.0);
+        let mut pose = begin;
+        let step = Pose2::new(0.15, 0.02, 0.1);
+        let mut behind = Pose2::identity();
+        for scan in 0..14 {
+            if scan > 0 {
+                pose = pose * step;
+                behind = behind * step;
+            }
+            let is_late = (5..10).contains(&scan);
+            let counted = match is_late {
+                true => Pose2::identity(),
+                false => std::mem::replace(&mut behind, Pose2::identity()),
+            };
+            recent.predict(&moved(counted, 0.02));
+            recent.push(&seen_from(&pose));
+            let off = begin.delta_to(&pose).delta_to(&recent.matched());
+            assert!(off.position().coords.norm() < 0.02, "{scan}: {off:?}");
+            assert!(off.heading().abs() < 0.02, "{scan}: {off:?}");
+        }
     }
 
     #[test]
