@@ -25,7 +25,7 @@ const ADDED: f64 = 0.1;
 /// A scan that contradicts the submap is not drawn as long as this part of it agrees, ...
 const WAITING_OVERLAP: f64 = 0.4;
 /// ... scans follow each other within so many distances and turns of keyframes, ...
-const CLOSE: [f64; 2] = [0.5, 1.0];
+pub(super) const CLOSE: [f64; 2] = [0.5, 1.0];
 /// ... and the last keyframe is within so many.
 const LONGEST_WAIT: [f64; 2] = [8.0, 3.0];
 
@@ -41,14 +41,14 @@ impl ScanMatcher {
     }
 
     /// Whether there is a last keyframe, nearer than so many distances and turns of keyframes.
-    fn is_keyframe_within(&self, parts: [f64; 2]) -> bool {
+    pub(super) fn is_keyframe_within(&self, parts: [f64; 2]) -> bool {
         let here = self.local.pose;
         self.last_keyframe
             .is_some_and(|last| self.is_within(&last.delta_to(&here), parts))
     }
 
     /// Whether a motion is no longer than so many distances and turns of keyframes.
-    fn is_within(&self, motion: &Pose2, [distances, turns]: [f64; 2]) -> bool {
+    pub(super) fn is_within(&self, motion: &Pose2, [distances, turns]: [f64; 2]) -> bool {
         motion.position().coords.norm() <= distances * self.config.keyframe_distance
             && motion.heading().abs() <= turns * self.config.keyframe_turn
     }

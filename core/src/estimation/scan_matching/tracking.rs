@@ -10,14 +10,16 @@
 //!    it, and how far it is from what odometry says. Odometry that was seldom wrong is believed
 //!    longer.
 //! 4. What fits nearly as well elsewhere makes the pose doubtful. Where it may as well lie
-//!    elsewhere, or contradicts the submap at the best of all poses, the scan does not belong to
-//!    the running submap: a new one is begun, joined as loosely as the pose is known.
+//!    elsewhere, or contradicts the submap at the best of all poses, or the submap says nothing of
+//!    it although the robot was there just now, the scan does not belong to the running submap: a
+//!    new one is begun, joined as loosely as the pose is known.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::super::agreement::{Agreement, Says, says};
 use super::ScanMatcher;
 use super::guesses::Guess;
+use super::keyframes::CLOSE;
 use super::seen::Seen;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::points::OrientedPoint;
@@ -98,6 +100,12 @@ const SPOKEN_OF: f64 = 0.1;
 const MISLED_SHIFT: f64 = 0.2;
 const MISLED_PART: f64 = 0.2;
 const MISLED_TURN: f64 = 0.2;
+/// A robot whose scan says nothing of a place where it was just now may be as far off as this, m
+/// and rad. It may be farther, but no odometry tells.
+const CARRIED_SHIFT: f64 = 1.0;
+const CARRIED_TURN: f64 = 0.5;
+/// So many distances and turns of keyframes are close to one.
+const AT_KEYFRAME: [f64; 2] = [1.0, 1.0];
 /// Farther from the match than this, m and rad, a motion was wrong.
 const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
@@ -147,10 +155,17 @@ impl ScanMatcher {
             return tracked;
         }
         let spread = spread(&tried, best);
+        let step = self.local.pose.delta_to(&lead.pose);
         let is_quiet = agreement.spoken_of() < SPOKEN_OF;
-        if agreement.part() < VERIFIED_PART && !is_quiet {
-            let way = (lead.pose.position() - self.local.pose.position()).norm();
-            let misled = pose_cov(MISLED_SHIFT + MISLED_PART * way, MISLED_TURN);
+        let is_elsewhere = is_quiet && self.should_know(seen, &step, counted);
+        if is_elsewhere || (agreement.part() < VERIFIED_PART && !is_quiet) {
+            let misled = match is_elsewhere {
+                true => pose_cov(CARRIED_SHIFT, CARRIED_TURN),
+                false => {
+                    let way = step.position().coords.norm();
+                    pose_cov(MISLED_SHIFT + MISLED_PART * way, MISLED_TURN)
+                }
+            };
             let cov = estimate.cov + spread + predicted.cov + misled;
             return Tracked {
                 estimate: PoseEstimate {
@@ -174,6 +189,16 @@ impl ScanMatcher {
                 || (!counted && agreement.overlap() < OTHER_OVERLAP),
             ..tracked
         }
+    }
+
+    /// Whether the submap would have to speak of a scan after this motion: a keyframe was drawn close
+    /// by. Where it does not, the robot was carried off, or the recording goes on elsewhere.
+    fn should_know(&self, seen: &Seen, step: &Pose2, counted: bool) -> bool {
+        let is_close = !counted || self.is_within(step, CLOSE);
+        is_close
+            && self.is_keyframe_within(AT_KEYFRAME)
+            && seen.surfaces.len() as f64 >= 0.5 * FULL_SCAN
+            && !self.gathering.is_at_work()
     }
 
     /// The scan matched from the first motion and, where it does not surely lie there, from the
