@@ -120,6 +120,13 @@ impl WebRun {
         )
     }
 
+    /// The method that maps the log: without odometry it may be another than was asked for.
+    #[must_use]
+    #[wasm_bindgen(unchecked_return_type = "MethodName")]
+    pub fn method(&self) -> String {
+        self.slam().method().name().to_owned()
+    }
+
     /// What the log holds, in words; empty without one.
     #[must_use]
     pub fn summary(&self) -> String {

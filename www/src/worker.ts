@@ -101,7 +101,7 @@ const handlers: Handlers<Command> = {
         const run = log.readOn(SLICE_MILLIS);
         if (!run) return true;
         reading = null;
-        begin(new Run(goingOn(run, setup.method), { kind: "replay", title: name, method: setup.method }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
+        begin(new Run(goingOn(run, setup.method), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
       } catch (error) {
         stopReading();
         fail(error, name);

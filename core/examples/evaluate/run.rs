@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use serde_json::{Value, json};
 use slamlab_core::estimation::{DriveFit, FittedParameter, MapVerdict, ScanMatcher};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
@@ -61,6 +61,12 @@ pub(crate) fn evaluate(
     settings.slam.saved_map = saved.map(|saved| arguments.saved_map.earlier(saved));
     let mut replay = Replay::new(log, method, &settings)?;
     settings.slam.saved_map = None;
+    ensure!(
+        replay.session().slam().method() == method,
+        "--method {}: {}",
+        method.name(),
+        replay.take_notes().join("; ")
+    );
     let part = arguments.scans.clone().unwrap_or(0..usize::MAX);
     replay.skip(part.start);
     let slam = replay.session().slam();

@@ -9,18 +9,21 @@ use crate::format::field_error::read;
 use crate::geom::Pose2;
 
 pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError> {
-    let is_comment = bytes.iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'#');
+    let trimmed = bytes.trim_ascii_start();
+    let is_comment = trimmed.starts_with(b"#");
+    // Comments and names of robots may be in any encoding.
+    let is_free = is_comment || trimmed.starts_with(b"PARAM");
     let bad = bytes.iter().enumerate().find(|&(_, &b)| {
         (b.is_ascii_control() && !matches!(b, b'\t' | b'\r' | 0x0c | 0x1a))
-            || (!b.is_ascii() && !is_comment)
+            || (!b.is_ascii() && !is_free)
     });
     if let Some((at, &byte)) = bad {
         let column = at + 1;
         return Err(CarmenError::Binary { line, column, byte });
     }
-    // A comment may be in any encoding, and nobody reads it.
-    let read: &[u8] = if is_comment { b"" } else { bytes };
-    Ok(std::str::from_utf8(read).unwrap_or(""))
+    // Nobody reads a comment, and no number is written in such letters.
+    let is_read = !is_comment && bytes.is_ascii();
+    Ok(std::str::from_utf8(if is_read { bytes } else { b"" }).unwrap_or(""))
 }
 
 /// The fields of one message, counted for the error message.

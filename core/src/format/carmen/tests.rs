@@ -117,6 +117,21 @@ fn the_largest_reading_is_a_code_when_it_is_repeated() {
 }
 
 #[test]
+fn comments_and_parameters_may_be_in_any_encoding() {
+    let good = flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 1.0);
+    for line in [
+        "PARAM robot_name T\u{fc}bingen\n".as_bytes(),
+        b"PARAM map_name caf\xe9\n",
+        b"# \xff\n",
+    ] {
+        let log = CarmenLog::parse(&[line, good.as_bytes()].concat()).unwrap();
+        assert_eq!(log.scans.len(), 1);
+    }
+    let other = [b"ODOM \xe9\n", good.as_bytes()].concat();
+    assert!(message(&other).starts_with("line 1: byte 6 is 0xe9"));
+}
+
+#[test]
 fn bad_files_are_told_what_where_and_what_was_expected() {
     let good = flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 1.0);
     assert!(message(b"").starts_with("the file is empty"));
