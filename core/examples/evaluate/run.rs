@@ -68,6 +68,11 @@ pub(crate) fn evaluate(
         replay.take_notes().join("; ")
     );
     let part = arguments.scans.clone().unwrap_or(0..usize::MAX);
+    ensure!(
+        part.start < scans,
+        "--scans begins at scan {}, and the log has {scans}",
+        part.start
+    );
     replay.skip(part.start);
     let slam = replay.session().slam();
     arguments.outputs.check_method(slam, method.name())?;

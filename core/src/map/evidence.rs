@@ -108,7 +108,7 @@ impl Evidence {
         if config.cone > 0.0 {
             return Self::of_cones(points, resolution, config.cone);
         }
-        let points = on_surfaces(points);
+        let surfaces = on_surfaces(points);
         let mut evidence = Self::default();
         for (index, (beam, sigma)) in points.beams.iter().zip(bearing_sigmas).enumerate() {
             let unsure = config.sigmas * sigma;
@@ -122,7 +122,7 @@ impl Evidence {
                 let across = beam.range * unsure;
                 let blur = along * across / libm::hypot(along, across).max(f64::MIN_POSITIVE);
                 if blur <= BLUR_CELLS * resolution {
-                    evidence.hits.push(beam.end_in_robot);
+                    evidence.hits.push(surfaces.beams[index].end_in_robot);
                 }
             }
         }

@@ -40,7 +40,8 @@ const MAX_RANGE: f64 = 40.0;
 const SPACING: f64 = 0.04;
 /// Half of the piece of surface that gives a direction, m; larger smooths noise and rounds corners.
 const REACH: f64 = 0.12;
-/// The same in standard deviations of the range: what is as wide as it is long has no direction.
+/// Where hits are drawn, at least so many standard deviations of the range: what is as wide as it
+/// is long has no direction.
 const REACH_SIGMAS: f64 = 8.0;
 /// The same among scans that were gathered, ...
 const CLOUD_REACH: f64 = 0.3;
@@ -87,11 +88,13 @@ pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
         if kept.last().is_some_and(is_too_near) {
             continue;
         }
-        kept.extend(line_at(&hits, at, beam_spacing).map(|(normal, to_line)| {
-            let mut surface = seen(beam, normal);
-            surface.position += to_line;
-            (*place, surface)
-        }));
+        kept.extend(
+            line_at(&hits, at, beam_spacing, REACH).map(|(normal, to_line)| {
+                let mut surface = seen(beam, normal);
+                surface.position += to_line;
+                (*place, surface)
+            }),
+        );
     }
     kept
 }
@@ -108,7 +111,8 @@ pub fn on_surfaces(points: &Points) -> Points {
     }
     let hits: Vec<_> = near_hits(points).collect();
     for (at, (place, beam)) in hits.iter().enumerate() {
-        let line = line_at(&hits, at, beam.range * angle);
+        let reach = REACH.max(REACH_SIGMAS * beam.sigma);
+        let line = line_at(&hits, at, beam.range * angle, reach);
         if let (Some((_, to_line)), Some(beam)) = (line, moved.beams.get_mut(*place)) {
             beam.end_in_robot += to_line;
             beam.range = (beam.end_in_robot - beam.origin_in_robot).norm();
@@ -117,16 +121,17 @@ pub fn on_surfaces(points: &Points) -> Points {
     moved
 }
 
-/// The line of a hit's neighbours: its normal, and the way from the hit to it.
+/// The line of a hit's neighbours within `least_reach` or a few beams: its normal, and the way from
+/// the hit to it.
 fn line_at(
     hits: &[(usize, &Beam)],
     at: usize,
     beam_spacing: f64,
+    least_reach: f64,
 ) -> Option<(Vector2<f64>, Vector2<f64>)> {
-    let beam = hits.get(at)?.1;
-    let position = beam.end_in_robot;
+    let position = hits.get(at)?.1.end_in_robot;
     let gap = 0.06 + 3.0 * beam_spacing;
-    let reach = REACH.max(2.5 * beam_spacing).max(REACH_SIGMAS * beam.sigma);
+    let reach = least_reach.max(2.5 * beam_spacing);
     let on_surface = |from: Point2<f64>, to: Point2<f64>| {
         (to - from).norm() <= gap && (to - position).norm() <= reach
     };
