@@ -100,8 +100,8 @@ pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
 }
 
 /// The hits of a scan where their surfaces are: each that lies on one is moved onto the line of its
-/// neighbours, as in [`oriented_beams`], and its range is then that far. All else stays, and all of a
-/// scan whose beams are farther apart than a tenth of a radian.
+/// neighbours, as in [`oriented_beams`], and its range is then that far. All else stays, and all of
+/// a scan whose beams are farther apart than a tenth of a radian.
 #[must_use]
 pub fn on_surfaces(points: &Points) -> Points {
     let mut moved = points.clone();

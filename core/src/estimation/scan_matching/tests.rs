@@ -412,8 +412,8 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
     assert!(told, "{:?} {begun:?}", torn.tears);
 }
 
-/// A robot that is carried into a hall, of whose walls the ring says nothing, while wheels tell that
-/// it drove on: or a recording of two buildings.
+/// A robot that is carried into a hall, of whose walls the ring says nothing, while wheels tell
+/// that it drove on: or a recording of two buildings.
 #[test]
 fn a_map_that_goes_on_in_another_building_is_torn_where_that_begins() {
     const CARRIED: usize = 120;

@@ -191,8 +191,8 @@ impl ScanMatcher {
         }
     }
 
-    /// Whether the submap would have to speak of a scan after this motion: a keyframe was drawn close
-    /// by. Where it does not, the robot was carried off, or the recording goes on elsewhere.
+    /// Whether the submap would have to speak of a scan after this motion: a keyframe was drawn
+    /// close by. Where it does not, the robot was carried off, or the recording goes on elsewhere.
     fn should_know(&self, seen: &Seen, step: &Pose2, counted: bool) -> bool {
         let is_close = !counted || self.is_within(step, CLOSE);
         is_close

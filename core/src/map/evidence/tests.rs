@@ -123,8 +123,8 @@ fn a_wall_ahead_is_drawn_however_unsure_the_direction() {
     assert!((end.y - 3.0).abs() < 0.01, "{end}");
 }
 
-/// Ranges that err by 4 cm, as an RPLIDAR's do at 6 m. By theory a line through 2 k + 1 hits errs by
-/// σ / √(2 k + 1) in its middle; within reach at this range are two or three to either
+/// Ranges that err by 4 cm, as an RPLIDAR's do at 6 m. By theory a line through 2 k + 1 hits errs
+/// by σ / √(2 k + 1) in its middle; within reach at this range are two or three to either
 /// side, one less now and then where noise takes it away.
 #[test]
 fn a_far_wall_is_thinner_than_its_ranges_scatter() {
