@@ -417,10 +417,10 @@ impl MonteCarlo {
         let rival = most(|place| place.agreement, &apart);
         // A search that was cut off has found nothing better elsewhere; there may be.
         let score = most(|place| place.score, &near);
-        let is_searched = score >= places.left + self.config.judgement.margin;
+        let judgement = &self.config.judgement;
+        let is_searched = score >= places.left + judgement.margin;
         self.quality.recent_agreement = own;
         self.quality.rival_agreement = rival;
-        let judgement = &self.config.judgement;
         if self.is_found {
             self.outdone = match rival > own + judgement.margin {
                 true => self.outdone + 1,

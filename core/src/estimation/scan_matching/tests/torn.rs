@@ -1,0 +1,67 @@
+//! Where a map is said to be torn.
+
+use super::super::super::map_quality::{MapVerdict, Tear, TearKind};
+use super::super::super::pose_graph::Edge;
+use super::*;
+
+#[test]
+fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
+    let (_, _, mut matcher) = run(ScanMatcherConfig::default(), 1);
+    let good = matcher.quality();
+    assert_eq!(good.verdict, MapVerdict::Good, "{:?}", good.tears);
+    assert!(good.agreement.unwrap() > 0.8, "{:?}", good.agreement);
+    // The last submaps are held where they do not lie.
+    let last = matcher.submaps.len() - 1;
+    let poses = matcher.graph.poses().to_vec();
+    for new in last - 3..last {
+        let motion = poses[0].delta_to(&poses[new]) * Pose2::new(0.5, 0.3, 0.0);
+        let wrong = Edge {
+            from: 0,
+            to: new,
+            motion,
+            information: Matrix3::from_diagonal_element(1e8),
+            cauchy: None,
+        };
+        matcher.graph.add_edge(wrong);
+    }
+    matcher.optimize();
+    let torn = matcher.quality();
+    assert_eq!(torn.verdict, MapVerdict::Torn);
+    let begun = matcher.trajectory.iter().find(|t| t.submap == last - 3);
+    let begun = begun.unwrap().stamp;
+    let told = torn.tears.iter().any(|tear| {
+        let off = tear.off.unwrap_or(f64::MAX);
+        tear.later[1] >= begun && off > 0.3
+    });
+    assert!(told, "{:?} {begun:?}", torn.tears);
+}
+
+/// A robot that is carried into a hall, of whose walls the ring says nothing, while wheels tell
+/// that it drove on: or a recording of two buildings.
+#[test]
+fn a_map_that_goes_on_in_another_building_is_torn_where_that_begins() {
+    const CARRIED: usize = 120;
+    let corners = [[-9.0, -8.0], [9.0, -8.0], [9.0, 8.5], [-9.0, 8.5]].map(Point2::from);
+    let hall = [0, 1, 2, 3].map(|i| Segment::new(corners[i], corners[(i + 1) % 4]));
+    let start = Pose2::new(-5.0, -4.0, 0.0);
+    let [in_ring, in_hall] = [ring(), hall.into()].map(|w| drive_along(&w, &LAP, start, 1));
+    for is_counted in [true, false] {
+        let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
+        for step in in_ring
+            .iter()
+            .take(CARRIED)
+            .chain(in_hall.iter().skip(CARRIED))
+        {
+            if is_counted {
+                matcher.odometry(&step.odometry);
+            }
+            update(&mut matcher, &points_of(&step.scan));
+        }
+        matcher.finish();
+        let quality = matcher.quality();
+        assert_eq!(quality.verdict, MapVerdict::Torn, "counted {is_counted}");
+        let carried = in_ring[CARRIED].scan.stamp;
+        let is_told = |tear: &Tear| tear.kind == TearKind::Loose && tear.later[0] == carried;
+        assert!(quality.tears.iter().any(is_told), "{:?}", quality.tears);
+    }
+}
