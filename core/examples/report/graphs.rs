@@ -9,6 +9,9 @@
 //!    the workloads `posegraph_intel` and `posegraph_m3500`. Of g2o's lines the fastest counts that
 //!    ends where the best of them does; of GTSAM's the best. GTSAM takes the logarithm of an
 //!    error, g2o its (x, y, θ): their χ² agree as far as errors are small, and are compared so.
+//!    Ours may be below GTSAM's: an edge of `intel.g2o` (from 160 to 161, where the robot turned on
+//!    the spot) has an information of 2.7e12 along one axis, and GTSAM 4.3 does not solve that file
+//!    even from the minimum.
 
 use std::path::Path;
 
@@ -103,12 +106,14 @@ fn against_peers(
             .min_by(f64::total_cmp)
             .with_context(|| format!("no line of `{peer}` with chi2= for {workload}"))
     };
-    for (peer, tolerance) in [("g2o", AS_G2O), ("gtsam", AS_GTSAM)] {
+    let mut off = |peer: &str| -> Result<f64> {
         let theirs = best(peer)?;
         outcome.figure(format!("{name}_chi2_{peer}"), theirs);
-        let key = format!("{name}_chi2_off_{peer}");
-        outcome.at_most(&key, (chi2 - theirs).abs() / theirs, tolerance);
-    }
+        Ok((chi2 - theirs) / theirs)
+    };
+    let [off_g2o, off_gtsam] = [off("g2o")?, off("gtsam")?];
+    outcome.at_most(&format!("{name}_chi2_off_g2o"), off_g2o.abs(), AS_G2O);
+    outcome.at_most(&format!("{name}_chi2_above_gtsam"), off_gtsam, AS_GTSAM);
     let good = best("g2o")? * (1.0 + AS_G2O);
     let fast = peers.all(&workload, "g2o", "chi2");
     let fast = fast.filter(|(_, chi2)| *chi2 <= good).map(|(ms, _)| ms);
