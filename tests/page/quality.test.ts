@@ -63,6 +63,7 @@ test('a click on a torn place says what is torn, and by how much', { tag: '@phon
   await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
   await expect.poll(async () => (await quality(lab))?.verdict).toBe('torn');
   const tears = (await quality(lab))!.tears;
+  await expect(lab.at('caption'), 'nobody has to scroll for it').toContainText(tears.length === 1 ? 'the map is torn at one place' : `the map is torn at ${tears.length} places`);
   await lab.show('status');
   await expect(lab.at('tears').locator('li')).toHaveCount(tears.length);
   await expect(lab.at('quality')).toContainText('This map is torn');

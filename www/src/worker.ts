@@ -5,7 +5,7 @@ import init, { WebRun, WebSavedMap, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
-import type { EditName, MapStart, MethodName } from "./protocol/module.js";
+import type { EditName, MapStart } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
@@ -27,9 +27,9 @@ let savedMap: WebSavedMap | null = null;
 /** Where the robot is in it when a run begins. */
 let start: MapStart = { from: "left" };
 
-/** A run of this method, in the saved map if it can go on in one. */
-function goingOn(run: WebRun, method: MethodName): WebRun {
-  if (savedMap && method === "scan-matching") run.go_on_in(savedMap, start);
+/** The run, in the saved map if its method can go on in one. */
+function goingOn(run: WebRun): WebRun {
+  if (savedMap && run.method() === "scan-matching") run.go_on_in(savedMap, start);
   return run;
 }
 
@@ -88,7 +88,7 @@ const handlers: Handlers<Command> = {
     if (reading) stopReading();
     given(setup.worldJson === null ? "" : setup.world, () => {
       const { world: title, method, sensor, seed } = setup;
-      const run = goingOn(WebRun.simulate(setup), method);
+      const run = goingOn(WebRun.simulate(setup));
       begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
     });
   },
@@ -101,7 +101,7 @@ const handlers: Handlers<Command> = {
         const run = log.readOn(SLICE_MILLIS);
         if (!run) return true;
         reading = null;
-        begin(new Run(goingOn(run, setup.method), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
+        begin(new Run(goingOn(run), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
       } catch (error) {
         stopReading();
         fail(error, name);

@@ -5,7 +5,7 @@ import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
 import type { LiveSetup } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
-import type { MethodName, SettingValues } from "../protocol/module.js";
+import type { SettingValues } from "../protocol/module.js";
 import type { Link, LinkEvents } from "./link.js";
 import type { Player } from "./player.js";
 import { Run } from "./run.js";
@@ -14,7 +14,7 @@ export interface ConversationSetup extends LiveSetup {
   title: string;
   token: string;
   /** A run of this method, in the saved map if there is one. */
-  goingOn: (run: WebRun, method: MethodName) => WebRun;
+  goingOn: (run: WebRun) => WebRun;
 }
 
 /** Makes the link for a module. */
@@ -30,7 +30,7 @@ export class Conversation {
   constructor(private readonly player: Player, { title, token, method, priorMap, cycle, settings, twin, goingOn }: ConversationSetup, wire: Wire) {
     this.#twin = twin;
     const name = navigator.userAgent.includes("Mobile") ? "phone" : "browser";
-    const module = (this.#module = goingOn(WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings }), method));
+    const module = (this.#module = goingOn(WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings })));
     let link: Link | null = null;
     const moved = (): void => {
       // The other end may speak while its link is being made.

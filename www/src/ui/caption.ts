@@ -20,7 +20,7 @@ export function caption(store: Store): Caption {
   const doubt = doubtOf(status);
   if (source === "replay") {
     if (status.finished && status.progress < 1) return { doing: `Mapped a part of ${title}`, more: [status.reason, percent(status.progress)].join(" at ") };
-    if (status.finished) return { doing: `Mapped ${title}`, more: status.reason };
+    if (status.finished) return { doing: `Mapped ${title}`, more: worthOf(store) || status.reason };
     const left = Number.isFinite(status.remaining) ? `${clock(status.remaining)} left` : "";
     if (doubt && playing) return { doing: doubt, more: [`in ${title}`, percent(status.progress)].join(", ") };
     return { doing: `${playing ? "Mapping" : "Paused in"} ${title}`, more: [percent(status.progress), left].filter(Boolean).join(", ") };
@@ -36,7 +36,7 @@ export function caption(store: Store): Caption {
     return { doing: bridge.driver ? `${bridge.driver} drives` : `Watching ${title}`, more: "" };
   }
   const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
-  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: known };
+  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: [worthOf(store), known].filter(Boolean).join(" · ") };
   if (store.aiming) return AIMING;
   if (doubt && playing) return { doing: doubt, more: known };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
@@ -49,6 +49,15 @@ function doubtOf({ localisation, placed }: Status): string {
   if (localisation === "lost") return "Lost: it searches the map for where it is";
   if (localisation === "ambiguous") return "Not sure where it is";
   return placed ? "" : "Maps a piece of its own: its place in the saved map is not proved yet";
+}
+
+/** What the map of a finished run is worth, as far as it was judged; empty where nobody asked. */
+function worthOf({ quality, judging }: Store): string {
+  if (judging !== null) return `judging the map, ${percent(judging)}`;
+  if (!quality) return "";
+  const count = quality.tears.length;
+  const places = count === 1 ? "one place" : `${count} places`;
+  return { good: "the map agrees with itself", doubtful: `the map is doubtful at ${places}`, torn: `the map is torn at ${places}` }[quality.verdict];
 }
 
 /** What steers: a thumb has no keys. */

@@ -30,7 +30,7 @@ export class SlamHeader extends SlamElement {
     }
   `;
 
-  protected override readonly topics = ["frame", "run", "theme", "bridge"] as const;
+  protected override readonly topics = ["frame", "run", "theme", "bridge", "quality"] as const;
 
   override render(): TemplateResult {
     const { store } = this;

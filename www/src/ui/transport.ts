@@ -7,7 +7,7 @@ import { clock, percent } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 
-const SPEEDS = [0.25, 0.5, 1, 2, 4, 10, 20, Infinity];
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 10, 20, 50, Infinity];
 
 export class SlamTransport extends SlamElement {
   static override styles = css`

@@ -1,5 +1,6 @@
 // Where the map is torn: a red ring with a cross, and how far its sides are apart. Dashed, without
-// a cross, where nothing proves how its parts lie.
+// a cross, where nothing proves how its parts lie. Of words that would lie on each other those of
+// the widest tear are written.
 
 import type { Tear } from "../../protocol/module.js";
 import { type Brush, label, stroke } from "./layer.js";
@@ -8,11 +9,14 @@ import { type Brush, label, stroke } from "./layer.js";
 const RADIUS = 13;
 /** Half of the cross's side, CSS pixels. */
 const CROSS = 5;
+/** From the middle of a mark to its words, and from one line of words to the next, CSS pixels. */
+const BESIDE = RADIUS + 5;
+const LINE = 15;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, tears, torn } = brush;
   for (const tear of tears) {
-    const { kind, place: [x, y], off } = tear;
+    const { kind, place: [x, y] } = tear;
     const isTorn = kind !== "unproven";
     // The one that was chosen stands out.
     const radius = camera.px(tear === torn ? RADIUS + 4 : RADIUS);
@@ -27,19 +31,32 @@ export function draw(brush: Brush): void {
         context.lineTo(x + arm, y - arm);
       });
     }
+  }
+  writeWords(brush);
+}
+
+function writeWords(brush: Brush): void {
+  const { context, camera, palette, tears, torn } = brush;
+  const weight = (tear: Tear): number => tear === torn ? Infinity : tear.off ?? 0;
+  const written: (readonly [number, number, number])[] = [];
+  for (const { kind, place: [x, y], off } of [...tears].sort((a, b) => weight(b) - weight(a))) {
+    const text = `${kind === "unproven" ? "doubtful" : "torn"}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
     label(brush, x, y, () => {
-      const text = `${isTorn ? "torn" : "doubtful"}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
       context.font = "600 12px IBM Plex Mono, monospace";
+      const width = context.measureText(text).width;
+      const [middle, row] = camera.toScreen(x, y);
+      // At the right edge it stands on the other side.
+      const isCut = middle + BESIDE + width > camera.width;
+      const from = isCut ? middle - BESIDE - width : middle + BESIDE;
+      if (written.some(([begin, end, at]) => from < end && begin < from + width && Math.abs(row - at) < LINE)) return;
+      written.push([from, from + width, row]);
       context.lineWidth = 3;
       context.setLineDash([]);
       context.strokeStyle = palette.css.free;
       context.fillStyle = palette.css.torn;
-      // At the right edge it stands on the other side.
-      const isCut = camera.toScreen(x, y)[0] + RADIUS + 5 + context.measureText(text).width > camera.width;
-      context.textAlign = isCut ? "right" : "left";
-      const beside = isCut ? -RADIUS - 5 : RADIUS + 5;
-      context.strokeText(text, beside, 4);
-      context.fillText(text, beside, 4);
+      context.textAlign = "left";
+      context.strokeText(text, from - middle, 4);
+      context.fillText(text, from - middle, 4);
     });
   }
 }
