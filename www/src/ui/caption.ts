@@ -57,7 +57,8 @@ function worthOf({ quality, judging }: Store): string {
   if (!quality) return "";
   const count = quality.tears.length;
   const places = count === 1 ? "one place" : `${count} places`;
-  return { good: "the map agrees with itself", doubtful: `the map is doubtful at ${places}`, torn: `the map is torn at ${places}` }[quality.verdict];
+  const good = quality.agreement === null ? "no place was seen twice" : "the map agrees with itself";
+  return { good, doubtful: `the map is doubtful at ${places}`, torn: `the map is torn at ${places}` }[quality.verdict];
 }
 
 /** What steers: a thumb has no keys. */
