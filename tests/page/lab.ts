@@ -29,6 +29,9 @@ interface Window {
   };
 }
 
+/** The view stands when it has not moved for this time, ms: it is fitted again every 300. */
+const STANDS = 450;
+
 export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'paths' | 'settings' | 'layers' | 'log';
 
 /** What can be read of the page without a function call. */
@@ -123,15 +126,17 @@ export class Lab {
     return [(x1 + x2) / 2, (y1 + y2) / 2];
   }
 
-  /** The view glides while the map grows: waits until it stands. */
+  /** The view glides while the map grows, and is fitted again now and then: waits until it has
+      stood for longer than that takes. */
   async stillCamera(): Promise<void> {
     let before = '';
+    let since = 0;
     await expect.poll(async () => {
       const now = JSON.stringify((await this.state()).camera);
-      const still = now === before;
+      if (now !== before) since = Date.now();
       before = now;
-      return still;
-    }, { message: 'the view stands still', intervals: [150] }).toBe(true);
+      return Date.now() - since > STANDS;
+    }, { message: 'the view stands still', intervals: [100] }).toBe(true);
   }
 
   /** The robot stands: it makes no way in a simulated second. */
