@@ -1,7 +1,9 @@
 //! What the map is worth that came of a log: for JSON, in words, and as an exit status.
 
 use serde_json::{Value, json};
-use slamlab_core::estimation::{MapQuality, MapVerdict, Tear, TearKind};
+use slamlab_core::estimation::{
+    ClosureFate, ClosureRecord, MapQuality, MapVerdict, Refusal, ScanMatcher, Tear, TearKind,
+};
 use slamlab_core::robot::Stamp;
 
 /// The exit status where the map is torn; 2 is that of a wrong command line.
@@ -32,6 +34,36 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
         "over_time": stretches
             .map(|stretch| json!({ "seen_s": seen(stretch.seen), "agreement": stretch.agreement }))
             .collect::<Vec<_>>(),
+    })
+}
+
+/// What became of the loops that were considered, for the JSON. Those that wait, were refused or
+/// were revoked are counted as far as the matcher still knows them: the last few hundred. The
+/// doubts are the widest of those accepted after a search: how well their places were known before.
+pub(crate) fn closures(map: &ScanMatcher) -> Value {
+    let records: Vec<_> = map.closure_records().collect();
+    let count = |is: fn(&ClosureFate) -> bool| {
+        let fates = records.iter().map(|record| &record.fate);
+        fates.filter(|fate| is(fate)).count()
+    };
+    let refused = |why| {
+        let fate = ClosureFate::Refused { why };
+        records.iter().filter(|record| record.fate == fate).count()
+    };
+    let widest = |of: fn(&ClosureRecord) -> f64| {
+        let accepted = records.iter().filter(|record| {
+            record.is_searched && matches!(record.fate, ClosureFate::Accepted { .. })
+        });
+        accepted.map(|record| of(record)).reduce(f64::max)
+    };
+    json!({
+        "accepted": count(|fate| matches!(fate, ClosureFate::Accepted { .. })),
+        "waiting": count(|fate| matches!(fate, ClosureFate::Waiting { .. })),
+        "placed_elsewhere": refused(Refusal::PlacedElsewhere),
+        "never_proved": refused(Refusal::NeverProved),
+        "revoked": count(|fate| matches!(fate, ClosureFate::Revoked { .. })),
+        "widest_doubt_m": widest(|record| record.doubt.shift),
+        "widest_doubt_rad": widest(|record| record.doubt.turn),
     })
 }
 

@@ -137,6 +137,7 @@ pub(crate) fn evaluate(
         },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
+        "closures": map.map(quality::closures),
         "placed_after_scans": placed_after.filter(|_| goes_on),
         "false_closures": false_closures.map(|closures| closures.len()),
         "prior_map_overlap": prior_map_overlap,
