@@ -15,8 +15,8 @@
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, and 1 where
-//! something failed. The core has no files and no clock; this program does the reading, the writing
+//! The exit status is 0 only if everything was evaluated, 3 where a map is torn or the robot is lost
+//! in the one that was given, and 1 where something failed. The core has no files and no clock; this program does the reading, the writing
 //! and the timing.
 #![allow(
     clippy::disallowed_methods,
@@ -52,7 +52,9 @@ use serde_json::Value;
 
 /// Replays recorded logs and measures the result.
 #[derive(Parser)]
-#[command(after_help = "Exit status: 0, 3 where a map is torn, 1 where something failed.")]
+#[command(
+    after_help = "Exit status: 0, 3 where a map is torn or the robot lost in it, 1 where something failed."
+)]
 struct Arguments {
     /// CARMEN logs (.log, .clf), recordings of the bridge (.mcap), logs of a rover with an RPLIDAR
     /// (.log) or of four rangers (.csv); what they are shows in their first line.

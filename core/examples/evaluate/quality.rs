@@ -6,8 +6,9 @@ use slamlab_core::estimation::{
 };
 use slamlab_core::robot::Stamp;
 
-/// The exit status where the map is torn; 2 is that of a wrong command line.
-pub(crate) const TORN: u8 = 3;
+/// The exit status where what came of a log is not to be believed: the map is torn, or the robot is
+/// lost in the map that it was given. 2 is that of a wrong command line.
+pub(crate) const NOT_BELIEVED: u8 = 3;
 
 /// Tears that are told in words, at most.
 const MOST_TOLD: usize = 10;

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, FittedParameter, MapVerdict, ScanMatcher};
+use slamlab_core::estimation::{DriveFit, FittedParameter, Localisation, MapVerdict, ScanMatcher};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -18,7 +18,7 @@ use crate::accuracy::References;
 use crate::peak_memory::peak_memory_mb;
 use crate::{Arguments, log_file, options, print, prior_map, quality};
 
-/// The exit status says whether the map is torn.
+/// The exit status says whether the map is torn, or the robot lost in it.
 pub(crate) fn evaluate(
     log_path: &Path,
     method: &str,
@@ -90,12 +90,16 @@ pub(crate) fn evaluate(
     for note in replay.take_notes() {
         eprintln!("{}: {note}", log_path.display());
     }
-    let fits = replay.session().slam().view().prior_map_fit;
-    if fits.is_some_and(PriorMapFit::is_misfit) {
-        let log = log_path.display();
+    let view = replay.session().slam().view();
+    let (fits, pose_quality) = (view.prior_map_fit, view.pose_quality);
+    let is_lost = pose_quality.is_some_and(|q| q.localisation == Localisation::Lost);
+    let is_misfit = fits.is_some_and(PriorMapFit::is_misfit);
+    let log = log_path.display();
+    if is_lost {
+        eprintln!("{log}: at its end, the robot is lost in the map");
+    } else if is_misfit {
         eprintln!("{log}: at its end, what is seen does not stand in the prior map");
     }
-    let pose_quality = replay.session().slam().view().pose_quality;
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
     let quality = replay.session().slam().view().map.map(ScanMatcher::quality);
@@ -149,9 +153,10 @@ pub(crate) fn evaluate(
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
     print(&figures, arguments.json)?;
-    Ok(match quality {
-        Some(quality) if quality.verdict == MapVerdict::Torn => ExitCode::from(quality::TORN),
-        _ => ExitCode::SUCCESS,
+    let is_torn = quality.is_some_and(|quality| quality.verdict == MapVerdict::Torn);
+    Ok(match is_torn || is_lost || is_misfit {
+        true => ExitCode::from(quality::NOT_BELIEVED),
+        false => ExitCode::SUCCESS,
     })
 }
 

@@ -11,10 +11,9 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _};
 use serde_json::{Value, json};
-use slamlab_core::estimation::MapVerdict;
 use slamlab_core::slam::Method;
 
-use crate::quality::TORN;
+use crate::quality::NOT_BELIEVED;
 use crate::table::Table;
 use crate::{Arguments, print};
 
@@ -54,22 +53,22 @@ pub(crate) fn evaluate(
         table.print_head()?;
     }
     let passed_on = passed_on(matches);
-    let (mut failed, mut torn) = (0, false);
+    let (mut failed, mut is_doubted) = (0, false);
     for run in &runs {
-        let figures = run.figures(&passed_on).unwrap_or_else(|error| {
+        let (figures, is_believed) = run.figures(&passed_on).unwrap_or_else(|error| {
             failed += 1;
             eprintln!("evaluate: {error:#}");
-            run.failure(&format!("{error:#}"))
+            (run.failure(&format!("{error:#}")), false)
         });
-        torn |= figures.pointer("/quality/verdict") == Some(&json!(MapVerdict::Torn.name()));
+        is_doubted |= !is_believed;
         match arguments.json {
             true => print(&figures, true)?,
             false => table.print_row(&figures)?,
         }
     }
     ensure!(failed == 0, "{failed} of {} runs failed", runs.len());
-    Ok(match torn {
-        true => ExitCode::from(TORN),
+    Ok(match is_doubted {
+        true => ExitCode::from(NOT_BELIEVED),
         false => ExitCode::SUCCESS,
     })
 }
@@ -124,7 +123,8 @@ fn passed_on(matches: &ArgMatches) -> Vec<OsString> {
 }
 
 impl Run<'_> {
-    fn figures(&self, passed_on: &[OsString]) -> Result<Value> {
+    /// What the run found, and whether that is to be believed.
+    fn figures(&self, passed_on: &[OsString]) -> Result<(Value, bool)> {
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut command = Command::new(program);
         command.arg("--log").arg(self.log);
@@ -137,10 +137,11 @@ impl Run<'_> {
         let command = command.args(passed_on).stdin(Stdio::null());
         let output = command.output().context("cannot start a run")?;
         let said = String::from_utf8_lossy(&output.stderr);
-        let is_done = output.status.success() || output.status.code() == Some(TORN.into());
-        if is_done {
+        let is_believed = output.status.success();
+        if is_believed || output.status.code() == Some(NOT_BELIEVED.into()) {
             eprint!("{said}");
-            return serde_json::from_slice(&output.stdout).context("a run printed no figures");
+            let figures = serde_json::from_slice(&output.stdout);
+            return Ok((figures.context("a run printed no figures")?, is_believed));
         }
         // What went wrong stands last, unless the run broke off.
         let last = said.trim().lines().last();
