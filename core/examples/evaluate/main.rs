@@ -15,9 +15,9 @@
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated, 3 where a map is torn or the robot is lost
-//! in the one that was given, and 1 where something failed. The core has no files and no clock; this program does the reading, the writing
-//! and the timing.
+//! The exit status is 0 only if everything was evaluated, 3 where a map is torn or the robot is
+//! lost in the one that was given, and 1 where something failed. The core has no files and no
+//! clock; this program does the reading, the writing and the timing.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files and the clock are here and nowhere below"
