@@ -31,6 +31,8 @@ pub(super) struct Errand {
     pub(super) next_review: Stamp,
     /// Not asked before whether another frontier is better.
     next_choice: Stamp,
+    /// How often it has turned to another frontier since it last came to one, or saw one whole.
+    changes_of_mind: u32,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
     /// What stays unknown, reported once the robot is home again.
@@ -72,12 +74,24 @@ const LAST_SCANS: usize = 3;
 const DWELL: f64 = 1.0;
 /// How often it is asked on the way whether another frontier is better, s.
 const CHOICE_PERIOD: f64 = 2.0;
+/// After so many changes of mind in a row it is asked half as often at each further one: between
+/// two frontiers that promise alike a robot went to and fro until the day was over.
+const CHANGES_OF_MIND: u32 = 4;
+/// But at least after this many periods.
+const MOST_PERIODS: u32 = 32;
 /// The map begins where the robot did, whatever file it is of.
 const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
 const HOME_IS_NEAR: f64 = 0.2;
 /// Ways that fail for reasons that may pass are tried so often.
 const PLAN_ATTEMPTS: usize = 4;
+
+/// After how many periods it is asked again, by how often it has changed its mind.
+fn choice_periods(changes_of_mind: u32) -> u32 {
+    let doubled = changes_of_mind.saturating_sub(CHANGES_OF_MIND);
+    let periods = 1_u32.checked_shl(doubled);
+    periods.map_or(MOST_PERIODS, |periods| periods.min(MOST_PERIODS))
+}
 
 impl Errand {
     fn drop_route(&mut self) {
@@ -133,6 +147,7 @@ impl Pilot {
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
                 self.errand.arrived = None;
+                self.errand.changes_of_mind = 0;
             }
         }
     }
@@ -149,13 +164,15 @@ impl Pilot {
         if !is_touring || self.errand.follower.is_none() || now.stamp < self.errand.next_choice {
             return;
         }
-        self.errand.next_choice = now.stamp.plus(CHOICE_PERIOD);
+        let period = CHOICE_PERIOD * f64::from(choice_periods(self.errand.changes_of_mind));
+        self.errand.next_choice = now.stamp.plus(period);
         let Ok(found) = self.find_open_frontiers(now) else {
             return;
         };
         let first = found.iter().find(|f| self.errand.explorer.is_open(f));
         let is_other = |first: Point2<f64>| (first - goal).norm() > SAME_GOAL;
         if first.and_then(|f| f.goal).is_some_and(is_other) {
+            self.errand.changes_of_mind += 1;
             self.errand.explorer.target = None;
             self.errand.drop_route();
         }
@@ -164,7 +181,7 @@ impl Pilot {
     /// The path has been driven.
     pub(super) fn arrive(&mut self, now: &Situation) {
         self.errand.drop_route();
-        self.errand.stuck = 0;
+        (self.errand.stuck, self.errand.changes_of_mind) = (0, 0);
         self.errand.watch.reset();
         match self.mode {
             Mode::GoTo(goal) => {
@@ -401,5 +418,22 @@ impl Pilot {
             let at = now.estimate.pose.position();
             self.give_up_errand(Failure::Stuck { at, attempts });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whoever never comes to a frontier keeps to one for a minute in the end, which is time to
+    /// come to it.
+    #[test]
+    fn who_goes_to_and_fro_makes_up_its_mind() {
+        assert_eq!([0, 3, 4].map(choice_periods), [1; 3]);
+        assert_eq!([5, 6, 7, 8].map(choice_periods), [2, 4, 8, 16]);
+        for changes in [9, 35, 36, 40, u32::MAX] {
+            assert_eq!(choice_periods(changes), MOST_PERIODS);
+        }
+        assert!(CHOICE_PERIOD * f64::from(MOST_PERIODS) > 60.0);
     }
 }
