@@ -47,10 +47,6 @@ pub(crate) fn closures(map: &ScanMatcher) -> Value {
         let fates = records.iter().map(|record| &record.fate);
         fates.filter(|fate| is(fate)).count()
     };
-    let refused = |why| {
-        let fate = ClosureFate::Refused { why };
-        records.iter().filter(|record| record.fate == fate).count()
-    };
     let widest = |of: fn(&ClosureRecord) -> f64| {
         let accepted = records.iter().filter(|record| {
             record.is_searched && matches!(record.fate, ClosureFate::Accepted { .. })
@@ -60,8 +56,8 @@ pub(crate) fn closures(map: &ScanMatcher) -> Value {
     json!({
         "accepted": count(|fate| matches!(fate, ClosureFate::Accepted { .. })),
         "waiting": count(|fate| matches!(fate, ClosureFate::Waiting { .. })),
-        "placed_elsewhere": refused(Refusal::PlacedElsewhere),
-        "never_proved": refused(Refusal::NeverProved),
+        "placed_elsewhere": count(|fate| *fate == ClosureFate::Refused { why: Refusal::PlacedElsewhere }),
+        "never_proved": count(|fate| *fate == ClosureFate::Refused { why: Refusal::NeverProved }),
         "revoked": count(|fate| matches!(fate, ClosureFate::Revoked { .. })),
         "widest_doubt_m": widest(|record| record.doubt.shift),
         "widest_doubt_rad": widest(|record| record.doubt.turn),

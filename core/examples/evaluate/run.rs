@@ -104,19 +104,18 @@ pub(crate) fn evaluate(
     let wall_seconds = start.elapsed().as_secs_f64();
     let quality = replay.session().slam().view().map.map(ScanMatcher::quality);
     for line in quality.iter().flat_map(quality::words) {
-        eprintln!("{}: {line}", log_path.display());
+        eprintln!("{log}: {line}");
     }
     let trajectory = replay.trajectory();
     let relations = references.relation_errors(&trajectory)?;
     let truth = references.trajectory_errors(&trajectory)?;
     let false_closures = references.false_closures(&replay);
     for closure in false_closures.iter().flatten() {
-        eprintln!("{}: false closure: {closure}", log_path.display());
+        eprintln!("{log}: false closure: {closure}");
     }
     let fit = arguments.fit.as_ref().map(|_| replay.fit());
     let map = replay.session().slam().view().map;
     if goes_on && !map.is_some_and(ScanMatcher::is_placed) {
-        let log = log_path.display();
         eprintln!("{log}: it is not proved where in the saved map this log was recorded");
     }
     save(
@@ -128,7 +127,7 @@ pub(crate) fn evaluate(
         changes,
     )?;
     let figures = json!({
-        "log": log_path.display().to_string(),
+        "log": log.to_string(),
         "method": method.name(),
         "scans": scans,
         "log_seconds": log_seconds,

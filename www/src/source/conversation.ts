@@ -13,7 +13,7 @@ import { Run } from "./run.js";
 export interface ConversationSetup extends LiveSetup {
   title: string;
   token: string;
-  /** A run of this method, in the saved map if there is one. */
+  /** The run, in the saved map if its method can go on in one. */
   goingOn: (run: WebRun) => WebRun;
 }
 

@@ -16,8 +16,11 @@ export const seen = ([from, to]: readonly [number, number]): string => `${clock(
 /** By how much, in words; empty where nobody knows. */
 export const apart = ({ off }: Tear): string => off === null ? "" : `${fixed(off, 1)} m off`;
 
+/** What a place is called: one that nothing proves contradicts nothing either. */
+export const called = ({ kind }: Tear): string => kind === "unproven" ? "doubtful" : "torn";
+
 /** Of a mark under the pointer. */
 export function tearWords(tear: Tear): string {
   const off = apart(tear);
-  return `${tear.kind === "unproven" ? "doubtful" : "torn"}: ${WHY[tear.kind]}${off === "" ? "" : `, ${off}`}`;
+  return `${called(tear)}: ${WHY[tear.kind]}${off === "" ? "" : `, ${off}`}`;
 }

@@ -3,6 +3,7 @@
 // the widest tear are written.
 
 import type { Tear } from "../../protocol/module.js";
+import { called } from "../../ui/tears.js";
 import { type Brush, label, stroke } from "./layer.js";
 
 /** Radius of a ring, CSS pixels. */
@@ -39,8 +40,9 @@ function writeWords(brush: Brush): void {
   const { context, camera, palette, tears, torn } = brush;
   const weight = (tear: Tear): number => tear === torn ? Infinity : tear.off ?? 0;
   const written: (readonly [number, number, number])[] = [];
-  for (const { kind, place: [x, y], off } of [...tears].sort((a, b) => weight(b) - weight(a))) {
-    const text = `${kind === "unproven" ? "doubtful" : "torn"}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
+  for (const tear of [...tears].sort((a, b) => weight(b) - weight(a))) {
+    const { place: [x, y], off } = tear;
+    const text = `${called(tear)}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
     label(brush, x, y, () => {
       context.font = "600 12px IBM Plex Mono, monospace";
       const width = context.measureText(text).width;
