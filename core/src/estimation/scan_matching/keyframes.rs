@@ -160,8 +160,9 @@ impl ScanMatcher {
         }
         self.motion.rebase(&new_from_old);
         let free = std::mem::take(&mut self.running_free);
-        for keyframe in self.keyframes.iter().rev().take(self.recent.len()) {
-            let rays = keyframe.rays_from(&(new_from_old * keyframe.submap_from_robot));
+        // Some may be keyframes of the submap before.
+        for (keyframe, recent) in self.keyframes.iter().rev().zip(self.recent.iter().rev()) {
+            let rays = keyframe.rays_from(&recent.submap_from_robot);
             self.running_free.mark(rays);
         }
         let old = self.submaps.len() - 1;

@@ -112,6 +112,16 @@ fn where_scans_are_a_metre_apart_submaps_end_sooner() {
         let off = found.minus(truth);
         assert!(off.xy().norm() < 0.15, "{off}");
     }
+    // What a submap takes over may be of the two before it. None of them saw through walls.
+    for submap in &matcher.submaps {
+        for place in submap.closed.free().places() {
+            let place = start * submap.map_from_submap * place;
+            let (x, y) = (place.x, place.y);
+            let is_outside = x.abs() > 6.3 || y.abs() > 5.3;
+            let is_in_block = (-4.0..2.9).contains(&x) && (-2.8..1.7).contains(&y);
+            assert!(!is_outside && !is_in_block, "{x} {y}");
+        }
+    }
 }
 
 #[test]
