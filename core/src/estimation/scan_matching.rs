@@ -18,7 +18,9 @@
 //!    Those that surely do are joined by an edge, together with others that prove it (`closures`),
 //!    and the poses of all submaps are optimised ([`PoseGraph`]). What then tears the way is taken
 //!    out again (`revocation`).
-//! 5. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
+//! 5. Keyframes that drifted within their submap are laid where the earlier submaps have them that
+//!    closures join to it (`refinement`).
+//! 6. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 
 mod canvas;
@@ -36,6 +38,7 @@ mod motion;
 mod pruning;
 mod quality;
 mod records;
+mod refinement;
 mod renumber;
 mod revocation;
 mod saved;
@@ -56,6 +59,7 @@ use self::gathering::Gathering;
 use self::going_on::Piece;
 use self::motion::Motion;
 use self::records::Records;
+use self::refinement::Unrefined;
 use self::seen::Seen;
 use super::free_space::FreeSpace;
 use super::pose_graph::{EdgeId, PoseGraph};
@@ -110,8 +114,13 @@ pub struct ScanMatcher {
     /// Closures that were believed since the graph was last optimised.
     newest: Vec<(EdgeId, Candidate)>,
     records: Records,
-    /// How often all submaps were placed anew.
-    optimizations: u64,
+    /// Closed submaps whose keyframes may be laid anew within them.
+    unrefined: VecDeque<Unrefined>,
+    /// How far keyframes were moved within their submaps since the map was drawn, at most, m; turns
+    /// as by `redraw_turn`.
+    moved_within: f64,
+    /// How often submaps, or keyframes within one, were placed anew.
+    moves: u64,
     /// Of the submaps that were compared last.
     indexes: Indexes,
     /// The doubt, m, at which pairs of submaps were compared.
@@ -176,7 +185,9 @@ impl ScanMatcher {
             waiting: Waiting::default(),
             newest: vec![],
             records: Records::default(),
-            optimizations: 0,
+            unrefined: VecDeque::new(),
+            moved_within: 0.0,
+            moves: 0,
             indexes: Indexes::default(),
             compared: BTreeMap::new(),
             last_closed: 0,
@@ -296,6 +307,7 @@ impl ScanMatcher {
         for new in 0..self.submaps.len() {
             self.believe_proved(new);
         }
+        self.refine(usize::MAX, true);
         self.work_off(usize::MAX);
     }
 
@@ -380,6 +392,7 @@ impl ScanMatcher {
                 }
             }
         }
+        self.refine(count, false);
         let budget = match count {
             usize::MAX => count,
             _ => self

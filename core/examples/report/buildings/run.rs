@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use slamlab_core::estimation::{
-    MapQuality, RelationErrors, ScanMatcher, StampedMotion, relation_errors, revisits,
+    MapQuality, RelationErrors, StampedMotion, relation_errors, revisits,
 };
 use slamlab_core::format::{relations, tum};
 use slamlab_core::geom::Pose2;
@@ -17,9 +17,6 @@ use crate::log_file;
 use crate::peak_memory::peak_memory_mb;
 use crate::statistics::quantile;
 
-/// Of a trajectory a pose is taken after each so many metres, or rad.
-const THINNED: f64 = 0.25;
-const THINNED_TURN: f64 = 0.2;
 /// Poses within so many metres, and at least so many seconds apart, are visits of one place.
 const SAME_PLACE: f64 = 2.0;
 const OTHER_VISIT: f64 = 20.0;
@@ -85,6 +82,8 @@ pub(super) struct Run {
     pub(super) long: RelationErrors,
     motions: Vec<StampedMotion>,
     trajectory: Vec<(f64, Pose2)>,
+    /// The scans of the trajectory that are in the map.
+    drawn: Vec<usize>,
     /// In that of the log, processor time of the process: it means something where nothing else
     /// runs beside.
     pub(super) real_time_factor: f64,
@@ -103,11 +102,6 @@ struct Visit {
 }
 
 impl Visit {
-    fn is_on_from(&self, last: &Self) -> bool {
-        let motion = last.reference.delta_to(&self.reference);
-        motion.position().coords.norm() > THINNED || motion.heading().abs() > THINNED_TURN
-    }
-
     /// Relative to the other visits of its place, m: their median.
     fn walls_off(&self, visits: &[Self]) -> Option<f64> {
         let place = self.reference.position();
@@ -162,9 +156,10 @@ impl Run {
             );
         }
         let view = replay.session().slam().view();
-        let quality = view.map.map(ScanMatcher::quality);
+        let map = view.map.context("scan matching keeps no map")?;
         Ok(Self {
-            quality: quality.context("scan matching keeps no map")?,
+            quality: map.quality(),
+            drawn: map.drawn_scans().collect(),
             scans,
             closures: view.loop_closures,
             errors,
@@ -178,13 +173,17 @@ impl Run {
     }
 
     /// How far this map has walls from where the other visits of the same place have them, by the
-    /// map of the whole log: the most that a few scans on end have in common, m. Relations are few
-    /// and lie where their authors looked, and their mean hides one bad room; this looks
-    /// everywhere, and at each place for itself. The median over the other visits tells the one
-    /// that lies wrong from those that it is held against.
+    /// map of the whole log: the most that a few scans on end have in common, of those that were
+    /// drawn, m. Relations are few and lie where their authors looked, and their mean hides one bad
+    /// room; this looks everywhere, and at each place for itself. The median over the other visits
+    /// tells the one that lies wrong from those that it is held against.
     pub(super) fn walls_off(&self, whole: &Self) -> f64 {
         let mut visits: Vec<Visit> = vec![];
-        let mut mapped = self.trajectory.iter().peekable();
+        let drawn = self
+            .drawn
+            .iter()
+            .filter_map(|scan| self.trajectory.get(*scan));
+        let mut mapped = drawn.peekable();
         for (seconds, reference) in &whole.trajectory {
             while mapped
                 .next_if(|(at, _)| at + SAME_STAMP < *seconds)
@@ -198,9 +197,7 @@ impl Run {
                 reference: *reference,
                 mapped: *pose,
             };
-            if visits.last().is_none_or(|last| visit.is_on_from(last)) {
-                visits.push(visit);
-            }
+            visits.push(visit);
         }
         let off: Vec<f64> = (visits.iter())
             .map(|visit| visit.walls_off(&visits).unwrap_or(0.0))

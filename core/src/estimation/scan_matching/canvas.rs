@@ -43,10 +43,12 @@ impl ScanMatcher {
             .submaps
             .iter()
             .any(|s| differs(&s.map_from_submap, &s.drawn_at, shift, turn));
+        let moved = moved || self.moved_within > shift;
         if moved && let Ok(grid) = Grid::new(self.config.grid) {
             for submap in &mut self.submaps {
                 submap.drawn_at = submap.map_from_submap;
             }
+            self.moved_within = 0.0;
             let next = self.first_drawn();
             self.redraw = Some(Redraw { grid, next });
         }
@@ -57,6 +59,7 @@ impl ScanMatcher {
         for submap in &mut self.submaps {
             submap.drawn_at = submap.map_from_submap;
         }
+        self.moved_within = 0.0;
         let Ok(grid) = Grid::new(self.config.grid) else {
             return;
         };

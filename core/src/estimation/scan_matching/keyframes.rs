@@ -145,6 +145,7 @@ impl ScanMatcher {
 
     /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.
     pub(super) fn begin_submap(&mut self, is_loose: bool) {
+        self.keep_for_refinement();
         if is_loose {
             self.recent.clear();
         }

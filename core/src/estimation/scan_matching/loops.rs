@@ -160,7 +160,7 @@ impl ScanMatcher {
         self.graph_changed = false;
         self.graph.optimize(self.config.closure.max_iterations);
         self.revoke();
-        self.optimizations += 1;
+        self.moves += 1;
         for (submap, pose) in self.submaps.iter_mut().zip(self.graph.poses()) {
             submap.map_from_submap = *pose;
         }

@@ -53,6 +53,7 @@ impl ScanMatcher {
             .keep(both, |edge| self.graph.edge(edge).is_some());
         self.waiting.keep(both);
         self.newest.clear();
+        self.unrefined.clear();
         self.closures = self.records.accepted().count();
         self.indexes = Indexes::default();
         // The last that is left at or before it.

@@ -7,6 +7,7 @@
 
 use super::super::submap::Indexes;
 use super::going_on::Piece;
+use super::refinement::Unrefined;
 use super::{Recent, ScanMatcher, ScanMatcherConfig, ScanMatcherError, Submap, TrackPoint};
 use crate::map::{Grid, SurfelMap};
 use crate::robot::Stamp;
@@ -98,7 +99,9 @@ fields!(
     waiting,
     newest,
     records,
-    optimizations,
+    unrefined,
+    moved_within,
+    moves,
     compared,
     last_closed,
     graph_changed,
@@ -157,13 +160,15 @@ impl ScanMatcher {
             count > 0 && self.graph.poses().len() == count,
             "there are not as many submaps as poses of the graph, or none",
         )?;
+        let of_keyframes = self.keyframes.iter().map(|keyframe| keyframe.submap);
         from.rule(
-            self.keyframes.iter().all(|k| is_there(k.submap)),
-            "a keyframe names a submap that is not there",
+            of_keyframes.clone().all(is_there) && of_keyframes.is_sorted(),
+            "a keyframe names a submap that is not there, or stands before one of an earlier submap",
         )?;
+        let of_scans = self.trajectory.iter().map(|scan| scan.submap);
         from.rule(
-            self.trajectory.iter().all(|t| is_there(t.submap)),
-            "a place of the way names a submap that is not there",
+            of_scans.clone().all(is_there) && of_scans.is_sorted(),
+            "a scan names a submap that is not there, or stands before one of an earlier submap",
         )?;
         let pairs = self.jobs.iter().copied();
         from.rule(
@@ -199,6 +204,14 @@ impl ScanMatcher {
         from.rule(
             piece.is_none_or(|piece| (1..count).contains(&piece.first)),
             "a piece of the map begins where none can",
+        )?;
+        let is_sound = |unrefined: &Unrefined| {
+            let [first, behind] = self.keyframes_of(unrefined.submap);
+            unrefined.submap < count && unrefined.is_sound(count, behind - first)
+        };
+        from.rule(
+            self.unrefined.iter().all(is_sound),
+            "a submap to be refined names what is not there",
         )?;
         let drawn = self.redraw.as_ref().map_or(0, |redraw| redraw.next);
         from.rule(

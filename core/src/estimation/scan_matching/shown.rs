@@ -49,7 +49,7 @@ impl ScanMatcher {
     /// Grows whenever [`Self::submaps`] or [`Self::closure_records`] change.
     #[must_use]
     pub fn submaps_version(&self) -> u64 {
-        self.records.changes() + self.optimizations + self.submaps.len() as u64
+        self.records.changes() + self.moves + self.submaps.len() as u64
     }
 
     /// How far a placement is from where its submaps lie now.

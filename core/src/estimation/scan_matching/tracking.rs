@@ -328,8 +328,13 @@ impl ScanMatcher {
 
 impl Tried {
     fn is_sure(&self) -> bool {
-        self.agreement.overlap() >= SURE_OVERLAP && self.agreement.part() >= SURE_PART
+        is_sure(&self.agreement)
     }
+}
+
+/// Whether a scan that agrees so with what it was matched to surely lies there.
+pub(super) fn is_sure(agreement: &Agreement) -> bool {
+    agreement.overlap() >= SURE_OVERLAP && agreement.part() >= SURE_PART
 }
 
 /// Whether a motion that led to `pose` was right, where the match is `found`.
