@@ -30,8 +30,11 @@ use crate::snapshot::snapshot;
 
 /// So many submaps are begun before one is refined: until then, more closures are found.
 const WAITS: usize = 20;
-/// Most submaps that a keyframe is matched to, those that overlap most.
-const MOST_OTHERS: usize = 10;
+/// Most submaps that a keyframe is matched to, those that overlap most. More give little, and each
+/// costs an index.
+const MOST_OTHERS: usize = 3;
+/// About so many surfaces of a keyframe are matched, evenly spread.
+const SURFACES: usize = 100;
 /// How far a keyframe may have drifted, m and rad, where it begins to be matched.
 const DRIFT: [f64; 2] = [0.1, 0.06];
 /// How well tracking knows a keyframe relative to the one before, m and rad.
@@ -49,7 +52,7 @@ const MOST_ITERATIONS: usize = 20;
 #[derive(Clone, Debug)]
 pub(super) struct Unrefined {
     pub(super) submap: usize,
-    /// What its last keyframes saw, in their order.
+    /// Of what its last keyframes saw, some, in their order.
     surfaces: Vec<Vec<OrientedPoint>>,
     /// Submaps that show the same place, and where it lay in them when it was begun with
     /// (`other_from_submap`); none before.
@@ -99,9 +102,13 @@ impl ScanMatcher {
         let submap = self.submaps.len() - 1;
         let own = self.submaps[submap].own_keyframes.min(self.recent.len());
         let recent = self.recent.iter().skip(self.recent.len() - own);
+        let seen = recent.map(|recent| recent.surfaces.as_slice());
         self.unrefined.push_back(Unrefined {
             submap,
-            surfaces: recent.map(|recent| recent.surfaces.clone()).collect(),
+            surfaces: seen
+                .enumerate()
+                .map(|(at, seen)| thinned(seen, at))
+                .collect(),
             others: vec![],
             matched: 0,
             places: vec![],
@@ -278,6 +285,14 @@ impl ScanMatcher {
             self.trajectory[scan].submap_from_robot = after;
         }
     }
+}
+
+/// Of what keyframe number `at` saw, [`SURFACES`]. Each keyframe keeps those of other beams: always
+/// the same ones would see the same corners and gaps, and err alike.
+fn thinned(surfaces: &[OrientedPoint], at: usize) -> Vec<OrientedPoint> {
+    let step = surfaces.len().div_ceil(SURFACES).max(1);
+    let kept = surfaces.iter().skip(at % step).step_by(step);
+    kept.copied().collect()
 }
 
 /// The poses of keyframes that lie one after the other, where `places` have those from number
