@@ -195,7 +195,7 @@ impl ScanMatcher {
             .flat_map(|submap| self.scans_of_keyframes(submap).into_iter().flatten())
     }
 
-    /// Matches the next keyframe to each of the earlier submaps.
+    /// Matches the next keyframe to each of the others.
     fn match_next(&mut self, planned: &mut Unrefined) {
         let at = planned.matched;
         planned.matched += 1;
