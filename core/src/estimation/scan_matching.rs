@@ -18,8 +18,8 @@
 //!    Those that surely do are joined by an edge, together with others that prove it (`closures`),
 //!    and the poses of all submaps are optimised ([`PoseGraph`]). What then tears the way is taken
 //!    out again (`revocation`).
-//! 5. Keyframes that drifted within their submap are laid where the earlier submaps have them that
-//!    closures join to it (`refinement`).
+//! 5. Keyframes that drifted within their submap are laid where the submaps have them that closures
+//!    join to it (`refinement`).
 //! 6. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 
@@ -240,7 +240,7 @@ impl ScanMatcher {
                 self.place_gathered();
             }
         }
-        self.work_off(1);
+        self.work_off();
     }
 
     /// Places what was gathered of scans of few beams, and them with it.
@@ -303,12 +303,18 @@ impl ScanMatcher {
         if self.submaps.last().is_some_and(|s| s.own_keyframes > 0) {
             self.begin_submap(false);
         }
-        self.work_off(usize::MAX);
+        self.compare_all();
+        self.refine(usize::MAX, true);
+        self.draw_all();
+    }
+
+    /// Compares all that was listed, and what is listed because of what that proves.
+    pub(super) fn compare_all(&mut self) {
+        self.compare_next(usize::MAX);
         for new in 0..self.submaps.len() {
             self.believe_proved(new);
         }
-        self.refine(usize::MAX, true);
-        self.work_off(usize::MAX);
+        self.compare_next(usize::MAX);
     }
 
     /// The pose in the map, with its covariance, the odometry since the last scan included.
@@ -377,9 +383,19 @@ impl ScanMatcher {
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
     }
 
-    /// Compares up to `count` pairs of submaps; then optimises, if something was found, and goes on
-    /// with drawing.
-    fn work_off(&mut self, count: usize) {
+    /// A part of all that was put off: none of it may hold up a scan.
+    fn work_off(&mut self) {
+        self.compare_next(1);
+        self.refine(1, false);
+        if self.redraw.is_none() {
+            self.begin_redraw(self.config.redraw_shift, false);
+        }
+        let in_time = self.keyframes.len() / self.config.redraw_scans.max(1);
+        self.draw_on(self.config.redraw_keyframes.max(in_time));
+    }
+
+    /// Compares up to `count` pairs of submaps; then optimises, if something was found.
+    fn compare_next(&mut self, count: usize) {
         for _ in 0..count {
             let Some((old, new)) = self.jobs.pop_front() else {
                 break;
@@ -392,24 +408,14 @@ impl ScanMatcher {
                 }
             }
         }
-        self.refine(count, false);
-        let budget = match count {
-            usize::MAX => count,
-            _ => self
-                .config
-                .redraw_keyframes
-                .max(self.keyframes.len() / self.config.redraw_scans.max(1)),
-        };
-        let shift = self.config.redraw_shift;
-        if self.redraw.is_none() {
-            self.begin_redraw(shift);
-        }
-        self.draw_on(budget);
-        if count == usize::MAX {
-            // What moved since the drawing began.
-            self.begin_redraw(self.config.last_redraw * shift);
-            self.draw_on(budget);
-        }
+    }
+
+    /// Draws the map where it has moved at all.
+    pub(super) fn draw_all(&mut self) {
+        self.draw_on(usize::MAX);
+        // What moved since the drawing began.
+        self.begin_redraw(self.config.last_redraw * self.config.redraw_shift, true);
+        self.draw_on(usize::MAX);
     }
 }
 

@@ -82,8 +82,8 @@ pub(super) struct Run {
     pub(super) long: RelationErrors,
     motions: Vec<StampedMotion>,
     trajectory: Vec<(f64, Pose2)>,
-    /// The scans of the trajectory that are in the map.
-    drawn: Vec<usize>,
+    /// Of the trajectory, the scans that are in the map.
+    drawn: Vec<(f64, Pose2)>,
     /// In that of the log, processor time of the process: it means something where nothing else
     /// runs beside.
     pub(super) real_time_factor: f64,
@@ -157,9 +157,15 @@ impl Run {
         }
         let view = replay.session().slam().view();
         let map = view.map.context("scan matching keeps no map")?;
+        let times: Vec<f64> = replay.scan_times().map(|(_, seconds)| seconds).collect();
+        let poses: Vec<Pose2> = map.trajectory().map(|(_, pose)| pose).collect();
+        let drawn = map.drawn_scans();
+        let drawn = drawn.filter_map(|scan| Some((*times.get(scan)?, *poses.get(scan)?)));
+        let mut drawn: Vec<(f64, Pose2)> = drawn.collect();
+        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(Self {
             quality: map.quality(),
-            drawn: map.drawn_scans().collect(),
+            drawn,
             scans,
             closures: view.loop_closures,
             errors,
@@ -179,11 +185,7 @@ impl Run {
     /// tells the one that lies wrong from those that it is held against.
     pub(super) fn walls_off(&self, whole: &Self) -> f64 {
         let mut visits: Vec<Visit> = vec![];
-        let drawn = self
-            .drawn
-            .iter()
-            .filter_map(|scan| self.trajectory.get(*scan));
-        let mut mapped = drawn.peekable();
+        let mut mapped = self.drawn.iter().peekable();
         for (seconds, reference) in &whole.trajectory {
             while mapped
                 .next_if(|(at, _)| at + SAME_STAMP < *seconds)

@@ -36,14 +36,16 @@ pub(super) struct Keyframe {
 }
 
 impl ScanMatcher {
-    /// Begins to draw the map again if the submaps have moved since it was drawn.
-    pub(super) fn begin_redraw(&mut self, shift: f64) {
+    /// Begins to draw the map again if the submaps have moved since it was drawn, or keyframes
+    /// `within` them. Keyframes are moved all the time, and by little: they can wait until submaps
+    /// are.
+    pub(super) fn begin_redraw(&mut self, shift: f64, within: bool) {
         let turn = self.config.redraw_turn * shift;
         let moved = self
             .submaps
             .iter()
             .any(|s| differs(&s.map_from_submap, &s.drawn_at, shift, turn));
-        let moved = moved || self.moved_within > shift;
+        let moved = moved || (within && self.moved_within > shift);
         if moved && let Ok(grid) = Grid::new(self.config.grid) {
             for submap in &mut self.submaps {
                 submap.drawn_at = submap.map_from_submap;

@@ -70,12 +70,12 @@ impl ScanMatcher {
         let stamp_shift = self.take_over(other);
         let cov = pose_cov(self.extent(), PI);
         self.join_loosely(first, cov);
-        self.compare_all(first);
+        self.compare_piece(first);
         if !self.is_placed() {
             return Err(self.best_of_placements(first));
         }
         // What lies near each other is known by now.
-        self.compare_all(first);
+        self.compare_piece(first);
         self.finish();
         Ok(MergedMaps {
             matcher: self,
@@ -138,15 +138,11 @@ impl ScanMatcher {
     }
 
     /// Compares all submaps from `first` on with those before them.
-    fn compare_all(&mut self, first: usize) {
+    fn compare_piece(&mut self, first: usize) {
         for new in first..self.submaps.len() - 1 {
             self.plan_comparisons(new);
         }
-        self.work_off(usize::MAX);
-        for new in first..self.submaps.len() {
-            self.believe_proved(new);
-        }
-        self.work_off(usize::MAX);
+        self.compare_all();
     }
 
     fn best_of_placements(&self, first: usize) -> MapMergeError {

@@ -14,7 +14,10 @@
 //! 4. Scans between two keyframes go with them.
 //!
 //! The grid and the way are drawn by these poses. What scans and submaps are matched to stays as it
-//! was made, and so do the closures: what was proved by them is not proved by itself again.
+//! was made, and so do the closures: what was proved by them is not proved by itself again. A pass
+//! of which the loop is closed only [`WAITS`] submaps later stays as it is: the next one is laid on
+//! it. Nor is the join to the next submap changed, so that the way may jump there by as much as the
+//! last keyframe was moved.
 
 use nalgebra::Matrix3;
 
@@ -55,7 +58,7 @@ pub(super) struct Unrefined {
     /// Of what its last keyframes saw, some, in their order.
     surfaces: Vec<Vec<OrientedPoint>>,
     /// Submaps that show the same place, and where it lay in them when it was begun with
-    /// (`other_from_submap`); none before.
+    /// (`other_from_submap`); empty until then.
     others: Vec<(usize, Pose2)>,
     /// Of `surfaces`, those that were matched.
     matched: usize,
@@ -100,7 +103,11 @@ impl ScanMatcher {
     /// Keeps what the keyframes of the last submap saw, which is being closed.
     pub(super) fn keep_for_refinement(&mut self) {
         let submap = self.submaps.len() - 1;
-        let own = self.submaps[submap].own_keyframes.min(self.recent.len());
+        let [first, behind] = self.keyframes_of(submap);
+        let own = (behind - first).min(self.recent.len());
+        if own == 0 || !self.config.close_loops {
+            return;
+        }
         let recent = self.recent.iter().skip(self.recent.len() - own);
         let seen = recent.map(|recent| recent.surfaces.as_slice());
         self.unrefined.push_back(Unrefined {
@@ -152,11 +159,16 @@ impl ScanMatcher {
                 _ => None,
             })
             .collect();
-        closures.sort_by(|a, b| b.0.total_cmp(&a.0));
-        closures.truncate(MOST_OTHERS);
+        closures.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut others: Vec<usize> = vec![];
+        for (_, other) in closures {
+            if others.len() < MOST_OTHERS && !others.contains(&other) {
+                others.push(other);
+            }
+        }
         let pose = |submap: usize| self.submaps[submap].map_from_submap;
-        let with_place = |(_, other)| (other, pose(other).delta_to(&pose(submap)));
-        closures.into_iter().map(with_place).collect()
+        let with_place = |other| (other, pose(other).delta_to(&pose(submap)));
+        others.into_iter().map(with_place).collect()
     }
 
     /// Of the keyframes of a submap, the first and the one behind the last.
@@ -204,8 +216,10 @@ impl ScanMatcher {
         };
         let [_, behind] = self.keyframes_of(planned.submap);
         let keyframe = &self.keyframes[behind - planned.surfaces.len() + at];
+        // The submap that others are compared with, too: what they keep is kept.
+        let newest = self.submaps.len().saturating_sub(2);
         for (other, other_from_submap) in &planned.others {
-            let index = self.indexes.of(*other, planned.submap);
+            let index = self.indexes.of(*other, newest);
             let closed = &self.submaps[*other].closed;
             let target = Indexed::new(closed, &index, &self.config.surfels);
             let start = *other_from_submap * keyframe.submap_from_robot;
@@ -347,7 +361,7 @@ fn is_settled(found: &Registration) -> bool {
     )
 }
 
-/// What a match in an earlier submap says of the pose there: the inverse of its covariance.
+/// What a match in another submap says of the pose there: the inverse of its covariance.
 fn believed(found: &Registration) -> Matrix3<f64> {
     let least = Matrix3::identity() * MIN_INFORMATION;
     let cov = (found.information + least).try_inverse();

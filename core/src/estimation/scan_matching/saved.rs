@@ -3,7 +3,7 @@
 //!
 //! In: a matcher. Out: its bytes, and from them a matcher that works with the settings of a new
 //! run, or what is wrong and where. Only what can be made again without a trace is left out: the
-//! index of the submap that was compared last.
+//! indexes of the submaps that were compared or refined last.
 
 use super::super::submap::Indexes;
 use super::going_on::Piece;
@@ -164,6 +164,14 @@ impl ScanMatcher {
         from.rule(
             of_keyframes.clone().all(is_there) && of_keyframes.is_sorted(),
             "a keyframe names a submap that is not there, or stands before one of an earlier submap",
+        )?;
+        let own = (0..).zip(&self.submaps).map(|(submap, kept)| {
+            let [first, behind] = self.keyframes_of(submap);
+            behind - first == kept.own_keyframes
+        });
+        from.rule(
+            own.into_iter().all(|is_so| is_so),
+            "a submap says of another number of keyframes than there are of it",
         )?;
         let of_scans = self.trajectory.iter().map(|scan| scan.submap);
         from.rule(

@@ -10,8 +10,8 @@ fn two_laps(config: ScanMatcherConfig) -> (ScanMatcher, Vec<Step>) {
     let steps = drive(&[LAP, LAP].concat(), Pose2::new(-5.0, -4.0, 0.0), 2);
     let mut matcher = ScanMatcher::new(config).unwrap();
     feed(&mut matcher, &steps);
-    assert!(matcher.unrefined.iter().all(|waits| waits.matched == 0));
-    assert_eq!(matcher.unrefined.len(), matcher.submaps.len() - 1);
+    // None was begun with.
+    assert!(matcher.unrefined.len() <= WAITS);
     (matcher, steps)
 }
 
@@ -80,14 +80,16 @@ fn a_submap_that_is_bent_is_laid_as_others_have_it() {
 fn submaps_that_are_straight_stay_as_good_as_they_are() {
     let (mut matcher, steps) = two_laps(ScanMatcherConfig::default());
     let submaps = 0..matcher.submaps.len() - 1;
-    let sum = |matcher: &ScanMatcher| -> f64 {
-        let turns = submaps.clone().map(|s| off(matcher, s, &steps)[1]);
-        turns.sum()
+    let all = |matcher: &ScanMatcher| -> Vec<[f64; 2]> {
+        submaps.clone().map(|s| off(matcher, s, &steps)).collect()
     };
-    let before = sum(&matcher);
+    let before = all(&matcher);
     matcher.refine(usize::MAX, true);
-    let after = sum(&matcher);
-    assert!(after < before, "{before} {after}");
+    assert!(matcher.moves > 0);
+    for (before, after) in before.iter().zip(all(&matcher)) {
+        let [shift, turn] = [after[0] - before[0], after[1] - before[1]];
+        assert!(shift < 0.02 && turn < 0.005, "{before:?} {after:?}");
+    }
 }
 
 #[test]
