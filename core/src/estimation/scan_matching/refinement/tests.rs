@@ -127,6 +127,17 @@ fn a_map_that_was_saved_in_the_midst_is_refined_alike() {
 }
 
 #[test]
+fn a_submap_that_counts_other_keyframes_than_it_has_is_refused() {
+    let (mut matcher, _) = two_laps(ScanMatcherConfig::default());
+    matcher.submaps.last_mut().unwrap().own_keyframes += 3;
+    let mut bytes = vec![];
+    matcher.save(&mut bytes);
+    let restored = ScanMatcher::restore(&mut Reader::new(&bytes), ScanMatcherConfig::default());
+    let error = restored.unwrap_err().to_string();
+    assert!(error.contains("another number of keyframes"), "{error}");
+}
+
+#[test]
 fn what_was_drawn_is_known_after_it_was_laid_anew() {
     let (mut matcher, _) = two_laps(ScanMatcherConfig::default());
     let before: Vec<usize> = matcher.drawn_scans().collect();
