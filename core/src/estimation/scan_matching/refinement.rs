@@ -13,7 +13,7 @@
 //!    and to where the matches that are sure have it. It is optimised like any pose graph.
 //! 4. Scans between two keyframes go with them.
 //!
-//! The shape that the submap had itself has next to no vote: it drifted, and with a vote as heavy as
+//! The shape that the submap had itself has next to no vote: it drifted. With a vote as heavy as
 //! one match, half of the gain is gone (Intel, Killian).
 //!
 //! The grid and the way are drawn by these poses. What scans and submaps are matched to stays as it
