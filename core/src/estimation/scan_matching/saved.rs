@@ -154,7 +154,6 @@ impl ScanMatcher {
     /// Whether all that names a submap, a keyframe or an edge names one that is there.
     fn check_names(&self, from: &Reader<'_>) -> Result<(), SnapshotError> {
         let count = self.submaps.len();
-        let is_there = |submap: usize| submap < count;
         let in_order = |(old, new): (usize, usize)| old < new && new < count;
         from.rule(
             count > 0 && self.graph.poses().len() == count,
@@ -162,20 +161,20 @@ impl ScanMatcher {
         )?;
         let of_keyframes = self.keyframes.iter().map(|keyframe| keyframe.submap);
         from.rule(
-            of_keyframes.clone().all(is_there) && of_keyframes.is_sorted(),
+            are_in_order(of_keyframes, count),
             "a keyframe names a submap that is not there, or stands before one of an earlier submap",
         )?;
-        let own = (0..).zip(&self.submaps).map(|(submap, kept)| {
-            let [first, behind] = self.keyframes_of(submap);
-            behind - first == kept.own_keyframes
-        });
+        let mut own = self.submaps.iter().enumerate();
         from.rule(
-            own.into_iter().all(|is_so| is_so),
+            own.all(|(submap, kept)| {
+                let [first, behind] = self.keyframes_of(submap);
+                behind - first == kept.own_keyframes
+            }),
             "a submap says of another number of keyframes than there are of it",
         )?;
         let of_scans = self.trajectory.iter().map(|scan| scan.submap);
         from.rule(
-            of_scans.clone().all(is_there) && of_scans.is_sorted(),
+            are_in_order(of_scans, count),
             "a scan names a submap that is not there, or stands before one of an earlier submap",
         )?;
         let pairs = self.jobs.iter().copied();
@@ -227,6 +226,11 @@ impl ScanMatcher {
             "more keyframes were drawn than there are",
         )
     }
+}
+
+/// Whether these are numbers of `count` submaps, rising.
+fn are_in_order(submaps: impl Iterator<Item = usize> + Clone, count: usize) -> bool {
+    submaps.clone().all(|submap| submap < count) && submaps.is_sorted()
 }
 
 #[cfg(test)]
