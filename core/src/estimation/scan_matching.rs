@@ -26,6 +26,7 @@
 mod canvas;
 mod closures;
 mod config;
+mod drift;
 mod edits;
 mod gathering;
 mod going_on;
@@ -54,6 +55,7 @@ use nalgebra::{Matrix3, Vector2};
 
 use self::canvas::{Keyframe, Redraw};
 use self::closures::{Candidate, Waiting};
+use self::drift::Drift;
 use self::edits::Edit;
 use self::gathering::Gathering;
 use self::going_on::Piece;
@@ -127,6 +129,7 @@ pub struct ScanMatcher {
     compared: BTreeMap<(usize, usize), f64>,
     /// The submap by which a loop was closed last.
     last_closed: usize,
+    drift: Drift,
     graph_changed: bool,
     /// What is added to the stamps of this run, µs, so that they follow those of earlier ones;
     /// `None` until its first scan tells.
@@ -191,6 +194,7 @@ impl ScanMatcher {
             indexes: Indexes::default(),
             compared: BTreeMap::new(),
             last_closed: 0,
+            drift: Drift::default(),
             motion: Motion::default(),
             gathering: Gathering::default(),
             graph_changed: false,

@@ -290,6 +290,42 @@ fn a_leg_past_a_segment_is_judged_by_the_exact_capsule() {
 }
 
 #[test]
+fn a_robot_in_a_pocket_that_walls_have_closed_gets_out() {
+    // A passage of seven cells, shut at one end and five cells wide at the other: too narrow by
+    // half a cell.
+    let grid = floor(&[
+        (24, 1, 11, 25),
+        (24, 33, 11, 26),
+        (24, 31, 2, 2),
+        (33, 26, 2, 7),
+    ]);
+    let config = RouteConfig::default();
+    let keep = RADIUS + config.narrowest();
+    let space = GridSpace::new(&grid, whole(), keep, Unknown::Blocked);
+    let here = Point2::new(1.425, 1.475);
+    let goal = Point2::new(0.5, 1.5);
+    assert!(space.is_free(here));
+    let aim = space.index_at(goal).unwrap();
+    assert!(Wavefront::new(&space, here).cost(aim).is_none());
+    let out = space.escape(here, keep + ESCAPE_REACH).unwrap();
+    assert!(Wavefront::new(&space, out).cost(aim).is_some());
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let route = plan_route(&grid, here, goal, RADIUS, &config, &mut rng).unwrap();
+    assert!(nearest_wall(&route.path, &walls_of(&grid)) > RADIUS);
+    // Where nothing leads out, the pocket is all there is.
+    let shut = floor(&[
+        (24, 1, 11, 25),
+        (24, 33, 11, 26),
+        (24, 26, 2, 7),
+        (33, 26, 2, 7),
+    ]);
+    let space = GridSpace::new(&shut, whole(), keep, Unknown::Blocked);
+    let nearest = space.nearest_free(here, keep);
+    assert!(nearest.is_some());
+    assert_eq!(space.escape(here, keep + ESCAPE_REACH), nearest);
+}
+
+#[test]
 fn a_robot_too_near_to_a_wall_gets_out_and_an_enclosed_one_says_so() {
     let grid = floor(&[(30, 1, 4, 58)]);
     let mut rng = ChaCha8Rng::seed_from_u64(1);

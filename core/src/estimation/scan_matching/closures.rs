@@ -9,7 +9,8 @@
 //!    place other submaps, and the ways between the submaps, old and new, lead to the same relative
 //!    pose.
 //! 3. The proof that is asked for grows with the number of places that were searched: by chance
-//!    something fits somewhere.
+//!    something fits somewhere. It grows with its distance from where the way leads, too: where the
+//!    true place was never seen, no rival tells it from one that looks alike.
 //! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
 //!    the building looks alike there, and what comes next decides.
 //! 5. What is believed and then not followed by the graph, since the way and other closures hold
@@ -93,6 +94,8 @@ const MOST_DOUBT: f64 = 3.0;
 const LEAST_PROOF: f64 = 0.5;
 /// ... and for each e-fold of places.
 const PROOF_FOR_PLACES: f64 = 0.25;
+/// A placement is as far from where it was expected as this, on the mean: degrees of freedom.
+const FREEDOM: f64 = 3.0;
 /// A window of so small a doubt is one place, m and rad.
 const PLACE_SHIFT: f64 = 0.17;
 const PLACE_TURN: f64 = 0.033;
@@ -105,6 +108,9 @@ const MOST_WAITING: usize = 400;
 /// doubt.
 pub(super) trait Ways {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt);
+
+    /// How far a placement is from where the way leads: χ², 3 degrees of freedom.
+    fn surprise(&self, placed: &Candidate) -> f64;
 }
 
 impl Waiting {
@@ -153,6 +159,10 @@ impl Waiting {
         let seeds: Vec<usize> = (0..self.list.len())
             .filter(|&i| self.list[i].new == new)
             .collect();
+        let asked = |candidate: &Candidate| {
+            let surprise = surprise_proof(ways.surprise(candidate));
+            proof * (places_proof(&candidate.doubt) + surprise)
+        };
         let mut best: Option<(Proof, Vec<usize>)> = None;
         for &seed in &seeds {
             let (members, rivals) = self.sides(seed, ways);
@@ -164,7 +174,7 @@ impl Waiting {
             // Each for its own doubt: those that are known better do not vouch for the others.
             let proof_of = |member: usize| Proof {
                 evidence,
-                asked: proof * places_proof(&self.list[member].doubt),
+                asked: asked(&self.list[member]),
                 rival,
             };
             let of_seed = proof_of(seed);
@@ -180,7 +190,7 @@ impl Waiting {
         };
         let taken: Vec<Candidate> = members.iter().map(|&i| self.list[i]).collect();
         for candidate in &taken {
-            let asked = proof * places_proof(&candidate.doubt);
+            let asked = asked(candidate);
             records.judge(candidate.record, Proof { asked, ..best });
         }
         self.list
@@ -264,6 +274,12 @@ pub(super) fn places_proof(doubt: &Doubt) -> f64 {
     let about = (doubt.turn / PLACE_TURN).max(1.0);
     let places = along * about;
     LEAST_PROOF + PROOF_FOR_PLACES * libm::log(places)
+}
+
+/// The evidence that is asked for beyond that for a placement so far from where the way leads: it
+/// is less probable by `exp(-χ² / 2)` beforehand.
+fn surprise_proof(chi2: f64) -> f64 {
+    PROOF_FOR_PLACES * 0.5 * (chi2 - FREEDOM).max(0.0)
 }
 
 snapshot!(Candidate {

@@ -13,6 +13,7 @@ use nalgebra::Matrix3;
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
 use super::super::submap::{Doubt, Indexed};
 use super::closures::{Candidate, Ways};
+use super::drift::Known;
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
@@ -120,12 +121,13 @@ impl ScanMatcher {
         let mut records = std::mem::take(&mut self.records);
         let ways = KnownWays {
             poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
-            doubts: RefCell::default(),
+            known: RefCell::default(),
             matcher: self,
         };
         let proved = waiting.take_proved(new, &ways, self.config.closure.proof, &mut records);
         self.waiting = waiting;
         self.records = records;
+        self.learn_drift(&proved);
         self.place_piece(&proved);
         for candidate in &proved {
             self.believe(candidate);
@@ -245,69 +247,33 @@ impl ScanMatcher {
             joins && !(e.cauchy.is_none() && self.submaps[a.max(b)].is_loose)
         })
     }
-
-    /// How well each submap's pose is known relative to submap `from`: along the best way through
-    /// the graph.
-    pub(super) fn doubts(&self, from: usize) -> Vec<Doubt> {
-        let poses = self.graph.poses();
-        let drift_turn = self.config.closure.drift_turn;
-        let mut ways: Vec<Vec<(usize, f64, f64)>> = vec![vec![]; poses.len()];
-        for edge in self.graph.edges() {
-            let Some(cov) = edge.information.try_inverse() else {
-                continue;
-            };
-            let (mut shift, mut turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
-            if edge.cauchy.is_none() {
-                let way = self.config.closure.drift * edge.motion.position().coords.norm();
-                // Errors of the way add up where a submap errs as the one before it did.
-                shift += way * way;
-                turn += drift_turn * drift_turn;
-            }
-            ways[edge.from].push((edge.to, shift, turn));
-            ways[edge.to].push((edge.from, shift, turn));
-        }
-        let mut known = vec![(f64::INFINITY, f64::INFINITY); poses.len()];
-        let mut done = vec![false; poses.len()];
-        let here = poses[from].position();
-        known[from] = (0.0, 0.0);
-        // Dijkstra without a heap: a few hundred submaps.
-        while let Some(at) = (0..poses.len())
-            .filter(|&i| !done[i] && known[i].0.is_finite())
-            .min_by(|&a, &b| known[a].0.total_cmp(&known[b].0))
-        {
-            done[at] = true;
-            for &(next, shift, turn) in &ways[at] {
-                // An error of the heading here moves all that lies at a distance.
-                let lever = (poses[at].position() - here).norm_squared();
-                let way = known[at].0 + shift + turn * lever;
-                if way < known[next].0 {
-                    known[next] = (way, known[at].1 + turn);
-                }
-            }
-        }
-        known
-            .into_iter()
-            .map(|(s, t)| Doubt {
-                shift: s.sqrt(),
-                turn: t.sqrt(),
-            })
-            .collect()
-    }
 }
 
 /// The ways through the pose graph.
 struct KnownWays<'a> {
     poses: Vec<Pose2>,
-    doubts: RefCell<BTreeMap<usize, Vec<Doubt>>>,
+    known: RefCell<BTreeMap<usize, Vec<Known>>>,
     matcher: &'a ScanMatcher,
+}
+
+impl KnownWays<'_> {
+    fn known(&self, from: usize, to: usize) -> Known {
+        let mut known = self.known.borrow_mut();
+        let from = known
+            .entry(from)
+            .or_insert_with(|| self.matcher.known_ways(from));
+        from[to]
+    }
 }
 
 impl Ways for KnownWays<'_> {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
-        let mut doubts = self.doubts.borrow_mut();
-        let known = doubts
-            .entry(from)
-            .or_insert_with(|| self.matcher.doubts(from));
-        (self.poses[from].delta_to(&self.poses[to]), known[to])
+        let pose = self.poses[from].delta_to(&self.poses[to]);
+        (pose, self.known(from, to).doubt())
+    }
+
+    fn surprise(&self, placed: &Candidate) -> f64 {
+        self.matcher
+            .surprise(&self.known(placed.new, placed.old), placed)
     }
 }

@@ -104,6 +104,7 @@ fields!(
     moves,
     compared,
     last_closed,
+    drift,
     graph_changed,
     stamp_shift,
     is_new_run,

@@ -3,11 +3,15 @@
 //! In: a [`Grid`], how far the robot's centre keeps from what is occupied, what to make of the
 //! unknown. Out: the room at any point, from an exact distance transform.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Point2;
 
 use super::ConfigSpace;
 use crate::geom::{Segment, sides_of};
-use crate::map::{CellIndex, CellRect, CellState, DistanceField, Grid, without_stripes};
+use crate::map::{
+    CellIndex, CellRect, CellState, DistanceField, Grid, cells_around, without_stripes,
+};
 use crate::plan::reach::may_reach;
 
 /// What to make of cells that were never seen.
@@ -159,21 +163,74 @@ impl GridSpace {
     /// The free cell centre nearest to `point` within `reach` metres that a robot standing at
     /// `point`, perhaps already too near to a wall, can drive to without coming nearer to one than
     /// it is. `point` itself where it is free.
+    ///
+    /// Places from which the way leads farther than `reach` come first: between walls that have
+    /// come closer by a cell since the robot went in, a few free cells may be left from which
+    /// nothing else can be reached.
     #[must_use]
     pub fn escape(&self, point: Point2<f64>, reach: f64) -> Option<Point2<f64>> {
-        if self.is_free(point) {
+        let mut pockets = BTreeSet::new();
+        let is_free = self.is_free(point);
+        let here = self.index_at(point).filter(|_| is_free);
+        if here.is_some_and(|cell| self.leads_out(cell, point, reach, &mut pockets)) {
             return Some(point);
         }
         // A robot that touches (or, by an error of the map, overlaps) a wall may still leave it.
         let least = self.clearance(point).min(self.keep) - 0.5 * self.resolution;
-        self.free_cells_near(point, reach).into_iter().find(|&to| {
+        let is_drivable = |to: Point2<f64>| {
             let leg = Segment::new(point, to);
             let steps = (leg.length() / (0.4 * self.resolution)).ceil().max(1.0) as usize;
             (0..=steps).all(|i| {
                 let at = point + leg.vector() * (i as f64 / steps as f64);
                 self.clearance(at) >= least
             })
-        })
+        };
+        let mut nearest = is_free.then_some(point);
+        for to in self.free_cells_near(point, reach) {
+            let Some(cell) = self.index_at(to) else {
+                continue;
+            };
+            if pockets.contains(&cell) && nearest.is_some() || !is_drivable(to) {
+                continue;
+            }
+            nearest = nearest.or(Some(to));
+            if self.leads_out(cell, point, reach, &mut pockets) {
+                return Some(to);
+            }
+        }
+        nearest
+    }
+
+    /// Whether free cells join this one to one that is farther than `reach` from `point`. If not,
+    /// all that are joined to it are put into `pockets`, where no cell is looked at again.
+    fn leads_out(
+        &self,
+        cell: usize,
+        point: Point2<f64>,
+        reach: f64,
+        pockets: &mut BTreeSet<usize>,
+    ) -> bool {
+        if pockets.contains(&cell) {
+            return false;
+        }
+        let width = self.rect.width();
+        let height = self.states.len() / width.max(1);
+        let mut seen = BTreeSet::from([cell]);
+        let mut next = vec![cell];
+        while let Some(at) = next.pop() {
+            if (self.centre_of(at) - point).norm() > reach {
+                return true;
+            }
+            for to in cells_around(at, 1, width, height) {
+                // As waves spread: a diagonal step needs the cells beside it.
+                let is_beside = to % width == at % width || to / width == at / width;
+                if is_beside && self.room_of(to) >= 0.0 && seen.insert(to) {
+                    next.push(to);
+                }
+            }
+        }
+        pockets.extend(seen);
+        false
     }
 
     /// The free cell centre nearest to `point` within `reach` metres; `point` itself where it is

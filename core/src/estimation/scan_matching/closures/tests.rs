@@ -4,8 +4,12 @@ use nalgebra::Matrix3;
 
 use super::*;
 
-/// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap.
-struct Straight;
+/// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap. All
+/// placements are as surprising as told.
+#[derive(Default)]
+struct Straight {
+    surprise: f64,
+}
 
 impl Ways for Straight {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
@@ -15,6 +19,10 @@ impl Ways for Straight {
             turn: 0.001 * apart.abs(),
         };
         (Pose2::new(5.0 * apart, 0.0, 0.0), doubt)
+    }
+
+    fn surprise(&self, _: &Candidate) -> f64 {
+        self.surprise
     }
 }
 
@@ -46,11 +54,19 @@ struct Judged {
     waiting: Waiting,
     records: Records,
     taken: Vec<(usize, usize)>,
+    ways: Straight,
 }
 
 impl Judged {
     fn of(candidates: &[Candidate]) -> Self {
-        let mut judged = Self::default();
+        Self::surprised(candidates, 0.0)
+    }
+
+    fn surprised(candidates: &[Candidate], surprise: f64) -> Self {
+        let mut judged = Self {
+            ways: Straight { surprise },
+            ..Self::default()
+        };
         for of_one in candidates.chunk_by(|a, b| a.new == b.new) {
             of_one.iter().for_each(|candidate| judged.push(candidate));
             judged.take(of_one[0].new);
@@ -76,7 +92,7 @@ impl Judged {
     }
 
     fn take(&mut self, new: usize) {
-        let proved = (self.waiting).take_proved(new, &Straight, 1.0, &mut self.records);
+        let proved = (self.waiting).take_proved(new, &self.ways, 1.0, &mut self.records);
         self.taken.extend(proved.iter().map(|c| (c.old, c.new)));
         let placed: Vec<usize> = proved.iter().map(|c| c.new).collect();
         self.waiting.refuse_others(&placed, &mut self.records);
@@ -99,6 +115,20 @@ fn one_placement_in_a_wide_window_waits_and_three_that_agree_are_believed() {
     assert_eq!(taken(&[beside(2, 40, 1.0)]), []);
     let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
     assert_eq!(taken(&agreeing), [(2, 40), (3, 41), (4, 42)]);
+}
+
+#[test]
+fn placements_far_from_where_the_way_leads_wait_for_more_of_them() {
+    let agreeing = |count: usize| -> Vec<Candidate> {
+        let at = |i: usize| beside(2 + i, 40 + i, 1.0);
+        (0..count).map(at).collect()
+    };
+    let taken = |count, surprise| Judged::surprised(&agreeing(count), surprise).taken.len();
+    // As far as is to be expected: three of them are enough, as before.
+    assert_eq!(taken(3, 3.0), 3);
+    // Another four standard deviations ask for e^8 times as much: two more submaps.
+    assert_eq!(taken(3, 3.0 + 16.0), 0);
+    assert_eq!(taken(5, 3.0 + 16.0), 5);
 }
 
 #[test]
@@ -167,7 +197,7 @@ fn rivals_of_a_placement_wait_until_the_graph_follows_it() {
     let agreeing = [beside(2, 40, 1.0), beside(3, 41, 1.05), beside(4, 42, 1.0)];
     let mut judged = Judged::default();
     (agreeing.iter().chain([&rival])).for_each(|candidate| judged.push(candidate));
-    let proved = (judged.waiting).take_proved(42, &Straight, 1.0, &mut judged.records);
+    let proved = (judged.waiting).take_proved(42, &judged.ways, 1.0, &mut judged.records);
     assert_eq!(proved.len(), 3);
     let waiting: Vec<f64> = (judged.waiting.iter())
         .map(|c| c.closure.motion.y())

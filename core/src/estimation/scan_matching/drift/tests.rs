@@ -1,0 +1,171 @@
+//! What is known of ways, held against ways that were drawn by lot.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::super::super::pose_graph::{Edge, PoseGraph, information_at_end};
+use super::super::super::submap::Closure;
+use super::super::records::Records;
+use super::super::{ScanMatcher, ScanMatcherConfig};
+use super::*;
+use crate::points::fixture;
+
+/// What matching says of the way through a submap: along, across, and of the turn.
+const MEASURED: [f64; 3] = [0.05, 0.02, 0.01];
+
+/// Submaps every 4 m along an arc that ends where it heads back.
+fn arc() -> Vec<Pose2> {
+    let step = Pose2::new(4.0, 0.0, 0.25);
+    std::iter::successors(Some(Pose2::new(1.0, 2.0, 0.3)), |pose| Some(*pose * step))
+        .take(13)
+        .collect()
+}
+
+fn matcher_of(poses: &[Pose2]) -> ScanMatcher {
+    let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
+    let cov = Matrix3::from_diagonal(&Vector3::from(MEASURED.map(|sigma| sigma * sigma)));
+    let mut graph = PoseGraph::default();
+    for pose in poses {
+        graph.add_pose(*pose);
+    }
+    for from in 0..poses.len() - 1 {
+        let motion = poses[from].delta_to(&poses[from + 1]);
+        graph.add_edge(Edge {
+            from,
+            to: from + 1,
+            motion,
+            information: information_at_end(&motion, &cov.try_inverse().unwrap()),
+            cauchy: None,
+        });
+    }
+    matcher.graph = graph;
+    matcher
+}
+
+/// The last submap placed in the first, so far from where it lies: in the axes of the map.
+fn placed(matcher: &ScanMatcher, off: Vector3<f64>) -> Candidate {
+    let poses = matcher.graph.poses();
+    let (old, new) = (0, poses.len() - 1);
+    let at = poses[new];
+    let found = Pose2::new(at.x() + off.x, at.y() + off.y, at.heading() + off.z);
+    let closure = Closure {
+        motion: poses[old].delta_to(&found),
+        information: Matrix3::identity(),
+        is_searched: true,
+        overlap: 0.7,
+        part: 0.95,
+    };
+    let doubt = matcher.doubts(new)[old];
+    Candidate {
+        old,
+        new,
+        closure,
+        doubt,
+        record: Records::default().begin((old, new), &closure, doubt),
+    }
+}
+
+fn known(matcher: &ScanMatcher) -> Known {
+    matcher.known_ways(matcher.graph.poses().len() - 1)[0]
+}
+
+#[test]
+fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
+    let poses = arc();
+    let matcher = matcher_of(&poses);
+    let config = &matcher.config.closure;
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = |sigma: f64| sigma * fixture::normal(&mut rng);
+    let truth = poses.last().unwrap();
+    let runs = 20_000;
+    let mut sum = Matrix3::zeros();
+    for _ in 0..runs {
+        let mut at = poses[0];
+        for pair in poses.windows(2) {
+            let motion = pair[0].delta_to(&pair[1]);
+            let way = config.drift * motion.position().coords.norm();
+            // At its end, as matching errs: shift and turn there.
+            let error = Pose2::new(
+                normal(MEASURED[0]) + normal(way),
+                normal(MEASURED[1]) + normal(way),
+                normal(MEASURED[2]) + normal(config.drift_turn),
+            );
+            at = at * motion * error;
+        }
+        let shift = at.position() - truth.position();
+        let off = Vector3::new(shift.x, shift.y, wrap(at.heading() - truth.heading()));
+        sum += off * off.transpose();
+    }
+    let drawn = sum / f64::from(runs);
+    let cov = known(&matcher).cov;
+    for (row, col) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
+        let scale = (drawn[(row, row)] * drawn[(col, col)]).sqrt();
+        let off = (cov[(row, col)] - drawn[(row, col)]) / scale;
+        assert!(off.abs() < 0.05, "{row}, {col}: {cov} against {drawn}");
+    }
+}
+
+/// Who ends off to the side without having turned did not get there by turning.
+#[test]
+fn a_shift_that_no_turn_explains_is_more_surprising() {
+    let straight: Vec<Pose2> = (0..13)
+        .map(|i| Pose2::new(4.0 * f64::from(i), 0.0, 0.0))
+        .collect();
+    let matcher = matcher_of(&straight);
+    let known = known(&matcher);
+    let Doubt { shift, turn } = known.doubt();
+    let surprise =
+        |x, y, turn| matcher.surprise(&known, &placed(&matcher, Vector3::new(x, y, turn)));
+    let explained = surprise(0.0, 2.0 * shift, 2.0 * turn);
+    let unexplained = surprise(0.0, 2.0 * shift, 0.0);
+    assert!(explained < 6.0, "{explained}");
+    assert!(unexplained > 2.0 * explained, "{unexplained}, {explained}");
+    // Along the way no turn helps at all.
+    assert!(surprise(2.0 * shift, 0.0, 0.0) > unexplained);
+    assert!(surprise(0.0, 0.0, 0.0).abs() < 1e-9);
+}
+
+#[test]
+fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
+    let mut matcher = matcher_of(&arc());
+    let known = known(&matcher);
+    let shift = known.doubt().shift;
+    let bad = placed(&matcher, Vector3::new(shift, 0.0, 0.0));
+    let good = placed(&matcher, Vector3::new(0.1 * shift, 0.0, 0.0));
+    let before = matcher.surprise(&known, &bad);
+    // Of placements that are proved together one counts: they close one way.
+    matcher.learn_drift(&[good, good, good]);
+    let after_one = matcher.surprise(&known, &bad);
+    assert!(
+        (after_one / before - 2.0).abs() < 0.1,
+        "{after_one}, {before}"
+    );
+    for _ in 0..1000 {
+        matcher.learn_drift(&[good]);
+    }
+    let at_most = matcher.surprise(&known, &bad);
+    assert!(
+        (at_most - before / LEAST).abs() < 1e-9,
+        "{at_most}, {before}"
+    );
+    // Bad ones are feared already.
+    for _ in 0..10_000 {
+        matcher.learn_drift(&[bad]);
+    }
+    assert!(matcher.surprise(&known, &bad) >= before);
+}
+
+#[test]
+fn neighbours_and_what_needed_no_search_teach_nothing() {
+    let mut matcher = matcher_of(&arc()[..LONG]);
+    let neighbours = placed(&matcher, Vector3::zeros());
+    matcher.learn_drift(&[neighbours]);
+    assert_eq!(matcher.drift, Drift::default());
+    let mut matcher = matcher_of(&arc());
+    let mut unsearched = placed(&matcher, Vector3::zeros());
+    unsearched.closure.is_searched = false;
+    matcher.learn_drift(&[unsearched]);
+    assert_eq!(matcher.drift, Drift::default());
+    matcher.learn_drift(&[placed(&matcher, Vector3::zeros())]);
+    assert_ne!(matcher.drift, Drift::default());
+}
