@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::super::pose_graph::Edge;
 use super::super::submap::Doubt;
 use super::ScanMatcher;
 use super::closures::Candidate;
@@ -57,33 +58,31 @@ snapshot!(
     "no sum of squares"
 );
 
-/// What is known of the way between two submaps.
+/// The best ways through the graph from one submap to all.
+pub(super) struct BestWays {
+    from: usize,
+    doubts: Vec<Doubt>,
+    /// Of each submap, by which edge the way comes there.
+    last: Vec<Option<usize>>,
+}
+
+/// What is known of the way from one submap to another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
-    /// Variances of shift and turn, m² and rad².
-    variances: [f64; 2],
     /// Covariance of where the first submap lies as the other sees it, in the axes of the map.
     cov: Matrix3<f64>,
     /// How many submaps the way leads through that follow one another.
     length: usize,
 }
 
-impl Known {
-    const NOTHING: Self = Self {
-        variances: [f64::INFINITY; 2],
-        ..Self::EXACT
-    };
-    const EXACT: Self = Self {
-        variances: [0.0; 2],
-        cov: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        length: 0,
-    };
-
-    pub(super) fn doubt(&self) -> Doubt {
-        let [shift, turn] = self.variances.map(f64::sqrt);
-        Doubt { shift, turn }
+impl BestWays {
+    /// How well the pose of a submap is known.
+    pub(super) fn doubt(&self, to: usize) -> Doubt {
+        self.doubts[to]
     }
+}
 
+impl Known {
     /// χ² of an error of the way, 3 degrees of freedom; 0 where nothing is known.
     fn chi2(&self, off: &Vector3<f64>) -> f64 {
         let inverse = self.cov.try_inverse();
@@ -94,22 +93,22 @@ impl Known {
 impl ScanMatcher {
     /// How well each submap's pose is known relative to submap `from`.
     pub(super) fn doubts(&self, from: usize) -> Vec<Doubt> {
-        self.known_ways(from).iter().map(Known::doubt).collect()
+        self.best_ways(from).doubts
     }
 
-    /// χ² of a placement before it is believed, by what loops have shown of drift. `known` is the
-    /// way from its new submap to its old one.
-    pub(super) fn surprise(&self, known: &Known, placed: &Candidate) -> f64 {
-        known.chi2(&self.off(placed)) / self.drift.scale()
+    /// χ² of a placement before it is believed, by what loops have shown of drift; `ways` lead from
+    /// its new submap.
+    pub(super) fn surprise(&self, ways: &BestWays, placed: &Candidate) -> f64 {
+        self.known(ways, placed.old).chi2(&self.off(placed)) / self.drift.scale()
     }
 
     /// Loops are about to be closed: how far were the ways off that they close? Those that are
     /// proved together close one way: the longest counts.
     pub(super) fn learn_drift(&mut self, proved: &[Candidate]) {
-        let mut known: BTreeMap<usize, Vec<Known>> = BTreeMap::new();
+        let mut ways: BTreeMap<usize, BestWays> = BTreeMap::new();
         let way = |c: &Candidate| {
-            let from_new = known.entry(c.new).or_insert_with(|| self.known_ways(c.new));
-            let known = from_new.get(c.old)?;
+            let from_new = ways.entry(c.new).or_insert_with(|| self.best_ways(c.new));
+            let known = self.known(from_new, c.old);
             (known.length >= LONG).then(|| (known.length, known.chi2(&self.off(c))))
         };
         let searched = proved.iter().filter(|c| c.closure.is_searched);
@@ -129,63 +128,82 @@ impl ScanMatcher {
         Vector3::new(shift.x, shift.y, wrap(found.heading() - new.heading()))
     }
 
-    /// What is known of the way from submap `from` to each: along the best one through the graph.
-    pub(super) fn known_ways(&self, from: usize) -> Vec<Known> {
+    /// The ways from submap `from` on which least is feared.
+    pub(super) fn best_ways(&self, from: usize) -> BestWays {
         let poses = self.graph.poses();
-        let config = &self.config.closure;
-        let mut edges: Vec<Vec<(usize, Known)>> = vec![vec![]; poses.len()];
-        for edge in self.graph.edges() {
+        let mut edges: Vec<Vec<(usize, usize, [f64; 2])>> = vec![vec![]; poses.len()];
+        for (number, edge) in self.graph.edges().iter().enumerate() {
             let Some(cov) = edge.information.try_inverse() else {
                 continue;
             };
-            let (mut shift, mut turn) = (0.5 * (cov[(0, 0)] + cov[(1, 1)]), cov[(2, 2)]);
-            let turned = poses[edge.to].rotation();
-            let mut cov = turned * cov * turned.transpose();
-            let mut length = 0;
-            if edge.cauchy.is_none() {
-                // Errors of the way add up where a submap errs as the one before it did.
-                let way = config.drift * edge.motion.position().coords.norm();
-                let drift = [way * way, config.drift_turn * config.drift_turn];
-                shift += drift[0];
-                turn += drift[1];
-                cov += Matrix3::from_diagonal(&Vector3::new(drift[0], drift[0], drift[1]));
-                length = 1;
-            }
-            let known = Known {
-                variances: [shift, turn],
-                cov,
-                length,
-            };
-            edges[edge.from].push((edge.to, known));
-            edges[edge.to].push((edge.from, known));
+            let [drift, drift_turn] = self.feared(edge);
+            let shift = 0.5 * (cov[(0, 0)] + cov[(1, 1)]) + drift;
+            let variances = [shift, cov[(2, 2)] + drift_turn];
+            edges[edge.from].push((edge.to, number, variances));
+            edges[edge.to].push((edge.from, number, variances));
         }
-        let mut ways = vec![Known::NOTHING; poses.len()];
+        let mut known = vec![[f64::INFINITY; 2]; poses.len()];
+        let mut last = vec![None; poses.len()];
         let mut done = vec![false; poses.len()];
         let here = poses[from].position();
-        ways[from] = Known::EXACT;
-        let doubt = |way: &Known| way.variances[0];
+        known[from] = [0.0; 2];
         // Dijkstra without a heap: a few hundred submaps.
         while let Some(at) = (0..poses.len())
-            .filter(|&i| !done[i] && doubt(&ways[i]).is_finite())
-            .min_by(|&a, &b| doubt(&ways[a]).total_cmp(&doubt(&ways[b])))
+            .filter(|&i| !done[i] && known[i][0].is_finite())
+            .min_by(|&a, &b| known[a][0].total_cmp(&known[b][0]))
         {
             done[at] = true;
-            let arm = here - poses[at].position();
-            for &(next, edge) in &edges[at] {
-                let [shift, turn] = edge.variances;
-                // An error of the heading here moves all that lies at a distance.
-                let way = ways[at].variances[0] + shift + turn * arm.norm_squared();
-                if way < doubt(&ways[next]) {
-                    let moved = Matrix3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x, 0.0, 0.0, 1.0);
-                    ways[next] = Known {
-                        variances: [way, ways[at].variances[1] + turn],
-                        cov: ways[at].cov + moved * edge.cov * moved.transpose(),
-                        length: ways[at].length + edge.length,
-                    };
+            // An error of the heading here moves all that lies at a distance.
+            let lever = (poses[at].position() - here).norm_squared();
+            for &(next, number, [shift, turn]) in &edges[at] {
+                let way = known[at][0] + shift + turn * lever;
+                if way < known[next][0] {
+                    known[next] = [way, known[at][1] + turn];
+                    last[next] = Some(number);
                 }
             }
         }
-        ways
+        let doubt = |[shift, turn]: [f64; 2]| Doubt {
+            shift: shift.sqrt(),
+            turn: turn.sqrt(),
+        };
+        BestWays {
+            from,
+            doubts: known.into_iter().map(doubt).collect(),
+            last,
+        }
+    }
+
+    /// What is feared of the drift on an edge: variances of shift and turn, m² and rad².
+    fn feared(&self, edge: &Edge) -> [f64; 2] {
+        if edge.cauchy.is_some() {
+            return [0.0; 2];
+        }
+        let config = &self.config.closure;
+        // Errors of the way add up where a submap errs as the one before it did.
+        let way = config.drift * edge.motion.position().coords.norm();
+        [way * way, config.drift_turn * config.drift_turn]
+    }
+
+    /// What is known of the whole of one of these ways.
+    fn known(&self, ways: &BestWays, to: usize) -> Known {
+        let (poses, edges) = (self.graph.poses(), self.graph.edges());
+        let here = poses[ways.from].position();
+        let (mut cov, mut length) = (Matrix3::zeros(), 0);
+        let mut at = to;
+        while let Some(edge) = ways.last[at].and_then(|number| edges.get(number)) {
+            at = if edge.to == at { edge.from } else { edge.to };
+            let turned = poses[edge.to].rotation();
+            let measured = edge.information.try_inverse().unwrap_or_default();
+            let [shift, turn] = self.feared(edge);
+            let feared = Matrix3::from_diagonal(&Vector3::new(shift, shift, turn));
+            let arm = here - poses[at].position();
+            let moved = Matrix3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x, 0.0, 0.0, 1.0);
+            let of_edge = turned * measured * turned.transpose() + feared;
+            cov += moved * of_edge * moved.transpose();
+            length += usize::from(edge.cauchy.is_none());
+        }
+        Known { cov, length }
     }
 }
 

@@ -13,7 +13,7 @@ use nalgebra::Matrix3;
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
 use super::super::submap::{Doubt, Indexed};
 use super::closures::{Candidate, Ways};
-use super::drift::Known;
+use super::drift::BestWays;
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
@@ -121,7 +121,7 @@ impl ScanMatcher {
         let mut records = std::mem::take(&mut self.records);
         let ways = KnownWays {
             poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
-            known: RefCell::default(),
+            ways: RefCell::default(),
             matcher: self,
         };
         let proved = waiting.take_proved(new, &ways, self.config.closure.proof, &mut records);
@@ -252,28 +252,26 @@ impl ScanMatcher {
 /// The ways through the pose graph.
 struct KnownWays<'a> {
     poses: Vec<Pose2>,
-    known: RefCell<BTreeMap<usize, Vec<Known>>>,
+    ways: RefCell<BTreeMap<usize, BestWays>>,
     matcher: &'a ScanMatcher,
 }
 
 impl KnownWays<'_> {
-    fn known(&self, from: usize, to: usize) -> Known {
-        let mut known = self.known.borrow_mut();
-        let from = known
-            .entry(from)
-            .or_insert_with(|| self.matcher.known_ways(from));
-        from[to]
+    /// Asks the ways from a submap, which are looked for once.
+    fn ask<T>(&self, from: usize, what: impl Fn(&BestWays) -> T) -> T {
+        let mut ways = self.ways.borrow_mut();
+        let ways = ways.entry(from);
+        what(ways.or_insert_with(|| self.matcher.best_ways(from)))
     }
 }
 
 impl Ways for KnownWays<'_> {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
         let pose = self.poses[from].delta_to(&self.poses[to]);
-        (pose, self.known(from, to).doubt())
+        (pose, self.ask(from, |ways| ways.doubt(to)))
     }
 
     fn surprise(&self, placed: &Candidate) -> f64 {
-        self.matcher
-            .surprise(&self.known(placed.new, placed.old), placed)
+        self.ask(placed.new, |ways| self.matcher.surprise(ways, placed))
     }
 }

@@ -65,8 +65,9 @@ fn placed(matcher: &ScanMatcher, off: Vector3<f64>) -> Candidate {
     }
 }
 
-fn known(matcher: &ScanMatcher) -> Known {
-    matcher.known_ways(matcher.graph.poses().len() - 1)[0]
+/// From the last submap.
+fn ways(matcher: &ScanMatcher) -> BestWays {
+    matcher.best_ways(matcher.graph.poses().len() - 1)
 }
 
 #[test]
@@ -97,7 +98,7 @@ fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
         sum += off * off.transpose();
     }
     let drawn = sum / f64::from(runs);
-    let cov = known(&matcher).cov;
+    let cov = matcher.known(&ways(&matcher), 0).cov;
     for (row, col) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
         let scale = (drawn[(row, row)] * drawn[(col, col)]).sqrt();
         let off = (cov[(row, col)] - drawn[(row, col)]) / scale;
@@ -112,10 +113,10 @@ fn a_shift_that_no_turn_explains_is_more_surprising() {
         .map(|i| Pose2::new(4.0 * f64::from(i), 0.0, 0.0))
         .collect();
     let matcher = matcher_of(&straight);
-    let known = known(&matcher);
-    let Doubt { shift, turn } = known.doubt();
+    let ways = ways(&matcher);
+    let Doubt { shift, turn } = ways.doubt(0);
     let surprise =
-        |x, y, turn| matcher.surprise(&known, &placed(&matcher, Vector3::new(x, y, turn)));
+        |x, y, turn| matcher.surprise(&ways, &placed(&matcher, Vector3::new(x, y, turn)));
     let explained = surprise(0.0, 2.0 * shift, 2.0 * turn);
     let unexplained = surprise(0.0, 2.0 * shift, 0.0);
     assert!(explained < 6.0, "{explained}");
@@ -128,14 +129,14 @@ fn a_shift_that_no_turn_explains_is_more_surprising() {
 #[test]
 fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     let mut matcher = matcher_of(&arc());
-    let known = known(&matcher);
-    let shift = known.doubt().shift;
+    let ways = ways(&matcher);
+    let shift = ways.doubt(0).shift;
     let bad = placed(&matcher, Vector3::new(shift, 0.0, 0.0));
     let good = placed(&matcher, Vector3::new(0.1 * shift, 0.0, 0.0));
-    let before = matcher.surprise(&known, &bad);
+    let before = matcher.surprise(&ways, &bad);
     // Of placements that are proved together one counts: they close one way.
     matcher.learn_drift(&[good, good, good]);
-    let after_one = matcher.surprise(&known, &bad);
+    let after_one = matcher.surprise(&ways, &bad);
     assert!(
         (after_one / before - 2.0).abs() < 0.1,
         "{after_one}, {before}"
@@ -143,7 +144,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     for _ in 0..1000 {
         matcher.learn_drift(&[good]);
     }
-    let at_most = matcher.surprise(&known, &bad);
+    let at_most = matcher.surprise(&ways, &bad);
     assert!(
         (at_most - before / LEAST).abs() < 1e-9,
         "{at_most}, {before}"
@@ -152,7 +153,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     for _ in 0..10_000 {
         matcher.learn_drift(&[bad]);
     }
-    assert!(matcher.surprise(&known, &bad) >= before);
+    assert!(matcher.surprise(&ways, &bad) >= before);
 }
 
 #[test]
