@@ -36,7 +36,8 @@ fn rack(world: World, (x, y): (f64, f64), first: usize) -> World {
     };
     let pallet = |world: World, bay: usize| {
         let x = x + BAY * bay as f64 + POST + 0.15;
-        // No two pallets stand alike; a hand's breadth is enough to distinguish them.
+        // No two pallets of a rack stand alike, but those of all racks do: only black film tells
+        // one row from the next.
         let depth = DEPTH - 0.04 * ((first + 5 * bay) % 6) as f64;
         let is_black = (first + bay).is_multiple_of(BLACK_EVERY);
         let film = if is_black {
