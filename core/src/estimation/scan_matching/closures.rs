@@ -95,7 +95,7 @@ const LEAST_PROOF: f64 = 0.5;
 /// ... and for each e-fold of places.
 const PROOF_FOR_PLACES: f64 = 0.25;
 /// A placement is as far from where it was expected as this, on the mean: degrees of freedom.
-const FREEDOM: f64 = 3.0;
+pub(super) const FREEDOM: f64 = 3.0;
 /// A window of so small a doubt is one place, m and rad.
 const PLACE_SHIFT: f64 = 0.17;
 const PLACE_TURN: f64 = 0.033;

@@ -11,9 +11,9 @@
 //!    believed follows from the whole covariance: who comes back with the right heading cannot have
 //!    turned much on the way either, and is not far off to the side.
 //! 3. The figures of step 1 are for the worst of robots and buildings. Each loop that is closed
-//!    tells how far its way was off: covariances are scaled by `(PRIOR + Σχ²) / (PRIOR + Σν)`, the
-//!    mean of the posterior of a scale whose prior is worth [`PRIOR`] degrees of freedom, and never
-//!    by more than 1. So a place that looks like one 3 m away is not taken for it by a robot that
+//!    tells how far its way was off: covariances are scaled by `(PRIOR + Σχ²) / (PRIOR + Σν)`,
+//!    the mean of the posterior of a scale whose prior is worth [`PRIOR`] degrees of freedom, and
+//!    never by more than 1. So a place that looks like one 3 m away is not taken for it by a robot that
 //!    has come back to within a decimetre all day. Windows are not scaled: the next way may be
 //!    worse.
 
@@ -23,9 +23,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::pose_graph::Edge;
 use super::super::submap::Doubt;
-use super::ScanMatcher;
-use super::closures::Candidate;
-use crate::geom::{Pose2, wrap};
+use super::closures::{Candidate, FREEDOM};
+use super::{ScanMatcher, carried};
 use crate::snapshot::snapshot;
 
 /// What the figures of the configuration are worth, in degrees of freedom.
@@ -68,7 +67,7 @@ pub(super) struct BestWays {
 
 /// What is known of the way from one submap to another.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Known {
+struct Known {
     /// Covariance of where the first submap lies as the other sees it, in the axes of the map.
     cov: Matrix3<f64>,
     /// How many submaps the way leads through that follow one another.
@@ -96,8 +95,8 @@ impl ScanMatcher {
         self.best_ways(from).doubts
     }
 
-    /// χ² of a placement before it is believed, by what loops have shown of drift; `ways` lead from
-    /// its new submap.
+    /// χ² of a placement before it is believed, by what loops have shown of drift; `ways` lead
+    /// from its new submap.
     pub(super) fn surprise(&self, ways: &BestWays, placed: &Candidate) -> f64 {
         self.known(ways, placed.old).chi2(&self.off(placed)) / self.drift.scale()
     }
@@ -115,7 +114,7 @@ impl ScanMatcher {
         let longest = searched.filter_map(way).max_by_key(|(length, _)| *length);
         if let Some((_, chi2)) = longest {
             self.drift.squares += chi2;
-            self.drift.freedom += 3.0;
+            self.drift.freedom += FREEDOM;
         }
     }
 
@@ -123,9 +122,7 @@ impl ScanMatcher {
     fn off(&self, placed: &Candidate) -> Vector3<f64> {
         let poses = self.graph.poses();
         let (old, new) = (poses[placed.old], poses[placed.new]);
-        let found: Pose2 = old * placed.closure.motion;
-        let shift = found.position() - new.position();
-        Vector3::new(shift.x, shift.y, wrap(found.heading() - new.heading()))
+        (old * placed.closure.motion).minus(&new)
     }
 
     /// The ways from submap `from` on which least is feared.
@@ -198,9 +195,8 @@ impl ScanMatcher {
             let [shift, turn] = self.feared(edge);
             let feared = Matrix3::from_diagonal(&Vector3::new(shift, shift, turn));
             let arm = here - poses[at].position();
-            let moved = Matrix3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x, 0.0, 0.0, 1.0);
             let of_edge = turned * measured * turned.transpose() + feared;
-            cov += moved * of_edge * moved.transpose();
+            cov = carried(&of_edge, arm, cov);
             length += usize::from(edge.cauchy.is_none());
         }
         Known { cov, length }

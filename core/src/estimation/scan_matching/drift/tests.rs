@@ -8,6 +8,7 @@ use super::super::super::submap::Closure;
 use super::super::records::Records;
 use super::super::{ScanMatcher, ScanMatcherConfig};
 use super::*;
+use crate::geom::Pose2;
 use crate::points::fixture;
 
 /// What matching says of the way through a submap: along, across, and of the turn.
@@ -93,8 +94,7 @@ fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
             );
             at = at * motion * error;
         }
-        let shift = at.position() - truth.position();
-        let off = Vector3::new(shift.x, shift.y, wrap(at.heading() - truth.heading()));
+        let off = at.minus(truth);
         sum += off * off.transpose();
     }
     let drawn = sum / f64::from(runs);
