@@ -13,9 +13,9 @@
 //! 3. The figures of step 1 are for the worst of robots and buildings. Each loop that is closed
 //!    tells how far its way was off: covariances are scaled by `(PRIOR + Σχ²) / (PRIOR + Σν)`,
 //!    the mean of the posterior of a scale whose prior is worth [`PRIOR`] degrees of freedom, and
-//!    never by more than 1. So a place that looks like one 3 m away is not taken for it by a robot that
-//!    has come back to within a decimetre all day. Windows are not scaled: the next way may be
-//!    worse.
+//!    never by more than 1. So a place that looks like one 3 m away is not taken for it by a robot
+//!    that has come back to within a decimetre all day. Windows are not scaled: the next way may
+//!    be worse.
 
 use std::collections::BTreeMap;
 
