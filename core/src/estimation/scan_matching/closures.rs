@@ -297,4 +297,4 @@ snapshot!(Proof {
 });
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -17,14 +17,16 @@
 //!    that has come back to within a decimetre all day. Windows are not scaled: the next way may
 //!    be worse.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::pose_graph::Edge;
 use super::super::submap::Doubt;
-use super::closures::{Candidate, FREEDOM};
+use super::closures::{Candidate, FREEDOM, Ways};
 use super::{ScanMatcher, carried};
+use crate::geom::Pose2;
 use crate::snapshot::snapshot;
 
 /// What the figures of the configuration are worth, in degrees of freedom.
@@ -58,7 +60,7 @@ snapshot!(
 );
 
 /// The best ways through the graph from one submap to all.
-pub(super) struct BestWays {
+struct BestWays {
     from: usize,
     doubts: Vec<Doubt>,
     /// Of each submap, by which edge the way comes there.
@@ -76,7 +78,7 @@ struct Known {
 
 impl BestWays {
     /// How well the pose of a submap is known.
-    pub(super) fn doubt(&self, to: usize) -> Doubt {
+    fn doubt(&self, to: usize) -> Doubt {
         self.doubts[to]
     }
 }
@@ -89,6 +91,57 @@ impl Known {
     }
 }
 
+/// The ways through the pose graph as it is.
+pub(super) struct KnownWays<'a> {
+    matcher: &'a ScanMatcher,
+    ways: RefCell<BTreeMap<usize, BestWays>>,
+}
+
+impl<'a> KnownWays<'a> {
+    pub(super) fn of(matcher: &'a ScanMatcher) -> Self {
+        Self {
+            matcher,
+            ways: RefCell::default(),
+        }
+    }
+
+    /// Asks the ways from a submap, which are looked for once.
+    fn ask<T>(&self, from: usize, what: impl Fn(&BestWays) -> T) -> T {
+        let mut ways = self.ways.borrow_mut();
+        let ways = ways.entry(from);
+        what(ways.or_insert_with(|| self.matcher.best_ways(from)))
+    }
+
+    /// Loops are about to be closed: how far were the ways off that they close? Those that are
+    /// proved together close one way: the longest counts.
+    pub(super) fn drift_after(&self, proved: &[Candidate]) -> Drift {
+        let way = |c: &Candidate| {
+            let known = self.ask(c.new, |ways| self.matcher.known(ways, c.old));
+            (known.length >= LONG).then(|| (known.length, known.chi2(&self.matcher.off(c))))
+        };
+        let searched = proved.iter().filter(|c| c.closure.is_searched);
+        let longest = searched.filter_map(way).max_by_key(|(length, _)| *length);
+        let mut drift = self.matcher.drift;
+        if let Some((_, chi2)) = longest {
+            drift.squares += chi2;
+            drift.freedom += FREEDOM;
+        }
+        drift
+    }
+}
+
+impl Ways for KnownWays<'_> {
+    fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
+        let [from_pose, to_pose] = [from, to].map(|at| self.matcher.submaps[at].map_from_submap);
+        let doubt = self.ask(from, |ways| ways.doubt(to));
+        (from_pose.delta_to(&to_pose), doubt)
+    }
+
+    fn surprise(&self, placed: &Candidate) -> f64 {
+        self.ask(placed.new, |ways| self.matcher.surprise(ways, placed))
+    }
+}
+
 impl ScanMatcher {
     /// How well each submap's pose is known relative to submap `from`.
     pub(super) fn doubts(&self, from: usize) -> Vec<Doubt> {
@@ -97,25 +150,8 @@ impl ScanMatcher {
 
     /// χ² of a placement before it is believed, by what loops have shown of drift; `ways` lead
     /// from its new submap.
-    pub(super) fn surprise(&self, ways: &BestWays, placed: &Candidate) -> f64 {
+    fn surprise(&self, ways: &BestWays, placed: &Candidate) -> f64 {
         self.known(ways, placed.old).chi2(&self.off(placed)) / self.drift.scale()
-    }
-
-    /// Loops are about to be closed: how far were the ways off that they close? Those that are
-    /// proved together close one way: the longest counts.
-    pub(super) fn learn_drift(&mut self, proved: &[Candidate]) {
-        let mut ways: BTreeMap<usize, BestWays> = BTreeMap::new();
-        let way = |c: &Candidate| {
-            let from_new = ways.entry(c.new).or_insert_with(|| self.best_ways(c.new));
-            let known = self.known(from_new, c.old);
-            (known.length >= LONG).then(|| (known.length, known.chi2(&self.off(c))))
-        };
-        let searched = proved.iter().filter(|c| c.closure.is_searched);
-        let longest = searched.filter_map(way).max_by_key(|(length, _)| *length);
-        if let Some((_, chi2)) = longest {
-            self.drift.squares += chi2;
-            self.drift.freedom += FREEDOM;
-        }
     }
 
     /// How far the new submap of a placement is from where it lies so far, in the axes of the map.
@@ -126,7 +162,7 @@ impl ScanMatcher {
     }
 
     /// The ways from submap `from` on which least is feared.
-    pub(super) fn best_ways(&self, from: usize) -> BestWays {
+    fn best_ways(&self, from: usize) -> BestWays {
         let poses = self.graph.poses();
         let mut edges: Vec<Vec<(usize, usize, [f64; 2])>> = vec![vec![]; poses.len()];
         for (number, edge) in self.graph.edges().iter().enumerate() {

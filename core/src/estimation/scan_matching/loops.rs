@@ -5,15 +5,12 @@
 //! comparisons to be made are listed when a submap is closed; the matcher works off one at each
 //! scan.
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-
 use nalgebra::Matrix3;
 
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
-use super::super::submap::{Doubt, Indexed};
-use super::closures::{Candidate, Ways};
-use super::drift::BestWays;
+use super::super::submap::Indexed;
+use super::closures::Candidate;
+use super::drift::KnownWays;
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
@@ -119,15 +116,11 @@ impl ScanMatcher {
     pub(super) fn believe_proved(&mut self, new: usize) {
         let mut waiting = std::mem::take(&mut self.waiting);
         let mut records = std::mem::take(&mut self.records);
-        let ways = KnownWays {
-            poses: self.submaps.iter().map(|s| s.map_from_submap).collect(),
-            ways: RefCell::default(),
-            matcher: self,
-        };
+        let ways = KnownWays::of(self);
         let proved = waiting.take_proved(new, &ways, self.config.closure.proof, &mut records);
+        self.drift = ways.drift_after(&proved);
         self.waiting = waiting;
         self.records = records;
-        self.learn_drift(&proved);
         self.place_piece(&proved);
         for candidate in &proved {
             self.believe(candidate);
@@ -246,32 +239,5 @@ impl ScanMatcher {
             // A loose join says little: what both sides show says more.
             joins && !(e.cauchy.is_none() && self.submaps[a.max(b)].is_loose)
         })
-    }
-}
-
-/// The ways through the pose graph.
-struct KnownWays<'a> {
-    poses: Vec<Pose2>,
-    ways: RefCell<BTreeMap<usize, BestWays>>,
-    matcher: &'a ScanMatcher,
-}
-
-impl KnownWays<'_> {
-    /// Asks the ways from a submap, which are looked for once.
-    fn ask<T>(&self, from: usize, what: impl Fn(&BestWays) -> T) -> T {
-        let mut ways = self.ways.borrow_mut();
-        let ways = ways.entry(from);
-        what(ways.or_insert_with(|| self.matcher.best_ways(from)))
-    }
-}
-
-impl Ways for KnownWays<'_> {
-    fn way(&self, from: usize, to: usize) -> (Pose2, Doubt) {
-        let pose = self.poses[from].delta_to(&self.poses[to]);
-        (pose, self.ask(from, |ways| ways.doubt(to)))
-    }
-
-    fn surprise(&self, placed: &Candidate) -> f64 {
-        self.ask(placed.new, |ways| self.matcher.surprise(ways, placed))
     }
 }

@@ -26,18 +26,14 @@ impl Ways for Straight {
     }
 }
 
-/// Submap `new` beside `old`, so far off to the side.
-fn beside(old: usize, new: usize, y: f64) -> Candidate {
+/// Submap `new` placed in `old` by a search that found much in common.
+pub(in super::super) fn found(old: usize, new: usize, motion: Pose2, doubt: Doubt) -> Candidate {
     let closure = Closure {
-        motion: Pose2::new(0.0, y, 0.0),
+        motion,
         information: Matrix3::identity(),
         is_searched: true,
         overlap: 0.7,
         part: 0.95,
-    };
-    let doubt = Doubt {
-        shift: 30.0,
-        turn: 0.3,
     };
     Candidate {
         old,
@@ -46,6 +42,15 @@ fn beside(old: usize, new: usize, y: f64) -> Candidate {
         doubt,
         record: Records::default().begin((old, new), &closure, doubt),
     }
+}
+
+/// Submap `new` beside `old`, so far off to the side.
+fn beside(old: usize, new: usize, y: f64) -> Candidate {
+    let doubt = Doubt {
+        shift: 30.0,
+        turn: 0.3,
+    };
+    found(old, new, Pose2::new(0.0, y, 0.0), doubt)
 }
 
 /// What waits after candidates have come, one new submap after the other.

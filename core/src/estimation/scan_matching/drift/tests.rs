@@ -4,11 +4,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::super::super::pose_graph::{Edge, PoseGraph, information_at_end};
-use super::super::super::submap::Closure;
-use super::super::records::Records;
-use super::super::{ScanMatcher, ScanMatcherConfig};
+use super::super::ScanMatcherConfig;
+use super::super::closures::tests::found;
 use super::*;
-use crate::geom::Pose2;
 use crate::points::fixture;
 
 /// What matching says of the way through a submap: along, across, and of the turn.
@@ -48,22 +46,14 @@ fn placed(matcher: &ScanMatcher, off: Vector3<f64>) -> Candidate {
     let poses = matcher.graph.poses();
     let (old, new) = (0, poses.len() - 1);
     let at = poses[new];
-    let found = Pose2::new(at.x() + off.x, at.y() + off.y, at.heading() + off.z);
-    let closure = Closure {
-        motion: poses[old].delta_to(&found),
-        information: Matrix3::identity(),
-        is_searched: true,
-        overlap: 0.7,
-        part: 0.95,
-    };
-    let doubt = matcher.doubts(new)[old];
-    Candidate {
-        old,
-        new,
-        closure,
-        doubt,
-        record: Records::default().begin((old, new), &closure, doubt),
-    }
+    let found_at = Pose2::new(at.x() + off.x, at.y() + off.y, at.heading() + off.z);
+    let motion = poses[old].delta_to(&found_at);
+    found(old, new, motion, matcher.doubts(new)[old])
+}
+
+/// Closes loops, as far as drift is learned from it.
+fn close(matcher: &mut ScanMatcher, proved: &[Candidate]) {
+    matcher.drift = KnownWays::of(matcher).drift_after(proved);
 }
 
 /// From the last submap.
@@ -135,14 +125,14 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     let good = placed(&matcher, Vector3::new(0.1 * shift, 0.0, 0.0));
     let before = matcher.surprise(&ways, &bad);
     // Of placements that are proved together one counts: they close one way.
-    matcher.learn_drift(&[good, good, good]);
+    close(&mut matcher, &[good, good, good]);
     let after_one = matcher.surprise(&ways, &bad);
     assert!(
         (after_one / before - 2.0).abs() < 0.1,
         "{after_one}, {before}"
     );
     for _ in 0..1000 {
-        matcher.learn_drift(&[good]);
+        close(&mut matcher, &[good]);
     }
     let at_most = matcher.surprise(&ways, &bad);
     assert!(
@@ -151,7 +141,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     );
     // Bad ones are feared already.
     for _ in 0..10_000 {
-        matcher.learn_drift(&[bad]);
+        close(&mut matcher, &[bad]);
     }
     assert!(matcher.surprise(&ways, &bad) >= before);
 }
@@ -160,13 +150,14 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
 fn neighbours_and_what_needed_no_search_teach_nothing() {
     let mut matcher = matcher_of(&arc()[..LONG]);
     let neighbours = placed(&matcher, Vector3::zeros());
-    matcher.learn_drift(&[neighbours]);
+    close(&mut matcher, &[neighbours]);
     assert_eq!(matcher.drift, Drift::default());
     let mut matcher = matcher_of(&arc());
     let mut unsearched = placed(&matcher, Vector3::zeros());
     unsearched.closure.is_searched = false;
-    matcher.learn_drift(&[unsearched]);
+    close(&mut matcher, &[unsearched]);
     assert_eq!(matcher.drift, Drift::default());
-    matcher.learn_drift(&[placed(&matcher, Vector3::zeros())]);
+    let searched = placed(&matcher, Vector3::zeros());
+    close(&mut matcher, &[searched]);
     assert_ne!(matcher.drift, Drift::default());
 }
