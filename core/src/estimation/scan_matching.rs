@@ -289,6 +289,8 @@ impl ScanMatcher {
             self.way_cov += self.local.cov;
         } else if is_new || tracked.is_loose {
             self.add_keyframe(seen, &tracked);
+        } else if tracked.is_sure && seen.is_rolling() && !self.gathering.is_at_work() {
+            self.confirm(&seen);
         }
         self.note_place(stamp, self.local.pose);
     }

@@ -155,27 +155,9 @@ impl SurfelMap {
 
     /// Adds points in the frame of the map.
     pub fn insert(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
-        let near = self.config.cell * self.config.cell;
         for point in points {
-            let found = self.cells.nearest(point.position).and_then(|index| {
-                let surfel = self.surfels.get_mut(index)?;
-                let same = (surfel.position - point.position).norm_squared() < near
-                    && surfel.normal.dot(&point.normal) > 0.9;
-                same.then_some(surfel)
-            });
-            if let Some(surfel) = found {
-                let total = surfel.weight + 1.0;
-                // Only across the surface: along it the mean of the points seen means nothing.
-                let across = surfel.normal.dot(&(point.position - surfel.position));
-                surfel.position += surfel.normal * (across / total);
-                let normal = surfel.normal * surfel.weight + point.normal;
-                surfel.normal = normal / normal.norm();
-                surfel.weight = total.min(MAX_WEIGHT);
-            } else if self
-                .cells
-                .slot(self.cells.cell_of(point.position))
-                .is_some()
-            {
+            let cell = self.cells.cell_of(point.position);
+            if !self.average(&point) && self.cells.slot(cell).is_some() {
                 self.surfels.push(Surfel {
                     position: point.position,
                     normal: point.normal,
@@ -184,6 +166,30 @@ impl SurfelMap {
                 self.stamp(self.surfels.len() - 1);
             }
         }
+    }
+
+    /// Averages a point, in the frame of the map, into the surfel that it falls on. Returns whether
+    /// there is one.
+    pub fn average(&mut self, point: &OrientedPoint) -> bool {
+        let near = self.config.cell * self.config.cell;
+        let Some(index) = self.cells.nearest(point.position) else {
+            return false;
+        };
+        let Some(surfel) = self.surfels.get_mut(index) else {
+            return false;
+        };
+        let is_same = (surfel.position - point.position).norm_squared() < near
+            && surfel.normal.dot(&point.normal) > 0.9;
+        if is_same {
+            let total = surfel.weight + 1.0;
+            // Only across the surface: along it the mean of the points seen means nothing.
+            let across = surfel.normal.dot(&(point.position - surfel.position));
+            surfel.position += surfel.normal * (across / total);
+            let normal = surfel.normal * surfel.weight + point.normal;
+            surfel.normal = normal / normal.norm();
+            surfel.weight = total.min(MAX_WEIGHT);
+        }
+        is_same
     }
 
     /// The surfel nearest to a place, if one is within reach. Near means near to the centre of the
@@ -428,6 +434,23 @@ mod tests {
         assert_eq!(map.surfels().len(), 1);
         assert!((map.surfels()[0].position.x - 1.0).abs() < 1e-12);
         assert!((map.surfels()[0].weight - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_averaged_adds_no_surfel() {
+        let mut map = SurfelMap::new(SurfelConfig::default());
+        map.insert([point(1.0, 0.51, (-1.0, 0.0))]);
+        assert!(map.average(&point(1.02, 0.51, (-1.0, 0.0))));
+        // The other side of the wall, a place beyond its cell, and one where nothing is known.
+        for other in [
+            point(1.02, 0.51, (1.0, 0.0)),
+            point(1.02, 0.6, (-1.0, 0.0)),
+            point(3.0, 0.0, (-1.0, 0.0)),
+        ] {
+            assert!(!map.average(&other));
+        }
+        assert_eq!(map.surfels().len(), 1);
+        assert!((map.surfels()[0].position.x - 1.01).abs() < 1e-12);
     }
 
     #[test]

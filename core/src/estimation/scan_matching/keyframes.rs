@@ -22,6 +22,10 @@ const SEES: f64 = 0.3;
 /// that the sum of all would give, and a third of it is said of them. What nobody counted is held
 /// by the match before, and what few beams saw by little more: those add all.
 const ADDED: f64 = 0.1;
+/// The same of a scan whose beams were taken one after the other while the robot moved. Its
+/// covariance is that of the robot after the last beam; the points lie better than that, and the
+/// submap takes over the points. Simulated joins were claimed to 0.02 rad and err by 0.003.
+const ADDED_BY_SWEEP: f64 = 0.03;
 /// A scan that contradicts the submap is not drawn as long as this part of it agrees, ...
 const WAITING_OVERLAP: f64 = 0.4;
 /// ... scans follow each other within so many distances and turns of keyframes, ...
@@ -72,6 +76,11 @@ impl ScanMatcher {
     /// another.
     pub(super) fn add_keyframe(&mut self, seen: Seen, tracked: &Tracked) {
         self.learn_odometry(tracked);
+        let part = if seen.is_rolling() {
+            ADDED_BY_SWEEP
+        } else {
+            ADDED
+        };
         if tracked.is_loose || self.is_submap_full() {
             self.begin_submap(tracked.is_loose);
         }
@@ -97,12 +106,22 @@ impl ScanMatcher {
             let cov = std::mem::take(&mut self.local.cov);
             let is_firm = tracked.is_sure && tracked.is_counted && !self.gathering.is_at_work();
             self.way_cov += match tracked.found {
-                Some(found) if is_firm => added(&cov, &found.verdict),
+                Some(found) if is_firm => added(&cov, part, &found.verdict),
                 _ => cov,
             };
         }
         if let Some(submap) = self.submaps.last_mut() {
             submap.own_keyframes += 1;
+        }
+    }
+
+    /// Averages a sweep that is no keyframe into the surfaces that it falls on. The few beams of
+    /// one sweep, each known worse the earlier it was taken, tell little; of a submap's many sweeps
+    /// only some are keyframes. Scans at one instant would gain nothing and teach the people who
+    /// walk along.
+    pub(super) fn confirm(&mut self, seen: &Seen) {
+        for point in moved(&seen.surfaces, self.local.pose) {
+            self.running.average(&point);
         }
     }
 
@@ -184,15 +203,15 @@ impl ScanMatcher {
     }
 }
 
-/// What a match with this covariance adds to that of the way through its submap: all of it along
-/// what it does not see.
-fn added(cov: &Matrix3<f64>, verdict: &Verdict) -> Matrix3<f64> {
+/// What a match with this covariance adds to that of the way through its submap: this part of it,
+/// and all of it along what it does not see.
+fn added(cov: &Matrix3<f64>, part: f64, verdict: &Verdict) -> Matrix3<f64> {
     let Verdict::Degenerate { direction } = verdict else {
-        return cov * ADDED;
+        return cov * part;
     };
     let free = direction.push(0.0);
     let along = free * free.transpose() * free.dot(&(cov * free));
-    along + (cov - along) * ADDED
+    along + (cov - along) * part
 }
 
 fn moved(
