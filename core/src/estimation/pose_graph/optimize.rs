@@ -5,7 +5,8 @@
 //!    best poses are kept (Chamberlain et al. 1982, "watchdog").
 //! 2. Where nothing better was found, on from the best poses with Levenberg-Marquardt, damped until
 //!    the cost falls with each step.
-//! 3. It ends where a step is expected to gain next to nothing: for an undamped step, gᵀ H⁻¹ g.
+//! 3. It ends where a step is expected to gain next to nothing: for an undamped step, gᵀ H⁻¹ g. To
+//!    see that, and to take it, the H of the step before will do: no factor is made for the last.
 //!
 //! Marquardt's damping alone would not do: it scales with the information of an edge, and where
 //! that spans many decades, as in `intel.g2o`, even a little holds some poses fast.
@@ -39,6 +40,9 @@ const RAISED_DAMPING: f64 = 1e-6;
 const MOST_DAMPING: f64 = 1e8;
 /// An undamped step that is expected to gain less than this part of the cost is the last one.
 const LEAST_EXPECTED: f64 = 1e-6;
+/// Where the last step was expected to gain less than this part of the cost, the next one may be
+/// the last.
+const NEAR: f64 = 1e-2;
 /// A damped step that gains less than this part of the cost is the last one.
 const LEAST_GAIN: f64 = 1e-9;
 /// A step that moves no pose by more than this, m and rad, is the last one.
@@ -80,7 +84,7 @@ impl PoseGraph {
                 }
                 let is_free = damping <= RAISED_DAMPING;
                 if solver.largest() < LEAST_STEP
-                    || (is_free && solver.expected(&equations) <= LEAST_EXPECTED * equations.cost)
+                    || (is_free && solver.expected_part(&equations) <= LEAST_EXPECTED)
                 {
                     let cost = terms.cost(&states);
                     if cost <= best_cost {
@@ -138,23 +142,38 @@ impl PoseGraph {
 struct Solver {
     factor: BlockFactor,
     step: Vec<Vector3<f64>>,
+    /// Whether the factor is that of an undamped step that was expected to gain little.
+    is_near: bool,
 }
 
 impl Solver {
     /// Finds the step; `false` where there is none.
     fn solve(&mut self, pattern: &BlockPattern, equations: &NormalEquations, damping: f64) -> bool {
+        if damping == 0.0 && self.is_near {
+            self.substitute(pattern, equations);
+            if self.expected_part(equations) <= LEAST_EXPECTED {
+                return true;
+            }
+        }
         if !pattern.factor(&equations.matrix, damping, &mut self.factor) {
+            self.is_near = false;
             return false;
         }
-        self.step.clone_from(&equations.gradient);
-        pattern.solve(&self.factor, &mut self.step);
+        self.substitute(pattern, equations);
+        self.is_near = damping == 0.0 && self.expected_part(equations) <= NEAR;
         true
     }
 
-    /// What the step is expected to gain, if it is undamped.
-    fn expected(&self, equations: &NormalEquations) -> f64 {
+    fn substitute(&mut self, pattern: &BlockPattern, equations: &NormalEquations) {
+        self.step.clone_from(&equations.gradient);
+        pattern.solve(&self.factor, &mut self.step);
+    }
+
+    /// What part of the cost the step is expected to gain, if it is undamped.
+    fn expected_part(&self, equations: &NormalEquations) -> f64 {
         let pairs = self.step.iter().zip(&equations.gradient);
-        pairs.map(|(step, gradient)| step.dot(gradient)).sum()
+        let expected: f64 = pairs.map(|(step, gradient)| step.dot(gradient)).sum();
+        expected / equations.cost
     }
 
     /// The most that it moves a pose by, m and rad.

@@ -287,6 +287,17 @@ proptest! {
         prop_assert!(found.cost[1] <= found.cost[0] && found.iterations <= max_iterations);
         prop_assert_eq!(moved.poses()[0], graph.poses()[0]);
     }
+
+    #[test]
+    fn where_it_ends_another_step_would_gain_next_to_nothing(graph in graphs()) {
+        let mut moved = graph.clone();
+        let found = moved.optimize_with_figures(100);
+        prop_assume!(found.converged);
+        let (matrix, gradient) = dense_equations(&moved);
+        let step = matrix.cholesky().expect("every pose hangs on the first").solve(&gradient);
+        let gain = gradient.dot(&step);
+        prop_assert!(gain <= 1e-6 * found.cost[1] + 1e-12, "{gain} of {}", found.cost[1]);
+    }
 }
 
 #[test]
