@@ -1,5 +1,6 @@
 //! Fixtures shared by tests and benches.
 
+pub mod browser_cost;
 #[cfg(not(target_family = "wasm"))]
 pub mod calm;
 #[cfg(unix)]
@@ -10,7 +11,7 @@ pub mod devices;
 pub mod fuzz;
 #[cfg(unix)]
 pub mod map_truth;
-pub mod update_cost;
+pub mod recorded_loop;
 
 /// Numbers in [0, 1) without any crate, the same everywhere: a 64-bit linear congruential generator
 /// (Knuth, MMIX).

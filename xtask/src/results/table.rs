@@ -119,7 +119,7 @@ pub(super) const TABLE: &[Entry] = &[
     entry("fuzz", Promise, Slow, &["core/src/wire", "core/src/format", "core/src/settings", "bridge/src"],
         "No decoder crashes on changed input."),
     entry("browser-cost", Promise, Slow, &["core/src/lanes", "core/src/estimation", "web/src"],
-        "An update of the line filter is not much slower in the browser."),
+        "An update of the line filter and a scan of scan matching are not much slower in the browser."),
     entry("sizes", Sizes, Quick, &["core/src", "web/src", "www"],
         "What the page weighs, in bytes: as it is, and as it is sent."),
 ];
