@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Point2, Vector2};
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::map::{LikelihoodPyramid, SurfelConfig, SurfelMap};
 use slamlab_core::points::OrientedPoint;
 use slamlab_core::registration::{MatchConfig, Prior, SearchWindow, register, search};
@@ -17,7 +17,7 @@ fn room() -> Vec<OrientedPoint> {
     let mut wall = |a: (f64, f64), b: (f64, f64)| {
         let (a, b) = (Point2::new(a.0, a.1), Point2::new(b.0, b.1));
         let along = (b - a).normalize();
-        let count = ((b - a).norm() / 0.1) as usize;
+        let count = ((b - a).length() / 0.1) as usize;
         points.extend((0..count).map(|i| OrientedPoint {
             position: a + along * (0.1 * i as f64),
             normal: Vector2::new(-along.y, along.x),

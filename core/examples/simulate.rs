@@ -27,6 +27,7 @@ use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::{floor_plan, tum};
+use slamlab_core::geom::Length;
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
@@ -224,7 +225,7 @@ fn run(args: &Args) -> Result<()> {
     // Along the most uncertain direction, as the filter itself says.
     report["position_sigma_m"] = cov.symmetric_eigenvalues().max().max(0.0).sqrt().into();
     if let Mode::GoTo(goal) = mode {
-        let off = (goal - experiment.truth().position()).norm();
+        let off = (goal - experiment.truth().position()).length();
         report["goal_distance_m"] = off.into();
     }
     if let Err(full) = experiment.session().slam().grid().is_whole() {

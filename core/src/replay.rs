@@ -21,7 +21,7 @@ use nalgebra::Point2;
 
 use crate::estimation::{DriveFit, EditKind, SavedMap};
 use crate::format::carmen::CarmenLog;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::hash::StateHash;
 use crate::points::{Growth, estimate_sigma};
 use crate::robot::{OdometryCalibration, Scan, Stamp};
@@ -222,7 +222,7 @@ impl Replay {
         while let Some(step) = feed.next(&self.log, self.session.robot()) {
             let stands = last.is_some_and(|last| {
                 let motion = last.delta_to(&step.odom_from_robot);
-                motion.position().coords.norm() < STILL && motion.heading().abs() < STILL
+                motion.position().coords.length() < STILL && motion.heading().abs() < STILL
             });
             if !stands {
                 stretches.push(std::mem::take(&mut stretch));

@@ -32,7 +32,7 @@ mod tests;
 use nalgebra::Point2;
 
 use crate::estimation::{ConsistencyWindow, Drive, DriveFit, EditKind, OdometryFit};
-use crate::geom::{Pose2, PoseEstimate};
+use crate::geom::{Length, Pose2, PoseEstimate};
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
 use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
 use crate::settings::Settings;
@@ -96,7 +96,7 @@ impl Session {
             twin.odometry(counted);
         }
         self.dead_reckoning = self.dead_reckoning * odometry.motion;
-        self.distance += odometry.motion.position().coords.norm();
+        self.distance += odometry.motion.position().coords.length();
         Ok(())
     }
 

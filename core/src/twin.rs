@@ -16,7 +16,7 @@
 
 use nalgebra::{Matrix3, Point2};
 
-use crate::geom::{Pose2, PoseEstimate, unit_vector, wrap};
+use crate::geom::{Length, Pose2, PoseEstimate, unit_vector, wrap};
 use crate::map::{CellState, Grid};
 use crate::points::{Beam, Points};
 use crate::robot::{Odometry, OdometryCalibration};
@@ -95,7 +95,7 @@ impl Twin {
         self.samples.push(TwinSample {
             seconds,
             twin,
-            position: (robot.pose.position() - twin.position()).norm(),
+            position: (robot.pose.position() - twin.position()).length(),
             position_sigma3: 3.0 * most.sqrt(),
             heading: wrap(robot.pose.heading() - twin.heading()),
             heading_sigma3: 3.0 * cov[(2, 2)].max(0.0).sqrt(),

@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, SweepTiming};
 use slamlab_core::features::{LineConfig, LineExtractor};
-use slamlab_core::geom::{Pose2, wrap};
+use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::points::{PointConfig, Points};
 use slamlab_core::robot::{Command, RobotModel, TrackOdometry};
 use slamlab_core::sim::{SensorModel, Simulation, TIME_STEP, worlds};
@@ -80,7 +80,7 @@ fn run(
                 (sim.stamp(), sim.ticks(), sim.truth())
             })
             .collect();
-        distance += (sim.truth().position() - last).norm();
+        distance += (sim.truth().position() - last).length();
         last = sim.truth().position();
         while let Some(scan) = sim.take_scan() {
             // A revolution of the lidar ends with a step.
@@ -122,9 +122,9 @@ fn run(
     let pose = slam.estimate().pose;
     let per_scan = |count: usize| count as f64 / f64::from(scans);
     Outcome {
-        position_error: (pose.position() - truth.position()).norm(),
+        position_error: (pose.position() - truth.position()).length(),
         heading_error: wrap(pose.heading() - truth.heading()).abs().to_degrees(),
-        odometry_error: ((dead_reckoned * end.motion).position() - truth.position()).norm(),
+        odometry_error: ((dead_reckoned * end.motion).position() - truth.position()).length(),
         nees: nees.0 / f64::from(nees.1),
         nis: nis / matched as f64,
         confirmed: slam.landmarks().filter(|l| l.is_confirmed).count(),
@@ -141,12 +141,12 @@ fn steer(sim: &mut Simulation, route: &mut VecDeque<Point2<f64>>) {
     while route.len() > 1
         && route
             .front()
-            .is_some_and(|p| (p - pose.position()).norm() < 0.25)
+            .is_some_and(|p| (p - pose.position()).length() < 0.25)
     {
         route.pop_front();
     }
     let Some(&goal) = route.front() else { return };
-    if (goal - pose.position()).norm() < 0.1 {
+    if (goal - pose.position()).length() < 0.1 {
         route.pop_front();
         sim.command(Command::Stop);
         return;

@@ -1,5 +1,5 @@
-//! What an update of the line filter and a scan of scan matching cost, by a clock that is handed in:
-//! the same code natively and in the browser.
+//! What an update of the line filter and a scan of scan matching cost, by a clock that is handed
+//! in: the same code natively and in the browser.
 
 #[path = "../../core/examples/shared/mapped_filter.rs"]
 mod mapped_filter;
@@ -34,9 +34,9 @@ pub enum CostError {
     Replay(String),
 }
 
-/// Lines `cost NAME MS`: milliseconds of an update with one match at each of [`SIZES`], and of a
-/// scan of the recorded loop by scan matching. Of some measurements each is the shortest, for what
-/// other programs take of the machine only ever adds.
+/// Lines `cost NAME MS`: milliseconds of an update with one match at some sizes of the map, and of
+/// a scan of the recorded loop by scan matching. Of some measurements each is the shortest, for
+/// what other programs take of the machine only ever adds.
 ///
 /// # Errors    Of filter and replay.
 pub fn costs(now_ms: impl Fn() -> f64) -> Result<Vec<String>, CostError> {

@@ -1,5 +1,5 @@
-//! Prints what the line filter and scan matching cost in the browser. It measures and judges nothing,
-//! so it is run only where it is asked for by name: by `cargo xtask report browser-cost`.
+//! Prints what the line filter and scan matching cost in the browser. It measures and judges
+//! nothing, so it is run only where it is asked for by name: by `cargo xtask report browser-cost`.
 #![cfg(target_family = "wasm")]
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 

@@ -16,7 +16,7 @@ mod simulated;
 
 use anyhow::Result;
 use slamlab_core::estimation::Localisation;
-use slamlab_core::geom::{Pose2, wrap};
+use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::session::Session;
 
 use super::{Args, Outcome};
@@ -43,7 +43,7 @@ impl Belief {
     fn of(session: &Session, truth: &Pose2) -> Self {
         let quality = session.slam().view().pose_quality;
         let pose = session.estimate().pose;
-        let way = (pose.position() - truth.position()).norm();
+        let way = (pose.position() - truth.position()).length();
         Self {
             is_sure: quality.is_some_and(|q| q.localisation == Localisation::Localised),
             off: [way, wrap(pose.heading() - truth.heading()).abs()],

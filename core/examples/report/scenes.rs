@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::{Segment, sides_of, sin_cos, unit_vector};
+use slamlab_core::geom::{Length, Segment, sides_of, sin_cos, unit_vector};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
 
@@ -109,7 +109,7 @@ fn place(walls: &[Segment], pillars: &[(Point2<f64>, f64)], rng: &mut ChaCha8Rng
     loop {
         let place = Point2::new(rng.random_range(0.4..2.5), rng.random_range(0.4..2.5));
         let free = walls.iter().map(|w| w.distance(place));
-        let round = pillars.iter().map(|(c, r)| (place - c).norm() - r);
+        let round = pillars.iter().map(|(c, r)| (place - c).length() - r);
         // A crowded corner must not keep the search going for ever; inside of a box is as good a
         // place as any.
         clear *= 0.999;

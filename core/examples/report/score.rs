@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point2;
 use slamlab_core::features::LineFeature;
+use slamlab_core::geom::Length;
 use slamlab_core::points::Points;
 
 const MIN_BEAMS: usize = 7;
@@ -138,7 +139,7 @@ fn kinds(scene: &Scene) -> (Vec<Kind>, usize) {
     for piece in order.chunk_by(|&a, &b| wall(a) == wall(b) && (b + n - a) % n <= 3) {
         let at = |beam: &usize| truth[*beam].map(|(_, point)| point);
         let length = match (piece.first().and_then(at), piece.last().and_then(at)) {
-            (Some(first), Some(last)) => (last - first).norm(),
+            (Some(first), Some(last)) => (last - first).length(),
             _ => 0.0,
         };
         let is_large = piece.len() >= MIN_BEAMS && length >= MIN_LENGTH;

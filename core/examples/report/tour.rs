@@ -20,7 +20,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, Landmark, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
-use slamlab_core::geom::{Pose2, wrap};
+use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
 use slamlab_core::sim::{Material, SensorModel, Simulation, Wall};
@@ -190,7 +190,7 @@ impl Drive {
     fn steer(&mut self, route: &mut VecDeque<Point2<f64>>) {
         let pose = self.sim.truth();
         // The points of an errand lie close: it heads for one some way ahead.
-        let is_passed = |p: &Point2<f64>| (p - pose.position()).norm() < 0.25;
+        let is_passed = |p: &Point2<f64>| (p - pose.position()).length() < 0.25;
         while self.is_errand && route.len() > 1 && route.front().is_some_and(is_passed) {
             route.pop_front();
         }
@@ -198,7 +198,7 @@ impl Drive {
             return;
         };
         let ahead: Vector2<f64> = (pose.inverse() * goal).coords;
-        if ahead.norm() < 0.15 {
+        if ahead.length() < 0.15 {
             route.pop_front();
             if route.is_empty() {
                 self.sim.command(Command::Stop);
@@ -249,7 +249,7 @@ impl Drive {
             Listener {
                 seed,
                 ate: ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN),
-                end_error: ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).norm()),
+                end_error: ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).length()),
                 confirmed: slam.landmarks().filter(|l| l.is_confirmed).count(),
                 duplicates: listener.count_duplicates(&slam, &walls, &start),
                 ..listener
@@ -336,12 +336,12 @@ fn true_wall(walls: &[Wall], world_from_robot: &Pose2, line: &LineFeature) -> Op
         let distances = walls.iter().enumerate().filter_map(|(index, wall)| {
             let distance = wall.segment.hit_by_ray(origin, towards)?;
             let is_glass_before =
-                wall.material == Material::Glass && distance < way.norm() - BEFORE;
+                wall.material == Material::Glass && distance < way.length() - BEFORE;
             (!is_glass_before).then_some((index, distance))
         });
         let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
         let wall = walls.get(nearest)?.segment.vector().normalize();
-        let angle = (b - a).perp(&wall) / (b - a).norm();
+        let angle = (b - a).perp(&wall) / (b - a).length();
         (angle.abs() < 0.2).then_some(nearest)
     });
     let [first, second, third] = hits;

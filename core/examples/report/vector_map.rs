@@ -17,7 +17,7 @@ use anyhow::{Context, Result, ensure};
 use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
-use slamlab_core::geom::Segment;
+use slamlab_core::geom::{Length, Segment};
 use slamlab_core::pilot::Mode;
 use slamlab_core::sim::{Fan, SensorKind};
 
@@ -176,7 +176,7 @@ impl Witness {
                 continue;
             };
             let hit = pose.position() + direction * fan.distances()[beam];
-            let part = ((hit - segment.a).norm() / PART) as usize;
+            let part = ((hit - segment.a).length() / PART) as usize;
             *self.met.entry((wall, part)).or_insert(0) += 1;
         }
         Ok(())

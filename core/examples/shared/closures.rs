@@ -11,7 +11,7 @@ use std::fmt;
 
 use anyhow::{Context, Result};
 use slamlab_core::estimation::{Edge, ScanMatcher};
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::robot::Stamp;
 
 /// A closure that is off by more is false, m and rad.
@@ -63,7 +63,7 @@ pub(crate) fn closures_of(
     let overruled = |edge: &Edge| {
         let ends = poses.get(edge.from).zip(poses.get(edge.to));
         let off = ends.map(|(from, to)| edge.motion.delta_to(&from.delta_to(to)));
-        off.map_or(f64::NAN, |off| off.position().coords.norm())
+        off.map_or(f64::NAN, |off| off.position().coords.length())
     };
     let closures = edges.filter(|edge| edge.from.abs_diff(edge.to) > 1);
     closures
@@ -75,7 +75,7 @@ pub(crate) fn closures_of(
                 submaps: [edge.from, edge.to],
                 began: [*then, *now],
                 overruled: overruled(edge),
-                shift: off.position().coords.norm(),
+                shift: off.position().coords.length(),
                 turn: off.heading().abs(),
             })
         })

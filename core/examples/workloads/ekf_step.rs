@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Matrix2, Matrix3, Matrix5, SMatrix, Vector2};
 use slamlab_core::estimation::{Column, Covariance};
-use slamlab_core::geom::{sin_cos, wrap};
+use slamlab_core::geom::{Length, sin_cos, wrap};
 
 use crate::inputs::Inputs;
 use crate::timing::{cpu_ms, emit, median};
@@ -52,7 +52,7 @@ fn measure(inputs: &Inputs, n: usize) -> Result<()> {
             }
         }
         let end = walk.truth[walk.motions.len()];
-        off = Vector2::new(slam.pose[0] - end[0], slam.pose[1] - end[1]).norm();
+        off = Vector2::new(slam.pose[0] - end[0], slam.pose[1] - end[1]).length();
     }
     let extra = format!("pose_err_m={off:.4} ({} steps)", walk.motions.len());
     let (peer, workload) = ("slamlab(point-landmarks)", format!("ekfslam_step_N{n}"));

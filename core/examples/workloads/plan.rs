@@ -9,7 +9,7 @@ use anyhow::{Context, Result, ensure};
 use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::Segment;
+use slamlab_core::geom::{Length, Segment};
 use slamlab_core::plan::{
     AStar, ConfigSpace, Lattice, Path, Planner, Query, RrtConfig, Sampler, Search, SegmentSpace,
     pull_tight, shorten,
@@ -100,7 +100,7 @@ fn measure(
         if let Some(path) = path {
             check(&path, query, space)?;
             lengths.push(path.length());
-            straight.push(path.length() / (query.goal - query.start).norm());
+            straight.push(path.length() / (query.goal - query.start).length());
             excess.push(path.length() / optima[number]);
         }
     }

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::{Context, Result, ensure};
 use slamlab_core::format::carmen::CarmenLog;
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::replay::{Log, Replay};
 use slamlab_core::robot::{Scan, Stamp};
 use slamlab_core::slam::Method;
@@ -84,7 +84,7 @@ fn scan(seconds: f64, ranges: &[f64]) -> Scan {
 fn errors(truth: &[Pose2], poses: impl Iterator<Item = Pose2> + Clone) -> Option<(f64, f64)> {
     let world_from_map = *truth.first()? * poses.clone().next()?.inverse();
     let off = |(truth, pose): (&Pose2, Pose2)| {
-        (truth.position() - (world_from_map * pose).position()).norm()
+        (truth.position() - (world_from_map * pose).position()).length()
     };
     let off = truth.iter().zip(poses).map(off);
     let squares: f64 = off.clone().map(|off| off * off).sum();

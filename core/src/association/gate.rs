@@ -110,6 +110,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::geom::Length;
     use crate::geom::Line;
 
     fn feature(alpha: f64, r: f64, from: f64, to: f64) -> LineFeature {
@@ -147,7 +148,7 @@ mod tests {
             let inverse = (expected(alpha, 2.0, 0.0, 1.0).cov + seen.cov)
                 .try_inverse()
                 .unwrap();
-            assert!((innovation.v - v).norm() < 1e-12);
+            assert!((innovation.v - v).length() < 1e-12);
             assert!((innovation.d2 - (v.transpose() * inverse * v)[0]).abs() < 1e-9);
         }
     }

@@ -19,7 +19,7 @@ use nalgebra::Point2;
 
 use super::follow::{BRAKING, FollowConfig, turn_rate, turns_on_spot};
 use super::safe::Speeds;
-use crate::geom::{Pose2, wrap};
+use crate::geom::{Length, Pose2, wrap};
 use crate::plan::{Path, Piece};
 use crate::robot::RobotModel;
 
@@ -117,7 +117,7 @@ impl CurveFollower {
         let sharpest = sharpest(run, self.place, ahead);
         let aim = aim(run, here.way + ahead.min(AIM_PART / sharpest.max(1e-9)));
         let to_aim = aim - pose.position();
-        let distance = to_aim.norm().max(1e-3);
+        let distance = to_aim.length().max(1e-3);
         let error = wrap(libm::atan2(to_aim.y, to_aim.x) - pose.heading());
         self.is_turning = turns_on_spot(self.is_turning, error);
         if self.is_turning {
@@ -177,7 +177,7 @@ fn way_left(run: &[Place], place: usize, position: Point2<f64>) -> f64 {
         return last.way - run[place].way;
     }
     let along = last.at - run[run.len() - 2].at;
-    (last.at - position).dot(&along) / along.norm().max(1e-9)
+    (last.at - position).dot(&along) / along.length().max(1e-9)
 }
 
 /// The greatest curvature within `ahead` metres.

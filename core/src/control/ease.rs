@@ -11,7 +11,7 @@
 //! Ours: a spring over a dead zone.
 
 use super::strip::TIGHT;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::points::Points;
 
 /// Way that is made up for in a second, as a part of what is missing, 1/s.
@@ -31,7 +31,7 @@ pub(super) fn ease_off(
     let (mut along, mut all, mut deepest) = (0.0, 0.0, 0.0_f64);
     for beam in points.hits() {
         let point = robot_from_scan * beam.end_in_robot;
-        let distance = point.coords.norm();
+        let distance = point.coords.length();
         let depth = radius + TIGHT - distance;
         if depth > 0.0 {
             along -= depth * point.x / distance.max(1e-9);

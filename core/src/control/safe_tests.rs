@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::tests::{TICK, drive};
 use super::*;
-use crate::geom::{Pose2, Segment, sin_cos};
+use crate::geom::{Length, Pose2, Segment, sin_cos};
 use crate::points::Points;
 use crate::points::fixture::{beam_along, range_to, scan_of, scan_of_hits};
 use crate::robot::RobotModel;
@@ -84,7 +84,7 @@ fn under_stick(
         underway.since_scan = underway.since_scan * moved;
         let slipped = chance.slipped(underway.runs.1, model, &mut rng);
         pose = pose * Pose2::new(slipped, 0.0, 0.0);
-        driven.way += moved.position().coords.norm();
+        driven.way += moved.position().coords.length();
         let distances = walls.iter().map(|wall| wall.distance(pose.position()));
         driven.least_room = distances
             .map(|d| d - model.radius())
@@ -323,7 +323,7 @@ fn towards(posts: &[Point2<f64>], model: &RobotModel, config: &SafeConfig) -> f6
         pose = drive(pose, &mut underway.runs, underway.commanded, model);
         let rooms = posts
             .iter()
-            .map(|post| (post - pose.position()).norm() - model.radius());
+            .map(|post| (post - pose.position()).length() - model.radius());
         least = rooms.fold(least, f64::min);
     }
     least

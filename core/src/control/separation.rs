@@ -20,6 +20,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::safe::{BRAKING, Limits, Speeds, Underway};
 use super::strip::arc;
+use crate::geom::Length;
 
 /// How fast people walk, m/s. Larger: the robot slows down farther from them, and they have to be
 /// farther away for it to go on.
@@ -80,7 +81,7 @@ pub fn limit_among_walkers(
                 let part = length * f64::from(step) / f64::from(steps.max(1));
                 let angle = turn * part / forward.abs();
                 let at: Point2<f64> = arc(part.copysign(forward), angle);
-                let is_apart = |w: &Point2<f64>| Vector2::from(w - at).norm() >= apart;
+                let is_apart = |w: &Point2<f64>| Vector2::from(w - at).length() >= apart;
                 ahead.iter().all(is_apart)
             })
         })

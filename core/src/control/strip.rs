@@ -14,7 +14,7 @@
 use nalgebra::Point2;
 
 use super::safe::Speeds;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::points::Points;
 
 /// Step along the arc, m.
@@ -91,7 +91,7 @@ impl Strip {
             let time = distance / forward.abs();
             arc(forward * time, turn * time)
         };
-        let first: Vec<f64> = near.iter().map(|p| p.coords.norm()).collect();
+        let first: Vec<f64> = near.iter().map(|p| p.coords.length()).collect();
         let mut before = first.clone();
         let enough = if self.least.is_some() { SEVERAL } else { 1 };
         let body = self.least.map_or(0.0, |least| least - LEAST);
@@ -105,7 +105,7 @@ impl Strip {
             let radius = self.radius + self.spread * distance;
             let (mut touched, mut is_hit) = (0, false);
             for ((point, before), first) in near.iter().zip(&mut before).zip(&first) {
-                let now = (point - at).norm();
+                let now = (point - at).length();
                 if now < radius && now < *before - 1e-9 && is_near(now, *first) {
                     touched += 1;
                     is_hit |= now < body;
@@ -131,7 +131,7 @@ impl Strip {
         // Left and right: depths, and their parts in front.
         let mut sides = [(0.0, 0.0); 2];
         for point in near {
-            let distance = point.coords.norm();
+            let distance = point.coords.length();
             nearest = nearest.min(distance);
             let depth = self.radius - distance;
             if depth <= 0.0 {

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::{Pose2, sin_cos};
+use crate::geom::{Length, Pose2, sin_cos};
 use crate::plan::Path;
 use crate::points::Points;
 use crate::points::fixture::scan_of_hits;
@@ -72,7 +72,7 @@ proptest! {
         // It stops where it arrived, at the end of the path, never far from it.
         while speeds.0 > 1e-6 { pose = drive(pose, &mut speeds, (0.0, 0.0), &model); }
         let end = path.points[path.points.len() - 1];
-        prop_assert!((pose.position() - end).norm() < 0.05, "{} m from the end", (pose.position() - end).norm());
+        prop_assert!((pose.position() - end).length() < 0.05, "{} m from the end", (pose.position() - end).length());
         prop_assert!(off < 0.08, "{off} m off the path");
         // All turning together is little more than the corners ask for: no swinging.
         let mut asked = std::f64::consts::PI;

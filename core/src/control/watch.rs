@@ -1,6 +1,6 @@
 //! Notices that a robot that should move does not.
 
-use crate::geom::{Pose2, wrap};
+use crate::geom::{Length, Pose2, wrap};
 use crate::robot::Stamp;
 
 /// Remembers where the robot last made progress, and when.
@@ -22,7 +22,7 @@ impl ProgressWatch {
     /// Seconds without progress.
     pub fn idle_for(&mut self, stamp: Stamp, pose: &Pose2) -> f64 {
         let (since, anchor) = *self.anchor.get_or_insert((stamp, *pose));
-        let moved = (pose.position() - anchor.position()).norm() > MOVED;
+        let moved = (pose.position() - anchor.position()).length() > MOVED;
         let turned = wrap(pose.heading() - anchor.heading()).abs() > TURNED;
         if moved || turned {
             self.anchor = Some((stamp, *pose));

@@ -28,7 +28,7 @@ use nalgebra::{Point2, Vector2};
 use super::safe::{Limits, Speeds, Underway};
 use super::separation::limit_among_walkers;
 use super::strip::{arc, points_within};
-use crate::geom::wrap;
+use crate::geom::{Length, wrap};
 use crate::points::Points;
 use crate::robot::RobotModel;
 
@@ -155,7 +155,7 @@ fn free_on_arc((forward, turn): Speeds, points: &[Point2<f64>], radius: f64, mos
     }
     let bend = turn / forward;
     let touches = points.iter().filter_map(|point| {
-        if point.coords.norm() < radius {
+        if point.coords.length() < radius {
             return (point.x > 0.0 || bend * point.y > 1.0).then_some(0.0);
         }
         if bend.abs() < STRAIGHT {
@@ -165,7 +165,7 @@ fn free_on_arc((forward, turn): Speeds, points: &[Point2<f64>], radius: f64, mos
         // As if it turned to the left.
         let rho = 1.0 / bend.abs();
         let from_centre = Vector2::new(point.x, point.y * bend.signum() - rho);
-        let distance = from_centre.norm();
+        let distance = from_centre.length();
         let cosine = (rho * rho + distance * distance - radius * radius) / (2.0 * rho * distance);
         if cosine.abs() > 1.0 {
             return None;

@@ -222,6 +222,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geom::Length;
 
     fn dense(p: &Covariance) -> DMatrix<f64> {
         DMatrix::from_fn(p.n(), p.n(), |i, j| p.get(i, j))
@@ -270,8 +271,8 @@ mod tests {
                     expect = &whole * expect * whole.transpose();
                 }
             }
-            let scale = 1.0 + expect.norm();
-            prop_assert!((dense(&p) - &expect).norm() < 1e-9 * scale);
+            let scale = 1.0 + expect.length();
+            prop_assert!((dense(&p) - &expect).length() < 1e-9 * scale);
             // A measurement of the heading and of the last state.
             let h = [(2, [1.0, 0.5]), (n - 1, [-0.3, 2.0])];
             let (mut a, mut b) = (vec![], vec![]);
@@ -283,7 +284,7 @@ mod tests {
                 }
             }
             p.settle();
-            prop_assert!((dense(&p) - expect).norm() < 1e-9 * scale);
+            prop_assert!((dense(&p) - expect).length() < 1e-9 * scale);
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use nalgebra::Point2;
 
+use crate::geom::Length;
 use crate::map::cells_on_ray;
 use crate::snapshot::snapshot;
 
@@ -35,7 +36,7 @@ impl FreeSpace {
     pub(super) fn mark(&mut self, rays: impl Iterator<Item = [Point2<f64>; 2]>) {
         for [from, to] in rays {
             let way = to - from;
-            let length = way.norm();
+            let length = way.length();
             let part = (length - UNSURE_END) / length;
             if part.is_nan() || part <= 0.0 {
                 continue;
@@ -190,7 +191,7 @@ mod tests {
             let bits: u32 = free.tiles.iter().map(|tile| tile.count_ones()).sum();
             prop_assert_eq!(free.places().count(), bits as usize);
             let beside = from + nalgebra::Vector2::new(-along.y, along.x) * 0.6;
-            prop_assume!((beside - near).norm() > 2.0);
+            prop_assume!((beside - near).length() > 2.0);
             prop_assert!(!free.contains(beside));
         }
     }

@@ -17,7 +17,7 @@ use crate::association::{
     AssociationConfig, Candidate, Choice, ExpectedLine, Innovation, OrientedLine, choose, gap,
 };
 use crate::features::LineFeature;
-use crate::geom::{Segment, symmetrize};
+use crate::geom::{Length, Segment, symmetrize};
 
 /// The ends of a wall are as wide as so many standard deviations of the robot's position, as
 /// [`super::EkfConfig::along_sigmas`] of the SLAM filter.
@@ -38,11 +38,11 @@ impl Face {
     /// without length.
     fn left_of(segment: &Segment) -> Option<Self> {
         let along = segment.vector();
-        if !(along.norm() > 0.0 && along.norm().is_finite()) {
+        if !(along.length() > 0.0 && along.length().is_finite()) {
             return None;
         }
         // Into the wall is to the right of the way.
-        let normal = nalgebra::Vector2::new(along.y, -along.x) / along.norm();
+        let normal = nalgebra::Vector2::new(along.y, -along.x) / along.length();
         Some(Self {
             alpha: libm::atan2(-along.x, along.y),
             r: normal.dot(&segment.a.coords),

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::block_cholesky::BlockPattern;
-use crate::geom::{Pose2, wrap};
+use crate::geom::{Length, Pose2, wrap};
 
 pub use self::edge::{Edge, information_at_end};
 pub use self::marginals::Marginals;
@@ -224,5 +224,5 @@ impl PoseGraph {
 /// Whether two poses differ by more than the given shift or turn.
 #[must_use]
 pub(super) fn differs(a: &Pose2, b: &Pose2, shift: f64, turn: f64) -> bool {
-    (a.position() - b.position()).norm() > shift || wrap(a.heading() - b.heading()).abs() > turn
+    (a.position() - b.position()).length() > shift || wrap(a.heading() - b.heading()).abs() > turn
 }

@@ -19,7 +19,7 @@ use nalgebra::Point2;
 use super::measures::align;
 use super::relations::StampedMotion;
 use super::stamps::PosesByStamp;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 
 /// Poses at most so far apart are at the same place, m.
 const SAME_PLACE: f64 = 2.0;
@@ -66,7 +66,7 @@ pub fn absolute_errors(
 /// on along the way.
 #[must_use]
 pub fn motions_over(reference: &[(f64, Pose2)], distance: f64) -> Vec<StampedMotion> {
-    let step = |pair: &[(f64, Pose2)]| (pair[1].1.position() - pair[0].1.position()).norm();
+    let step = |pair: &[(f64, Pose2)]| (pair[1].1.position() - pair[0].1.position()).length();
     let mut ways = vec![0.0];
     for pair in reference.windows(2) {
         ways.push(ways[ways.len() - 1] + step(pair));
@@ -89,7 +89,7 @@ pub fn revisits(reference: &[(f64, Pose2)]) -> Vec<StampedMotion> {
         .filter_map(|(index, from)| {
             let place = from.1.position();
             let mut later = reference.iter().skip(index + ONE_VISIT);
-            let to = later.find(|(_, pose)| (pose.position() - place).norm() < SAME_PLACE)?;
+            let to = later.find(|(_, pose)| (pose.position() - place).length() < SAME_PLACE)?;
             Some(motion(from, to))
         })
         .collect()

@@ -10,7 +10,7 @@
 //! Robots 27, eq. (3)-(5).
 
 use super::stamps::PosesByStamp;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 
 /// Errors over a set of relations: absolute and squared, of the shift and of the turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,7 +57,7 @@ pub fn relation_errors(
         .filter_map(|&(from, to, truth)| {
             let from = poses.at(from)?;
             let error = truth.delta_to(&from.delta_to(&poses.at(to)?));
-            Some((error.position().coords.norm(), error.heading().abs()))
+            Some((error.position().coords.length(), error.heading().abs()))
         })
         .collect();
     let (trans_abs_mean, trans_abs_std, trans_sq_mean) = moments(errors.iter().map(|e| e.0));

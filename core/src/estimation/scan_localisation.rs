@@ -16,7 +16,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix2x3, Matrix3, Point2, Vector3};
 
 use super::ekf_slam::{EkfError, RobotState};
-use crate::geom::{PoseEstimate, Segment, pose_cov, symmetrize};
+use crate::geom::{Length, PoseEstimate, Segment, pose_cov, symmetrize};
 use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
 use crate::registration::{
@@ -204,7 +204,7 @@ fn are_thin(faces: &[Segment]) -> bool {
 /// A face cut into pieces, in their middles.
 pub(super) fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
     let (a, along) = (face.a, face.vector());
-    let length = along.norm();
+    let length = along.length();
     let count = match length > 0.0 && length.is_finite() {
         true => (length / spacing).ceil().clamp(1.0, 1e5) as usize,
         false => 0,

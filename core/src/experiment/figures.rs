@@ -2,7 +2,7 @@
 
 use super::Experiment;
 use crate::estimation::ate_rmse;
-use crate::geom::{Pose2, PoseEstimate, wrap};
+use crate::geom::{Length, Pose2, PoseEstimate, wrap};
 use crate::map::CellState;
 use crate::robot::Stamp;
 use crate::sim::{Contacts, ReachableArea};
@@ -32,7 +32,7 @@ pub struct Record {
 impl Record {
     pub(super) fn push(&mut self, sample: Sample) {
         if let Some(last) = self.samples.last() {
-            self.distance += (sample.truth.position() - last.truth.position()).norm();
+            self.distance += (sample.truth.position() - last.truth.position()).length();
         }
         if let Some(nees) = sample.estimate.nees(&sample.truth) {
             self.nees_sum += nees;
@@ -101,9 +101,9 @@ impl Experiment {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
             contacts: self.sim.contacts(),
-            position_error: (truth.position() - estimate.position()).norm(),
+            position_error: (truth.position() - estimate.position()).length(),
             heading_error: wrap(truth.heading() - estimate.heading()).abs(),
-            odometry_error: (truth.position() - self.session.dead_reckoning().position()).norm(),
+            odometry_error: (truth.position() - self.session.dead_reckoning().position()).length(),
             ate_rmse: ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose)),
             nees_mean: self.record.nees_mean(),
             features: self.session.slam().view().confirmed(),

@@ -10,6 +10,7 @@ mod turning;
 use nalgebra::Point2;
 
 use super::*;
+use crate::geom::Length;
 use crate::pilot::{Stage, Status};
 use crate::sim::{SensorKind, SensorModel, worlds};
 
@@ -98,7 +99,7 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
             let before = run.truth();
             if run.step().unwrap() {
                 let way = before.delta_to(&run.truth());
-                moving_scans += usize::from(way.position().coords.norm() > 1e-3);
+                moving_scans += usize::from(way.position().coords.length() > 1e-3);
             }
         }
         assert!(
@@ -106,7 +107,10 @@ fn a_lidar_that_is_heard_standing_only_reaches_its_goal() {
             "{}",
             run.session().status()
         );
-        assert!((run.truth().position() - goal).norm() < 0.15, "seed {seed}");
+        assert!(
+            (run.truth().position() - goal).length() < 0.15,
+            "seed {seed}"
+        );
         assert_eq!(
             (run.sim().contacts().total(), moving_scans),
             (0, 0),

@@ -9,7 +9,7 @@ use super::columns::Columns;
 use super::config::AcceptConfig;
 use super::fit::{Fit, fit_columns};
 use super::piece::Piece;
-use crate::geom::chi2_quantile;
+use crate::geom::{Length, chi2_quantile};
 
 /// The line of a piece and χ² of its points; `None` where it is refused.
 pub(super) fn accept(
@@ -24,7 +24,7 @@ pub(super) fn accept(
     }
     let (first, last) = (piece.first(columns)?, piece.last(columns)?);
     // The feet of two points are no farther apart than the points.
-    let reach = (columns.point(last) - columns.point(first)).norm();
+    let reach = (columns.point(last) - columns.point(first)).length();
     if last + 1 - first < config.min_points.max(3) || reach < config.min_length {
         return None;
     }
@@ -32,7 +32,7 @@ pub(super) fn accept(
     piece.end = last + 1;
     let fit = fit_columns(columns, &piece)?;
     let is_sure = fit.n_points >= config.min_points.max(3)
-        && (fit.ends[1] - fit.ends[0]).norm() >= config.min_length
+        && (fit.ends[1] - fit.ends[0]).length() >= config.min_length
         && fit.cov[(0, 0)] <= config.max_alpha_sigma * config.max_alpha_sigma;
     if !is_sure {
         return None;

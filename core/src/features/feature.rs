@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use crate::geom::Line;
+use crate::geom::{Length, Line};
 
 /// A wall as one scan shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,6 @@ impl LineFeature {
     #[must_use]
     pub fn length(&self) -> f64 {
         let [a, b] = self.ends;
-        (b - a).norm()
+        (b - a).length()
     }
 }

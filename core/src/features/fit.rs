@@ -65,7 +65,7 @@ pub struct BadBeam {
 ///     beam_idx: 0,
 ///     origin_in_robot: Point2::origin(),
 ///     end_in_robot: Point2::new(2.0, y),
-///     range: Vector2::new(2.0, y).norm(),
+///     range: Vector2::new(2.0, y).length(),
 ///     sigma: 0.01,
 ///     is_hit: true,
 ///     quality: None,

@@ -13,7 +13,7 @@ use super::columns::Columns;
 use super::config::{MergeConfig, SplitRule};
 use super::fit::fit_columns;
 use super::piece::Piece;
-use crate::geom::{CHI2_2DOF_99, wrap};
+use crate::geom::{CHI2_2DOF_99, Length, wrap};
 
 /// Merges from left to right, in place. `run_starts`: where runs begin in the columns, in order.
 pub(super) fn merge(
@@ -54,7 +54,7 @@ fn near(columns: &Columns, gap: Range<usize>, run_starts: &[usize], config: &Mer
         return false;
     }
     let is_closed = gap.is_empty() && !ends_a_run;
-    let distance = (columns.point(gap.end) - columns.point(gap.start - 1)).norm();
+    let distance = (columns.point(gap.end) - columns.point(gap.start - 1)).length();
     is_closed || distance <= config.gap.max(0.0)
 }
 

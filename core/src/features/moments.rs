@@ -114,6 +114,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::geom::Length;
     use crate::geom::sin_cos;
 
     #[test]
@@ -125,8 +126,8 @@ mod tests {
             let found = normal_of_scatter(1.0 - 0.5 * cos, -0.5 * sin, 1.0 + 0.5 * cos);
             let (s, c) = sin_cos(0.5 * libm::atan2(sin, cos));
             // At ±π both signs of the normal describe the same line.
-            let error = (found - Vector2::new(c, s)).norm();
-            let turned = (found + Vector2::new(c, s)).norm();
+            let error = (found - Vector2::new(c, s)).length();
+            let turned = (found + Vector2::new(c, s)).length();
             assert!(error < 1e-9 || i.abs() == 720 && turned < 1e-9, "{double}");
         }
         assert_eq!(normal_of_scatter(2.0, 0.0, 2.0), Vector2::new(1.0, 0.0));

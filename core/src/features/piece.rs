@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 
 use super::columns::Columns;
 use super::moments::Moments;
+use crate::geom::Length;
 use crate::lanes::{Kernel, Lanes, greatest, run};
 
 /// Neighbouring points, and the sums over those that are not skipped.
@@ -81,7 +82,7 @@ impl Piece {
         }
         let (a, b) = (columns.point(first), columns.point(last));
         let chord = b - a;
-        let length = chord.norm();
+        let length = chord.length();
         let normal = if length > 0.0 {
             Vector2::new(-chord.y, chord.x) / length
         } else {

@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Point2;
 
-use crate::geom::{self, Segment};
+use crate::geom::{self, Length, Segment};
 use crate::map::Wall;
 
 /// Why walls cannot be written.
@@ -65,7 +65,7 @@ impl Label {
     fn of(wall: &Wall, height: f64) -> Option<Self> {
         let Segment { a, b } = wall.segment;
         let along = b - a;
-        let length = along.norm();
+        let length = along.length();
         if length < 4.0 * height {
             return None;
         }

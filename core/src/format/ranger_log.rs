@@ -216,6 +216,7 @@ impl Header {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
 
     fn parse(text: &str) -> Result<RangerLog, TextLogError> {
         let mut reader = RangerLogReader::default();
@@ -297,7 +298,7 @@ mod tests {
         let way: f64 = steps
             .map(|pair| {
                 let [a, b] = [pair[0], pair[1]].map(|scan| scan.odom_from_robot.position());
-                (b - a).norm()
+                (b - a).length()
             })
             .sum();
         assert!((way - 295.2427).abs() < 1e-3, "{way}");

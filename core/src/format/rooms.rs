@@ -102,6 +102,7 @@ fn is_inside(ring: &[Point2<f64>], at: Point2<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use crate::map::{CellIndex, CellRect, CellState, TopologyConfig};
 
     /// Two rooms of 4 m x 3 m, a door of 0.9 m between them, a pillar in the first; cells of 5 cm.
@@ -166,7 +167,7 @@ mod tests {
         let door = &features[2];
         let ends = [0, 1].map(|i| point(&door["geometry"]["coordinates"][i]));
         let width = door["properties"]["width_m"].as_f64().unwrap();
-        assert!(((ends[1] - ends[0]).norm() - width).abs() < 1e-9 && (width - 0.9).abs() < 0.06);
+        assert!(((ends[1] - ends[0]).length() - width).abs() < 1e-9 && (width - 0.9).abs() < 0.06);
         assert_eq!(
             door["properties"]["between"],
             json!(["region-0", "region-1"])

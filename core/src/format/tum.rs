@@ -45,6 +45,7 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, FieldError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use crate::geom::wrap;
     use proptest::prelude::*;
 
@@ -54,7 +55,7 @@ mod tests {
             let pose = Pose2::new(x, y, t);
             let back = parse(write([(s, pose)]).as_bytes()).unwrap();
             prop_assert!((back[0].0 - s).abs() <= 1e-6);
-            prop_assert!((back[0].1.position() - pose.position()).norm() < 1e-8);
+            prop_assert!((back[0].1.position() - pose.position()).length() < 1e-8);
             prop_assert!(wrap(back[0].1.heading() - t).abs() < 1e-9);
         }
     }

@@ -18,6 +18,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Vector2};
 
 use super::{Pose2, Segment, sides_of, wrap};
+use crate::geom::Length;
 
 /// A convex outline, counter-clockwise, the robot's centre inside.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,14 +40,15 @@ impl Footprint {
     /// Radius of the largest disc about the centre within it, m.
     #[must_use]
     pub fn radius_within(&self) -> f64 {
-        let sides = sides_of(&self.corners).map(|(a, b)| (b - a).perp(&-a.coords) / (b - a).norm());
+        let sides =
+            sides_of(&self.corners).map(|(a, b)| (b - a).perp(&-a.coords) / (b - a).length());
         sides.fold(f64::INFINITY, f64::min)
     }
 
     /// Radius of the smallest disc about the centre around it, m.
     #[must_use]
     pub fn radius_around(&self) -> f64 {
-        let corners = self.corners.iter().map(|corner| corner.coords.norm());
+        let corners = self.corners.iter().map(|corner| corner.coords.length());
         corners.fold(0.0, f64::max)
     }
 
@@ -65,7 +67,7 @@ impl Footprint {
         for (a, b) in sides_of(&self.corners) {
             let side = Segment::new(*a, *b);
             let along = side.vector();
-            depth = depth.min(along.perp(&(point - a)) / along.norm());
+            depth = depth.min(along.perp(&(point - a)) / along.length());
             apart = apart.min(side.distance(point));
         }
         if depth > 0.0 { -depth } else { apart }

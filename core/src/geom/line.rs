@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::{Pose2, sin_cos, wrap};
+use crate::geom::Length;
 
 /// The line x cos α + y sin α = r with r ≥ 0 and α in (-π, π].
 ///
@@ -35,7 +36,7 @@ impl Line {
     #[must_use]
     pub fn through(a: Point2<f64>, b: Point2<f64>) -> Option<Self> {
         let along = b - a;
-        let length = along.norm();
+        let length = along.length();
         if !(length > 0.0 && length.is_finite()) {
             return None;
         }

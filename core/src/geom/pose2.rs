@@ -191,16 +191,18 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
     use super::*;
+    use crate::geom::Length;
     use proptest::prelude::*;
 
     fn close(a: Pose2, b: Pose2) -> bool {
-        (a.position() - b.position()).norm() < 1e-9 && wrap(a.heading() - b.heading()).abs() < 1e-9
+        (a.position() - b.position()).length() < 1e-9
+            && wrap(a.heading() - b.heading()).abs() < 1e-9
     }
 
     #[test]
     fn quarter_turn_takes_x_axis_to_y_axis() {
         let p = Pose2::new(1.0, 2.0, FRAC_PI_2) * Point2::new(1.0, 0.0);
-        assert!((p - Point2::new(1.0, 3.0)).norm() < 1e-12);
+        assert!((p - Point2::new(1.0, 3.0)).length() < 1e-12);
     }
 
     #[test]

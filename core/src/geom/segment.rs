@@ -5,6 +5,7 @@ use std::ops::Mul;
 use nalgebra::{Point2, Vector2};
 
 use super::Pose2;
+use crate::geom::Length;
 
 /// The straight piece between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +39,7 @@ impl Segment {
     /// Length, m.
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.vector().norm()
+        self.vector().length()
     }
 
     /// The point of the segment nearest to `point`.
@@ -56,7 +57,7 @@ impl Segment {
     /// Distance of a point from the segment, m.
     #[must_use]
     pub fn distance(&self, point: Point2<f64>) -> f64 {
-        (point - self.closest_point(point)).norm()
+        (point - self.closest_point(point)).length()
     }
 
     /// Least distance between two segments, m; 0 where they cross.
@@ -124,7 +125,7 @@ mod tests {
         #[test]
         fn distance_is_the_least_over_sampled_points(s in segment(), o in segment()) {
             let step = (s.length() + o.length()) / 400.0;
-            let to_point = sampled(&s).map(|p| (p - o.a).norm()).fold(f64::INFINITY, f64::min);
+            let to_point = sampled(&s).map(|p| (p - o.a).length()).fold(f64::INFINITY, f64::min);
             prop_assert!((s.distance(o.a) - to_point).abs() <= step);
             let between = sampled(&s).map(|p| o.distance(p)).fold(f64::INFINITY, f64::min);
             prop_assert!((s.distance_to(&o) - between).abs() <= step);
@@ -147,9 +148,9 @@ mod tests {
             let aim = s.a + s.vector() * part;
             let way = aim - origin;
             // Not along the segment, where the hit is anywhere.
-            prop_assume!(way.norm() > 1e-3 && way.normalize().perp(&s.vector()).abs() > 1e-3);
+            prop_assume!(way.length() > 1e-3 && way.normalize().perp(&s.vector()).abs() > 1e-3);
             let hit = s.hit_by_ray(origin, way.normalize());
-            prop_assert!(hit.is_some_and(|distance| (distance - way.norm()).abs() < 1e-6), "{hit:?}");
+            prop_assert!(hit.is_some_and(|distance| (distance - way.length()).abs() < 1e-6), "{hit:?}");
             prop_assert_eq!(s.hit_by_ray(origin, -way.normalize()), None);
         }
     }

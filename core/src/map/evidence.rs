@@ -120,7 +120,10 @@ impl Evidence {
             if beam.is_hit {
                 let along = beam.range - nearest_within(&points.beams, index, unsure);
                 let across = beam.range * unsure;
-                let blur = along * across / libm::hypot(along, across).max(f64::MIN_POSITIVE);
+                let blur = along * across
+                    / (along * along + across * across)
+                        .sqrt()
+                        .max(f64::MIN_POSITIVE);
                 if blur <= BLUR_CELLS * resolution {
                     evidence.hits.push(surfaces.beams[index].end_in_robot);
                 }

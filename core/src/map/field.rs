@@ -150,6 +150,7 @@ mod tests {
     use nalgebra::Point2;
 
     use super::*;
+    use crate::geom::Length;
     use crate::geom::Pose2;
     use crate::map::{Evidence, GridConfig};
 
@@ -203,7 +204,7 @@ mod tests {
     /// Steps of a cell, from its distance to the nearest of all occupied cells.
     fn brute(field: Field, grid: &Grid, walls: &[Point2<f64>], cell: CellIndex) -> f64 {
         let from = grid.centre_of(cell);
-        let distances = walls.iter().map(|wall| (wall - from).norm());
+        let distances = walls.iter().map(|wall| (wall - from).length());
         let d = distances.fold(f64::INFINITY, f64::min);
         let reach = 64.0 * RESOLUTION;
         let d = if d > reach { f64::INFINITY } else { d };

@@ -170,6 +170,7 @@ pub(super) fn needed(ring: &[Point2<f64>], tolerance: f64) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use crate::geom::sides_of;
     use proptest::prelude::*;
 
@@ -248,7 +249,7 @@ mod tests {
                     borders += i32::from(at(c, r) != at(c + 1, r)) + i32::from(at(c, r) != at(c, r + 1));
                 }
             }
-            let length: f64 = found.iter().map(|p| sides_of(p).map(|(a, b)| (b - a).norm()).sum::<f64>()).sum();
+            let length: f64 = found.iter().map(|p| sides_of(p).map(|(a, b)| (b - a).length()).sum::<f64>()).sum();
             prop_assert!((length - f64::from(borders)).abs() < 1e-9);
         }
 

@@ -20,6 +20,7 @@ use nalgebra::{Point2, Vector2};
 use pulp::NullaryFnOnce;
 
 use crate::bounds::config;
+use crate::geom::Length;
 use crate::lanes::widened;
 use crate::points::OrientedPoint;
 
@@ -186,7 +187,7 @@ impl SurfelMap {
             let across = surfel.normal.dot(&(point.position - surfel.position));
             surfel.position += surfel.normal * (across / total);
             let normal = surfel.normal * surfel.weight + point.normal;
-            surfel.normal = normal / normal.norm();
+            surfel.normal = normal / normal.length();
             surfel.weight = total.min(MAX_WEIGHT);
         }
         is_same
@@ -416,10 +417,10 @@ mod tests {
             let mut map = SurfelMap::new(SurfelConfig { half_side: 4.0, ..SurfelConfig::default() });
             map.insert(places.iter().map(|&(x, y)| point(x, y, (1.0, 0.0))));
             let place = Point2::new(x, y);
-            let brute = map.surfels().iter().map(|s| (s.position - place).norm()).fold(f64::INFINITY, f64::min);
+            let brute = map.surfels().iter().map(|s| (s.position - place).length()).fold(f64::INFINITY, f64::min);
             // Distances are taken from the cell's centre, at most 0.036 m off.
             match map.nearest(place) {
-                Some(found) => prop_assert!((found.position - place).norm() <= brute + 2.0 * 0.036),
+                Some(found) => prop_assert!((found.position - place).length() <= brute + 2.0 * 0.036),
                 None => prop_assert!(brute >= 0.35 - 0.036),
             }
         }

@@ -13,7 +13,7 @@
 use nalgebra::Point2;
 
 use super::{CellIndex, CellRect, DistanceField};
-use crate::geom::{Segment, bounds};
+use crate::geom::{Length, Segment, bounds};
 
 /// Most cells: a byte each, and five more while they are made.
 const MOST_CELLS: f64 = 16e6;
@@ -143,7 +143,7 @@ impl WallDistance {
     #[must_use]
     pub fn is_between(&self, from: Point2<f64>, to: Point2<f64>) -> bool {
         let way = to - from;
-        let length = way.norm();
+        let length = way.length();
         if !(length > 0.0 && length.is_finite()) {
             return false;
         }

@@ -13,6 +13,7 @@ use nalgebra::Point2;
 
 use super::{Pilot, Situation};
 use crate::control::{Avoidance, People, Speeds, choose_in_window};
+use crate::geom::Length;
 use crate::plan::Path;
 use crate::points::Points;
 use crate::robot::Stamp;
@@ -99,7 +100,7 @@ impl Pilot {
 pub(super) fn people_are_near(now: &Situation) -> bool {
     let here = now.motion_since_scan.position();
     let mut walkers = now.walkers.iter();
-    walkers.any(|walker| (walker - here).norm() < NEAR)
+    walkers.any(|walker| (walker - here).length() < NEAR)
 }
 
 /// The point so far along a path, or its end; `None` of an empty one.

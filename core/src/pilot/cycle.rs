@@ -19,7 +19,7 @@ use nalgebra::Point2;
 use super::stages::{Cut, StageReport};
 use super::{Mode, Pilot, Situation, Status};
 use crate::control::{free_distance, leg_is_safe};
-use crate::geom::{Pose2, Segment, wrap};
+use crate::geom::{Length, Pose2, Segment, wrap};
 use crate::map::CellState;
 use crate::robot::{Command, RobotModel, Stamp, Tracks};
 
@@ -145,7 +145,7 @@ impl Pilot {
             Phase::Leg(leg) => self.begin_leg(&leg, now),
             Phase::Going(from) => {
                 self.phase = Phase::Scan;
-                if (now.estimate.pose.position() - from).norm() < 0.5 * SHORT_LEG {
+                if (now.estimate.pose.position() - from).length() < 0.5 * SHORT_LEG {
                     self.get_unstuck(now);
                     let length = -self.free_way(-1.0, SHORT_LEG, now);
                     let wished = -SHORT_LEG;
@@ -286,7 +286,7 @@ impl Pilot {
             return Next::Wait;
         }
         self.phase = Phase::Going(pose.position());
-        let wished = way.norm();
+        let wished = way.length();
         let length = self.free_leg(wished, now);
         self.stages.record(StageReport::Go { length, wished });
         Next::Tell(Command::Forward(length))
@@ -381,7 +381,7 @@ impl HandScan {
 }
 
 fn has_moved(motion: &Pose2) -> bool {
-    motion.position().coords.norm() > 0.1 || motion.heading().abs() > 0.3
+    motion.position().coords.length() > 0.1 || motion.heading().abs() > 0.3
 }
 
 #[cfg(test)]

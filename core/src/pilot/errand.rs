@@ -7,7 +7,7 @@ use super::blocked::{disc_fits, is_blocked, outline_is_blocked};
 use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Homecoming, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::map::CellState;
 use crate::plan::{
     ESCAPE_REACH, Frontier, FrontierChoice, GridSpace, NoPath, Planner, Route, SAME_GOAL, Unknown,
@@ -170,7 +170,7 @@ impl Pilot {
             return;
         };
         let first = found.iter().find(|f| self.errand.explorer.is_open(f));
-        let is_other = |first: Point2<f64>| (first - goal).norm() > SAME_GOAL;
+        let is_other = |first: Point2<f64>| (first - goal).length() > SAME_GOAL;
         if first.and_then(|f| f.goal).is_some_and(is_other) {
             self.errand.changes_of_mind += 1;
             self.errand.explorer.target = None;
@@ -185,7 +185,7 @@ impl Pilot {
         self.errand.watch.reset();
         match self.mode {
             Mode::GoTo(goal) => {
-                let off = (goal - now.estimate.pose.position()).norm();
+                let off = (goal - now.estimate.pose.position()).length();
                 self.status = Status::Finished(Finish::GoalReached { off });
             }
             Mode::Explore => {
@@ -332,7 +332,7 @@ impl Pilot {
             let away = now.estimate.pose.position() - HOME;
             if !self.config.return_home {
                 self.status = remaining.finish(Homecoming::NotAsked);
-            } else if away.norm() > HOME_IS_NEAR {
+            } else if away.length() > HOME_IS_NEAR {
                 self.errand.homeward = Some(remaining);
                 (self.errand.failed_plans, self.errand.stuck) = (0, 0);
             } else {

@@ -7,6 +7,7 @@
 
 use nalgebra::Point2;
 
+use crate::geom::Length;
 use crate::map::{CellIndex, CellState, Grid};
 use crate::plan::Frontier;
 
@@ -103,7 +104,7 @@ impl Explorer {
     /// The robot is here, on its way to the target.
     pub(super) fn pass(&mut self, here: Point2<f64>) {
         let Some(target) = &self.target else { return };
-        let is_near = |goal: Point2<f64>| (goal - here).norm() < SCANNED_FROM;
+        let is_near = |goal: Point2<f64>| (goal - here).length() < SCANNED_FROM;
         if target.goal.is_some_and(is_near)
             && let Some(place) = place_of(&mut self.places, target)
         {
@@ -127,7 +128,7 @@ impl Explorer {
     /// Why a frontier was given up; one that grew is worth another scan.
     fn why_not(&self, frontier: &Frontier) -> Option<Reason> {
         let is_it = |old: &&GivenUp| {
-            (old.frontier.centre - frontier.centre).norm() < SAME_PLACE
+            (old.frontier.centre - frontier.centre).length() < SAME_PLACE
                 && frontier.gain < 1.5 * old.frontier.gain
         };
         self.given_up.iter().find(is_it).map(|old| old.reason)
@@ -171,7 +172,7 @@ impl Explorer {
 fn place_of<'a>(places: &'a mut [Place], target: &Frontier) -> Option<&'a mut Place> {
     places
         .iter_mut()
-        .find(|place| (place.at - target.centre).norm() < SAME_PLACE)
+        .find(|place| (place.at - target.centre).length() < SAME_PLACE)
 }
 
 fn is_frontier(grid: &Grid, cell: CellIndex) -> bool {

@@ -11,7 +11,7 @@ use std::fmt;
 
 use nalgebra::Point2;
 
-use crate::geom::PoseEstimate;
+use crate::geom::{Length, PoseEstimate};
 use crate::plan::Planner;
 
 /// Stages of the cycle in the order in which they are done.
@@ -192,7 +192,7 @@ impl fmt::Display for StageReport {
                 estimate,
                 before,
             } => {
-                let moved = (estimate.pose.position() - before.pose.position()).norm();
+                let moved = (estimate.pose.position() - before.pose.position()).length();
                 write!(f, "{matched} recognised, {added} new, {rejected} unused; ")?;
                 write!(
                     f,

@@ -29,7 +29,7 @@ use super::cspace::ConfigSpace;
 use super::lattice::AROUND;
 use super::path::way_to;
 use super::query::Query;
-use crate::geom::{Segment, sin_cos};
+use crate::geom::{Length, Segment, sin_cos};
 
 /// Sides of the rasters, m.
 const SIDES: [f64; 3] = [0.1, 0.04, 0.015];
@@ -165,7 +165,7 @@ impl Places {
     }
 
     fn sees_goal(&self, space: &dyn ConfigSpace, place: &Place) -> bool {
-        let rest = (self.query.goal - place.disc.centre).norm();
+        let rest = (self.query.goal - place.disc.centre).length();
         let leg = Segment::new(place.disc.centre, self.query.goal);
         rest <= (REACH * place.disc.radius).max(4.0 * self.side) && space.leg_is_free(&leg)
     }
@@ -221,7 +221,7 @@ impl Places {
     fn offer(&mut self, number: usize, from: usize, way: f64) {
         let place = &mut self.places[number];
         (place.way, place.from) = (way, from);
-        let sum = way + WEIGHT * (self.query.goal - place.disc.centre).norm();
+        let sum = way + WEIGHT * (self.query.goal - place.disc.centre).length();
         self.open.push(Reverse((sum.to_bits(), number)));
     }
 

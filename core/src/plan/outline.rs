@@ -32,7 +32,7 @@ use super::cspace::ConfigSpace;
 use super::path::{NoPath, Path, way_to};
 use super::query::Query;
 use super::search::Planning;
-use crate::geom::{Footprint, Pose2, Segment, wrap};
+use crate::geom::{Footprint, Length, Pose2, Segment, wrap};
 use corners::drop_corners;
 pub use corners::follows;
 pub use on_grid::plan_outline_route;
@@ -236,7 +236,7 @@ impl OutlineSearch {
             None => self.states.push(state),
         }
         self.numbers.insert((at, step), number);
-        let rest = (self.query.goal - next.point).norm();
+        let rest = (self.query.goal - next.point).length();
         self.open.push(Reverse(((way + rest).to_bits(), number)));
     }
 

@@ -20,7 +20,7 @@ use nalgebra::Point2;
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 
 /// Rounds of cutting; each halves what corners are away from the obstacle, or better.
 const ROUNDS: usize = 40;
@@ -53,7 +53,10 @@ pub fn pull_tight(path: &Path, space: &dyn ConfigSpace) -> Path {
 }
 
 fn length_of(points: &[Point2<f64>]) -> f64 {
-    points.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum()
+    points
+        .windows(2)
+        .map(|leg| (leg[1] - leg[0]).length())
+        .sum()
 }
 
 /// Step 1.
@@ -102,11 +105,11 @@ fn longest_cut(
     after: Point2<f64>,
 ) -> Option<(Point2<f64>, Point2<f64>)> {
     let (back, on) = (before - corner, after - corner);
-    let (back_length, on_length) = (back.norm(), on.norm());
+    let (back_length, on_length) = (back.length(), on.length());
     // Half of a leg at most: the other half is for the corner at its other end.
     let most = 0.5 * back_length.min(on_length);
     // Cutting c off either leg saves c times this.
-    let saved = 2.0 - (on / on_length - back / back_length).norm();
+    let saved = 2.0 - (on / on_length - back / back_length).length();
     if !(most > 0.0 && most * saved > LEAST_CUT) {
         return None;
     }

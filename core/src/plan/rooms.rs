@@ -25,7 +25,7 @@ use super::path::{Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use super::theta_star::ThetaStar;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::map::{CellRect, CellState, Topology, TopologyConfig};
 
 /// Why a search over rooms took all cells.
@@ -160,7 +160,7 @@ fn way_over_doors(
         .iter()
         .map(|door| Step {
             length: match door.other(start) {
-                Some(_) => (door.centre - ends[0]).norm(),
+                Some(_) => (door.centre - ends[0]).length(),
                 None => f64::INFINITY,
             },
             into: door.other(start).unwrap_or(start),
@@ -176,14 +176,14 @@ fn way_over_doors(
         }
         ways[at].is_done = true;
         if here.into == goal {
-            let length = here.length + (doors[at].centre - ends[1]).norm();
+            let length = here.length + (doors[at].centre - ends[1]).length();
             if best.is_none_or(|(least, _)| length < least) {
                 best = Some((length, at));
             }
             continue;
         }
         for &next in &topology.regions()[here.into].doors {
-            let length = here.length + (doors[next].centre - doors[at].centre).norm();
+            let length = here.length + (doors[next].centre - doors[at].centre).length();
             if let Some(into) = doors[next].other(here.into)
                 && length < ways[next].length
             {

@@ -39,7 +39,7 @@ use super::sampler::Sampler;
 use super::search::Planning;
 use super::shorten::shorten;
 use super::tree::MIN_GROWTH;
-use crate::geom::{Segment, sin_cos};
+use crate::geom::{Length, Segment, sin_cos};
 
 /// Gains less than this are rounding, m.
 const LEAST_GAIN: f64 = 1e-9;
@@ -123,7 +123,7 @@ impl RrtStar {
         let Some((parent, way)) = self.best_parent(space, point, nearest) else {
             return;
         };
-        if way + (self.query.goal - point).norm() >= self.length() {
+        if way + (self.query.goal - point).length() >= self.length() {
             return;
         }
         self.index.insert(point);
@@ -153,13 +153,13 @@ impl RrtStar {
 
     /// Whatever is added or thrown away, no way over `point` is shorter.
     fn least_way_over(&self, point: Point2<f64>) -> f64 {
-        (point - self.query.start).norm() + (self.query.goal - point).norm()
+        (point - self.query.start).length() + (self.query.goal - point).length()
     }
 
     fn draw(&self, rng: &mut dyn Rng) -> Point2<f64> {
         let longest = self.length();
         let foci = self.query.goal - self.query.start;
-        let (major, least) = (0.5 * longest, foci.norm());
+        let (major, least) = (0.5 * longest, foci.length());
         let minor = 0.5 * (longest * longest - least * least).max(0.0).sqrt();
         // Where the ellipse is larger than what is drawn from else, dropping points is cheaper.
         if !self.is_informed || !longest.is_finite() || PI * major * minor > self.sampler.area() {
@@ -222,7 +222,7 @@ impl RrtStar {
         nearest: usize,
     ) -> Option<(usize, f64)> {
         let points = self.index.points();
-        let known = self.branches.way_to(nearest) + (point - points[nearest]).norm();
+        let known = self.branches.way_to(nearest) + (point - points[nearest]).length();
         for &(way, distance, vertex) in &self.near {
             if way >= known {
                 break;
@@ -257,7 +257,7 @@ impl RrtStar {
     /// Step 5.
     fn try_goal(&mut self, space: &dyn ConfigSpace, vertex: usize) {
         let point = self.index.points()[vertex];
-        let last = (self.query.goal - point).norm();
+        let last = (self.query.goal - point).length();
         let is_shorter = self.branches.way_to(vertex) + last + LEAST_GAIN < self.length();
         if is_shorter && space.leg_is_free(&Segment::new(point, self.query.goal)) {
             self.goal = Some((vertex, last));

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 
 const BOUNDS: (Point2<f64>, Point2<f64>) = (Point2::new(0.0, 0.0), Point2::new(4.0, 3.0));
 const QUERY: Query = Query {
@@ -113,7 +113,7 @@ fn tip() -> (Vec<Segment>, Query, f64) {
         start: Point2::new(1.0, 1.0),
         goal: Point2::new(3.0, 1.0),
     };
-    let d = (query.start - wall.b).norm();
+    let d = (query.start - wall.b).length();
     let under = 2.0 * libm::atan2(1.0, 0.5);
     let arc = std::f64::consts::TAU - under - 2.0 * libm::acos(KEEP / d);
     (

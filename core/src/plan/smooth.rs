@@ -16,7 +16,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::cspace::ConfigSpace;
 use super::path::Path;
-use crate::geom::{Segment, sin_cos, wrap};
+use crate::geom::{Length, Segment, sin_cos, wrap};
 
 /// Angle between the points at which arcs are tested, rad.
 const STEP: f64 = 0.1;
@@ -120,7 +120,7 @@ pub fn smooth(path: &Path, space: &dyn ConfigSpace) -> Vec<Piece> {
 
 fn push_line(pieces: &mut Vec<Piece>, from: Point2<f64>, to: Point2<f64>) {
     // What rounding leaves of a leg that two arcs share is no leg.
-    if (to - from).norm() > 1e-9 {
+    if (to - from).length() > 1e-9 {
         pieces.push(Piece::Line(Segment::new(from, to)));
     }
 }
@@ -240,7 +240,8 @@ mod tests {
         let pieces = smooth(&angle, &space);
         assert!((length(&pieces) - (2.0 + FRAC_PI_2)).abs() < 1e-12);
         assert!(
-            (pieces[1].point(0.5) - Point2::new(1.0 + 0.5_f64.sqrt(), 1.0 - 0.5_f64.sqrt())).norm()
+            (pieces[1].point(0.5) - Point2::new(1.0 + 0.5_f64.sqrt(), 1.0 - 0.5_f64.sqrt()))
+                .length()
                 < 1e-12
         );
         let back = smooth(&path(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)]), &space);
@@ -278,7 +279,7 @@ mod tests {
             prop_assert!(length(&pieces) <= path.length() + 1e-9);
             let (mut at, mut heading) = (path.points[0], None::<f64>);
             for piece in &pieces {
-                prop_assert!((piece.point(0.0) - at).norm() < 1e-8, "a gap before {piece:?}");
+                prop_assert!((piece.point(0.0) - at).length() < 1e-8, "a gap before {piece:?}");
                 at = piece.point(1.0);
                 for i in 0..=50 {
                     let point = piece.point(f64::from(i) / 50.0);
@@ -295,7 +296,7 @@ mod tests {
                 prop_assert!(heading.is_none_or(|h| wrap(h - begins).abs() < 1e-6), "a kink before {piece:?}");
                 heading = Some(ends);
             }
-            prop_assert!((at - path.points[path.points.len() - 1]).norm() < 1e-8);
+            prop_assert!((at - path.points[path.points.len() - 1]).length() < 1e-8);
         }
     }
 }

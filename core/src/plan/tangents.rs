@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Point2, Vector2};
 
-use crate::geom::{Segment, sin_cos};
+use crate::geom::{Length, Segment, sin_cos};
 
 /// A circle that is wound one way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,7 +152,7 @@ fn crossings(centre: Point2<f64>, radius: f64, keep: f64, wall: &Segment, angles
     }
     for end in [wall.a, wall.b] {
         let to_end = end - centre;
-        let distance = to_end.norm();
+        let distance = to_end.length();
         if distance > 0.0 {
             let (d, r, k) = (distance, radius, keep);
             on_line(to_end / d, (d * d + r * r - k * k) / (2.0 * d * r), angles);
@@ -183,7 +183,7 @@ mod tests {
         ) {
             let from = Wound { centre: Point2::new(at[0], at[1]), radius: r };
             let to = Wound { centre: Point2::new(at[2], at[3]), radius: s };
-            let gap = (to.centre - from.centre).norm() - (r - s).abs();
+            let gap = (to.centre - from.centre).length() - (r - s).abs();
             let tangent = Tangent::between(&from, &to);
             prop_assert_eq!(tangent.is_some(), gap > 0.0);
             // Circles that nearly touch from within leave a leg without direction.
@@ -191,15 +191,15 @@ mod tests {
             let Tangent { leg, length, heading } = tangent.unwrap();
             prop_assert!((leg.length() - length).abs() < 1e-9);
             let (sin, cos) = sin_cos(heading);
-            prop_assert!((leg.vector() - Vector2::new(cos, sin) * length).norm() < 1e-9);
+            prop_assert!((leg.vector() - Vector2::new(cos, sin) * length).length() < 1e-9);
             for (circle, touch) in [(from, leg.a), (to, leg.b)] {
                 let off = Vector2::new(cos, sin).perp(&(circle.centre - touch));
                 prop_assert!((off - circle.radius).abs() < 1e-9);
-                prop_assert!(((circle.centre - touch).norm() - circle.radius.abs()).abs() < 1e-9);
+                prop_assert!(((circle.centre - touch).length() - circle.radius.abs()).abs() < 1e-9);
                 if circle.radius != 0.0 {
                     let (sin, cos) = sin_cos(circle.angle_at(heading));
                     let on = circle.centre + Vector2::new(cos, sin) * circle.radius.abs();
-                    prop_assert!((on - touch).norm() < 1e-8);
+                    prop_assert!((on - touch).length() < 1e-8);
                 }
             }
         }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::reach::may_reach;
 use super::*;
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Length, Pose2, Segment};
 use crate::map::{CellIndex, CellRect, CellState, Grid, GridConfig};
 use crate::points::Beam;
 use crate::points::fixture::{beam, scan_of};
@@ -66,7 +66,7 @@ fn nearest_wall(path: &Path, walls: &[Point2<f64>]) -> f64 {
             let at = leg.a + leg.vector() * (i as f64 / pieces as f64);
             nearest = walls
                 .iter()
-                .map(|w| (w - at).norm())
+                .map(|w| (w - at).length())
                 .fold(nearest, f64::min);
         }
     }
@@ -88,7 +88,7 @@ fn floods(walls: &[Point2<f64>], start: Point2<f64>, goal: Point2<f64>, keep: f6
         );
         (0..SIDE).contains(&c)
             && (0..SIDE).contains(&r)
-            && walls.iter().all(|w| (w - at).norm() >= keep)
+            && walls.iter().all(|w| (w - at).length() >= keep)
     };
     let mut seen = std::collections::BTreeSet::from([cell(start)]);
     let mut todo = vec![cell(start)];
@@ -161,8 +161,8 @@ proptest! {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // Half a cell: walls may be anywhere in their cells.
         let keep = RADIUS + margin + 0.5 * RESOLUTION;
-        let goal_is_free = walls.iter().all(|w| (w - GOAL).norm() >= keep);
-        let start_is_free = walls.iter().all(|w| (w - START).norm() >= keep);
+        let goal_is_free = walls.iter().all(|w| (w - GOAL).length() >= keep);
+        let start_is_free = walls.iter().all(|w| (w - START).length() >= keep);
         prop_assume!(start_is_free && goal_is_free);
         match plan_route(&grid, START, GOAL, RADIUS, &config, &mut rng) {
             Ok(route) => {

@@ -25,7 +25,7 @@ use super::lattice::{Lattice, Trail};
 use super::path::Path;
 use super::query::Query;
 use super::search::Planning;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 
 /// Cells that wait to be expanded: way and rest, way, cell. Lengths are kept as bits, which for
 /// numbers that are not negative are in the order of the numbers. The least sum comes first, of
@@ -71,7 +71,7 @@ impl ThetaStar {
     fn offer(&mut self, cell: usize, parent: usize, way: f64) {
         self.ways[cell] = way;
         self.trail.from[cell] = parent as u32;
-        let sum = way + (self.goal - self.trail.lattice.point(cell)).norm();
+        let sum = way + (self.goal - self.trail.lattice.point(cell)).length();
         let entry = (sum.to_bits(), Reverse(way.to_bits()), cell as u32);
         self.open.push(Reverse(entry));
     }
@@ -86,7 +86,7 @@ impl ThetaStar {
         }
         let mut best = f64::INFINITY;
         lattice.each_step(space, at, |to, _| {
-            let through = self.ways[to] + (lattice.point(to) - point).norm();
+            let through = self.ways[to] + (lattice.point(to) - point).length();
             if self.is_closed[to] && through < best {
                 (best, *parent) = (through, to as u32);
             }
@@ -118,7 +118,7 @@ impl Planning for ThetaStar {
         let mut found = [(0, 0.0); 8];
         let mut count = 0;
         lattice.each_step(space, at, |to, _| {
-            found[count] = (to, way + (lattice.point(to) - before).norm());
+            found[count] = (to, way + (lattice.point(to) - before).length());
             count += 1;
         });
         for &(to, through) in &found[..count] {

@@ -23,6 +23,7 @@ use nalgebra::Point2;
 use super::cspace::GridSpace;
 use super::frontier::Frontier;
 use super::wavefront::Wavefront;
+use crate::geom::Length;
 
 /// So many goals are toured.
 const MOST: usize = 10;
@@ -62,7 +63,11 @@ pub fn order_by_tour(
     };
     let tours = Tours::new(cells.iter().map(between).collect());
     let to_goal = |goal: Point2<f64>| {
-        let off = |i: &usize| toured[*i].goal.map_or(f64::INFINITY, |g| (g - goal).norm());
+        let off = |i: &usize| {
+            toured[*i]
+                .goal
+                .map_or(f64::INFINITY, |g| (g - goal).length())
+        };
         let nearest = (0..toured.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         (off(&nearest) < SAME_GOAL).then_some(nearest)
     };

@@ -13,7 +13,7 @@ use nalgebra::Point2;
 use super::cspace::ConfigSpace;
 use super::path::way_to;
 use super::point_index::ring_around;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::map::cells_on_ray;
 
 /// Growth shorter than this is dropped, m: trees do not swarm along walls.
@@ -91,7 +91,7 @@ impl Tree {
         };
         self.raster.search(point, |edge| {
             let on_edge = self.edge_of(&self.vertices[edge]).closest_point(point);
-            let distance = (on_edge - point).norm();
+            let distance = (on_edge - point).length();
             // Ties go to the older edge, whatever the order of the search.
             if distance < best.distance || (distance == best.distance && edge < best.edge) {
                 best = Nearest {

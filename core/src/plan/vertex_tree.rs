@@ -13,7 +13,7 @@ use super::cspace::ConfigSpace;
 use super::path::way_to;
 use super::point_index::PointIndex;
 use super::tree::Grown;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 
 /// Vertices and what they hang on; vertex 0 is the root, its own parent.
 #[derive(Clone, Debug)]
@@ -91,7 +91,7 @@ impl VertexTree {
         step: f64,
     ) -> Option<Grown> {
         let from = self.point(vertex);
-        let distance = (target - from).norm();
+        let distance = (target - from).length();
         if distance == 0.0 {
             return Some(Grown {
                 index: vertex,

@@ -30,7 +30,7 @@ use super::path::{Path, way_to};
 use super::query::Query;
 use super::search::Planning;
 use super::tangents::{Blocked, Tangent, Wound};
-use crate::geom::{Segment, sin_cos};
+use crate::geom::{Length, Segment, sin_cos};
 
 /// What circles are wider than the distance to keep, m.
 const SPARE: f64 = 1e-6;
@@ -153,7 +153,7 @@ impl Visibility {
                 }
                 way += came.way + turn * circle.radius.abs();
             }
-            let sum = way + (self.query.goal - link.tangent.leg.b).norm();
+            let sum = way + (self.query.goal - link.tangent.leg.b).length();
             let before = arrival.map_or(NONE, |a| a as u32);
             let entry = (sum.to_bits(), from, number as u32, before, way.to_bits());
             self.open.push(Reverse(entry));

@@ -25,7 +25,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::{Beam, Points};
 use crate::bounds::config;
-use crate::geom::{Pose2, Segment, sin_cos};
+use crate::geom::{Length, Pose2, Segment, sin_cos};
 use crate::robot::Scan;
 
 config! {
@@ -108,7 +108,7 @@ impl BlindZone {
                 let [a, b] = pair else { return None };
                 let surface = sensor_from_before * Segment::new(*a, *b);
                 let is_near = surface.distance(Point2::origin()) < blind;
-                (is_near && (a - b).norm() < LINK).then_some(surface)
+                (is_near && (a - b).length() < LINK).then_some(surface)
             })
             .collect();
         let mut scan = Cow::Borrowed(scan);
@@ -145,7 +145,7 @@ impl BlindZone {
         self.unseen.clear();
         for before in &self.remembered {
             let point = now_from_before * *before;
-            if (point - sensor).norm() < reach + self.config.behind {
+            if (point - sensor).length() < reach + self.config.behind {
                 self.unseen.push(point);
             }
         }
@@ -166,8 +166,8 @@ impl BlindZone {
     /// Somebody came since the last scan and was seen there (robot frame of that scan): they may be
     /// too near to be seen by the next. A single reading stands for a piece of them across it.
     pub fn came(&mut self, at: Point2<f64>) {
-        let across = Vector2::new(-at.y, at.x) / at.coords.norm().max(f64::MIN_POSITIVE);
-        if at.coords.norm() < self.config.reach {
+        let across = Vector2::new(-at.y, at.x) / at.coords.length().max(f64::MIN_POSITIVE);
+        if at.coords.length() < self.config.reach {
             let piece = [-HALF_PERSON, 0.0, HALF_PERSON].map(|by| at + across * by);
             self.remembered.extend(piece);
             self.forget_oldest();
@@ -190,7 +190,7 @@ impl BlindZone {
             beam_idx: usize::MAX,
             origin_in_robot: origin,
             end_in_robot: end,
-            range: (end - origin).norm(),
+            range: (end - origin).length(),
             sigma: self.config.behind,
             is_hit: true,
             quality: None,
@@ -210,7 +210,7 @@ impl BlindZone {
                     point - beam.origin_in_robot,
                     beam.end_in_robot - beam.origin_in_robot,
                 );
-                let (distance, ahead) = (to.norm(), along.dot(&to));
+                let (distance, ahead) = (to.length(), along.dot(&to));
                 let is_beside = ahead <= 0.0 || along.perp(&to).abs() > width * ahead;
                 // Little behind it: noise, or a reading at the very border of what can be measured.
                 let is_doubtful = beam.range > distance && beam.range < distance + behind;

@@ -189,6 +189,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::geom::Length;
     use crate::robot::Odometry;
 
     /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the
@@ -233,7 +234,7 @@ mod tests {
             );
             assert_eq!(points.beams.len(), 120);
             for beam in points.hits() {
-                assert!((beam.end_in_robot.coords.norm() - 3.0).abs() < 1e-5);
+                assert!((beam.end_in_robot.coords.length() - 3.0).abs() < 1e-5);
             }
         }
     }
@@ -262,7 +263,7 @@ mod tests {
         for (a, b) in rolling.beams.iter().zip(&constant.beams) {
             // Stamps are whole microseconds: 2 rad/s in half of one is a micrometre at 3 m.
             assert!(
-                (a.end_in_robot - b.end_in_robot).norm() < 1e-5,
+                (a.end_in_robot - b.end_in_robot).length() < 1e-5,
                 "{a:?} {b:?}"
             );
         }
@@ -277,7 +278,7 @@ mod tests {
         let late = Points::from_rolling_scan(&scan, &history, &config);
         assert_eq!(late.stamp, to);
         for (a, b) in late.beams.iter().zip(&constant.beams) {
-            assert!((a.end_in_robot - b.end_in_robot - Vector2::new(0.1, 0.0)).norm() < 1e-5);
+            assert!((a.end_in_robot - b.end_in_robot - Vector2::new(0.1, 0.0)).length() < 1e-5);
         }
     }
 

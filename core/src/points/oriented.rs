@@ -24,6 +24,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{Beam, Points};
+use crate::geom::Length;
 
 /// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +116,7 @@ pub fn on_surfaces(points: &Points) -> Points {
         let line = line_at(&hits, at, beam.range * angle, reach);
         if let (Some((_, to_line)), Some(beam)) = (line, moved.beams.get_mut(*place)) {
             beam.end_in_robot += to_line;
-            beam.range = (beam.end_in_robot - beam.origin_in_robot).norm();
+            beam.range = (beam.end_in_robot - beam.origin_in_robot).length();
         }
     }
     moved
@@ -133,7 +134,7 @@ fn line_at(
     let gap = 0.06 + 3.0 * beam_spacing;
     let reach = least_reach.max(2.5 * beam_spacing);
     let on_surface = |from: Point2<f64>, to: Point2<f64>| {
-        (to - from).norm() <= gap && (to - position).norm() <= reach
+        (to - from).length() <= gap && (to - position).length() <= reach
     };
     let mut scatter = Scatter::default();
     scatter.add(Vector2::zeros());
@@ -163,9 +164,9 @@ fn facing(hits: &[(usize, &Beam)], at: usize) -> f64 {
         return 1.0;
     };
     let (along, ray) = (after - before, beam.end_in_robot - beam.origin_in_robot);
-    let across = along.perp(&ray).abs() / (along.norm() * ray.norm());
+    let across = along.perp(&ray).abs() / (along.length() * ray.length());
     // Ends of different surfaces tell nothing of either.
-    match along.norm() < FACING_REACH && across.is_finite() {
+    match along.length() < FACING_REACH && across.is_finite() {
         true => across.max(GRAZING),
         false => 1.0,
     }
@@ -180,7 +181,7 @@ pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, Or
     let mut kept: Vec<(usize, OrientedPoint)> = vec![];
     for (place, beam) in &hits {
         let position = beam.end_in_robot;
-        let is_near = |other: &Point2<f64>, reach: f64| (other - position).norm() < reach;
+        let is_near = |other: &Point2<f64>, reach: f64| (other - position).length() < reach;
         if kept.iter().any(|(_, k)| is_near(&k.position, SPACING)) {
             continue;
         }
@@ -257,7 +258,7 @@ impl Scatter {
         } else {
             Vector2::new(xy, spread - half)
         };
-        let length = tangent.norm();
+        let length = tangent.length();
         (length > 0.0).then(|| Vector2::new(-tangent.y, tangent.x) / length)
     }
 }
@@ -295,13 +296,13 @@ mod tests {
             let (sin, cos) = sin_cos(a);
             for p in &found {
                 assert!(
-                    (p.normal + Vector2::new(cos, sin)).norm() < 1e-4,
+                    (p.normal + Vector2::new(cos, sin)).length() < 1e-4,
                     "{degrees}: {p:?}"
                 );
             }
             let near = found
                 .windows(2)
-                .map(|w| (w[0].position - w[1].position).norm());
+                .map(|w| (w[0].position - w[1].position).length());
             assert!(near.fold(f64::INFINITY, f64::min) >= 0.036);
         }
     }
@@ -345,7 +346,7 @@ mod tests {
         let found = oriented_cloud(&scan_of_hits(ends), &[]);
         assert!(found.len() > 30, "{}", found.len());
         for (_, point) in &found {
-            assert!((point.normal + Vector2::x()).norm() < 1e-9, "{point:?}");
+            assert!((point.normal + Vector2::x()).length() < 1e-9, "{point:?}");
         }
         // One more point on it has a normal by those that were there before.
         let before: Vec<_> = found.iter().map(|(_, p)| p.position).collect();
@@ -362,7 +363,7 @@ mod tests {
         let walls = [0, 1, 2, 3].map(|i| Segment::new(corners[i], corners[(i + 1) % 4]));
         let exact = look(&walls, &Pose2::identity(), 8.0);
         for (before, after) in exact.beams.iter().zip(&on_surfaces(&exact).beams) {
-            assert!((before.end_in_robot - after.end_in_robot).norm() < 0.02);
+            assert!((before.end_in_robot - after.end_in_robot).length() < 0.02);
         }
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let square_off = |p: Point2<f64>| {
@@ -387,7 +388,7 @@ mod tests {
                     .sum::<f64>();
             }
             for beam in &moved.beams {
-                let length = (beam.end_in_robot - beam.origin_in_robot).norm();
+                let length = (beam.end_in_robot - beam.origin_in_robot).length();
                 assert!((beam.range - length).abs() < 1e-12);
             }
         }

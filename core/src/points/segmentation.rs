@@ -16,6 +16,7 @@ pub use rules::BreakRule;
 use std::ops::Range;
 
 use super::{Beam, Points};
+use crate::geom::Length;
 use rules::{Joins, Ray};
 
 use crate::bounds::config;
@@ -126,7 +127,7 @@ fn close_circle(beams: &[Beam], rule: &impl Joins, runs: &mut Vec<Run>) {
     let goes_on = turn(last_beam, first_beam) * turn(first_beam, second) > 0.0;
     // A moving robot saw both sides of the seam a whole sweep apart: no wall is known that well
     // across it.
-    let stood = (last_beam.origin_in_robot - first_beam.origin_in_robot).norm() < 1e-3;
+    let stood = (last_beam.origin_in_robot - first_beam.origin_in_robot).length() < 1e-3;
     let is_seen = first_beam.is_hit && last_beam.is_hit;
     if beams.len() < 3
         || !goes_on

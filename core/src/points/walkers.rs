@@ -37,7 +37,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Point2, Vector2};
 
 use super::{Beam, Points};
-use crate::geom::{Pose2, sin_cos};
+use crate::geom::{Length, Pose2, sin_cos};
 use crate::robot::Stamp;
 
 /// How far away walkers are searched for, m: a robot must know of them there to stop in time.
@@ -136,7 +136,7 @@ impl Walkers {
         for place in &mut self.places {
             place.at = now_from_before * place.at;
         }
-        let near = |p: &Point2<f64>| (p - points.sensor_in_robot).norm() < REACH;
+        let near = |p: &Point2<f64>| (p - points.sensor_in_robot).length() < REACH;
         let hits: Vec<Point2<f64>> = points.hits().map(|b| b.end_in_robot).filter(near).collect();
         self.newcomers.clear();
         self.see_walking(&hits, points.stamp);
@@ -162,7 +162,7 @@ impl Walkers {
         let now_from_then = moved.inverse() * past.now_from_then;
         let before = past.hits.iter().map(|hit| now_from_then * *hit - sensor);
         let now = points.hits().map(|beam| beam.end_in_robot - sensor);
-        let (way, turned) = (moved.position().coords.norm(), moved.heading().abs());
+        let (way, turned) = (moved.position().coords.length(), moved.heading().abs());
         let most = TURN_DRIFT * turned.sqrt() + WAY_DRIFT * way.sqrt();
         let turn = turn::between(before, now, most.min(SEAM));
         let about_sensor = Pose2::new(sensor.x, sensor.y, turn);
@@ -179,8 +179,8 @@ impl Walkers {
         let mut before: Option<Point2<f64>> = None;
         for hit in hits {
             let has_entered = looked_past(*hit);
-            if has_entered && before.is_some_and(|b: Point2<f64>| (b - hit).norm() < SIZE) {
-                let near = known.iter().filter(|p| (p.at - hit).norm() < 2.0 * SIZE);
+            if has_entered && before.is_some_and(|b: Point2<f64>| (b - hit).length() < SIZE) {
+                let near = known.iter().filter(|p| (p.at - hit).length() < 2.0 * SIZE);
                 self.places.push(Place {
                     at: *hit,
                     walked: now,
@@ -198,8 +198,8 @@ impl Walkers {
             .sort_by_key(|place| std::cmp::Reverse(place.walked));
         let mut kept: Vec<Place> = vec![];
         for place in &self.places {
-            let is_same = |other: &Place| (other.at - place.at).norm() < 0.5 * SIZE;
-            let is_there = hits.iter().any(|hit| (hit - place.at).norm() < SIZE);
+            let is_same = |other: &Place| (other.at - place.at).length() < 0.5 * SIZE;
+            let is_there = hits.iter().any(|hit| (hit - place.at).length() < SIZE);
             let memory = MEMORY.min(PER_SIGHTING * f64::from(place.sightings));
             if now.since(place.walked) <= memory && is_there && !kept.iter().any(is_same) {
                 kept.push(*place);
@@ -208,7 +208,7 @@ impl Walkers {
         self.places = kept;
         let is_theirs = |hit: &&Point2<f64>| {
             let mut places = self.places.iter().filter(|p| p.sightings >= CONFIRMED);
-            places.any(|place| (place.at - **hit).norm() < SIZE)
+            places.any(|place| (place.at - **hit).length() < SIZE)
         };
         self.points = hits.iter().filter(is_theirs).copied().collect();
     }
@@ -254,9 +254,9 @@ impl Past {
     fn looked_past(&self, point: Point2<f64>, behind: f64, turn_drift: f64) -> bool {
         let point = self.now_from_then.inverse() * point;
         let to = point - self.sensor;
-        let (distance, bearing) = (to.norm().max(NEAR), libm::atan2(to.y, to.x));
+        let (distance, bearing) = (to.length().max(NEAR), libm::atan2(to.y, to.x));
         let moved = &self.now_from_then;
-        let (turned, way) = (moved.heading().abs(), moved.position().coords.norm());
+        let (turned, way) = (moved.heading().abs(), moved.position().coords.length());
         let blur = DRIFT * way;
         let half = 1.6 * self.spacing + turn_drift * turned.sqrt() + blur / distance;
         let half = half.min(SEAM);
@@ -271,7 +271,7 @@ impl Past {
                 break;
             }
             let to = point - beam.origin;
-            let distance = to.norm();
+            let distance = to.length();
             if beam.along.dot(&to) <= 0.0 || beam.along.perp(&to).abs() > sin_half * distance {
                 continue;
             }
@@ -288,7 +288,7 @@ impl PastBeam {
     /// `None` for a beam without length.
     fn of(beam: &Beam) -> Option<Self> {
         let to = beam.end_in_robot - beam.origin_in_robot;
-        let range = to.norm();
+        let range = to.length();
         (range > 0.0).then(|| Self {
             bearing: libm::atan2(to.y, to.x),
             origin: beam.origin_in_robot,
@@ -305,6 +305,6 @@ mod tests;
 fn parallax(points: &Points) -> f64 {
     let begins = points.beams.iter().map(|beam| beam.origin_in_robot);
     begins
-        .map(|begin| (begin - points.sensor_in_robot).norm())
+        .map(|begin| (begin - points.sensor_in_robot).length())
         .fold(0.0, f64::max)
 }

@@ -13,7 +13,7 @@
 
 use nalgebra::Point2;
 
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::LikelihoodPyramid;
 
 /// Where to search.
@@ -64,7 +64,10 @@ pub fn search_turned(
         return None;
     }
     let cell = map.cell();
-    let farthest = points.iter().map(|p| p.coords.norm()).fold(cell, f64::max);
+    let farthest = points
+        .iter()
+        .map(|p| p.coords.length())
+        .fold(cell, f64::max);
     // The turn that moves the farthest point by one cell; the arc cosine of Hess et al. agrees to 1
     // %. Wider where that would make too many turns: a coarse search of the whole window finds what
     // a fine one at its middle misses.
@@ -213,7 +216,7 @@ mod tests {
             let start = Pose2::new(truth.x() + x, truth.y() + y, h + turn);
             let window = SearchWindow { shift: 2.2, turn: 0.65 };
             let found = search(&seen, &map, &start, &window, 0.3).unwrap();
-            prop_assert!((found.pose.position() - truth.position()).norm() < 0.15);
+            prop_assert!((found.pose.position() - truth.position()).length() < 0.15);
             prop_assert!(wrap(found.pose.heading() - h).abs() < 0.04);
         }
 

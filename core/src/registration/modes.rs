@@ -21,7 +21,7 @@ use nalgebra::Point2;
 
 use super::Candidate;
 use crate::bounds::config;
-use crate::geom::{Pose2, wrap};
+use crate::geom::{Length, Pose2, wrap};
 use crate::map::LikelihoodPyramid;
 
 config! {
@@ -125,7 +125,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(points: &[Point2<f64>], map: &'a LikelihoodPyramid, config: &'a ModesConfig) -> Self {
-        let farthest = points.iter().map(|p| p.coords.norm());
+        let farthest = points.iter().map(|p| p.coords.length());
         let farthest = farthest.fold(map.cell(), f64::max).min(config.farthest);
         let count = (TAU * farthest / map.cell()).ceil().max(8.0);
         let middle = map.middle_of((0, 0));
@@ -297,7 +297,7 @@ mod tests {
         for (i, a) in found.iter().enumerate() {
             for b in found.iter().skip(i + 1) {
                 assert!(a.score >= b.score);
-                let apart = (a.pose.position() - b.pose.position()).norm() >= config.apart - 1e-9;
+                let apart = (a.pose.position() - b.pose.position()).length() >= config.apart - 1e-9;
                 assert!(apart || wrap(a.pose.heading() - b.pose.heading()).abs() >= 0.34);
             }
         }

@@ -93,6 +93,7 @@ impl Tracks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use crate::robot::{RobotModel, Stamp};
 
     fn counted(tracks: Tracks, model: &RobotModel) -> Odometry {
@@ -129,7 +130,7 @@ mod tests {
         let moved = calibration.corrected(&counted(straight, &model), model.track_width);
         // Δθ = (1.03 - 0.99) / (1.05 b), Δs = 1.01.
         assert!((moved.motion.heading() - 0.04 / (1.05 * model.track_width)).abs() < 1e-12);
-        assert!((moved.motion.position().coords.norm() - 1.01).abs() < 1e-12);
+        assert!((moved.motion.position().coords.length() - 1.01).abs() < 1e-12);
     }
 
     #[test]
@@ -154,7 +155,7 @@ mod tests {
         };
         calibration.noise = Some(TrackNoise::Proportional(twice));
         let unsure = calibration.corrected(&odometry, model.track_width);
-        assert!((unsure.cov - 2.0 * odometry.cov).norm() < 1e-15);
+        assert!((unsure.cov - 2.0 * odometry.cov).length() < 1e-15);
         let unwatched = Odometry {
             motion: Pose2::identity(),
             cov: nalgebra::Matrix3::identity(),

@@ -25,7 +25,7 @@ use rand::{Rng, RngExt};
 use super::contact::{Contacts, Touch};
 use super::noise::gaussian_pair;
 use super::{Caster, Disc};
-use crate::geom::{Footprint, Pose2, Segment, sin_cos, unit_vector, wrap};
+use crate::geom::{Footprint, Length, Pose2, Segment, sin_cos, unit_vector, wrap};
 use crate::robot::{Bumpers, OdometryNoise, RobotModel, TrackWear, Tracks};
 
 /// The body stops this far before a touch, m, so that rounding never puts it inside of a wall.
@@ -171,7 +171,7 @@ impl Body {
     /// part of the way that led into it.
     fn move_by(&mut self, way: Vector2<f64>, caster: &Caster, movers: &[Disc]) -> Vector2<f64> {
         let aim = self.position + way;
-        let in_free_room = (aim - self.free.0).norm() <= self.free.1;
+        let in_free_room = (aim - self.free.0).length() <= self.free.1;
         if in_free_room && movers.is_empty() {
             self.position = aim;
             return Vector2::zeros();
@@ -179,7 +179,7 @@ impl Body {
         let mut lost = Vector2::zeros();
         let mut rest = way;
         for _ in 0..MOST_SLIDES {
-            let length = rest.norm();
+            let length = rest.length();
             if length < 1e-12 {
                 break;
             }
@@ -236,7 +236,7 @@ impl Body {
 
     /// Counts a contact when one begins, in a step in which the body moved by a way and a turn.
     fn feel(&mut self, motion: (Vector2<f64>, f64), caster: &Caster, movers: &[Disc]) {
-        let is_touched = |touch: &Touch| touch.to.norm() <= self.radius + TOUCH;
+        let is_touched = |touch: &Touch| touch.to.length() <= self.radius + TOUCH;
         let touching = match &self.outline {
             Some(outline) => self.touch_of_outline(outline, caster, movers),
             None => self.nearest(caster, movers).filter(is_touched),
@@ -256,7 +256,7 @@ impl Body {
                 nearest = Some(Touch { to, into, is_mover });
             }
         };
-        if (self.position - self.free.0).norm() > self.free.1 {
+        if (self.position - self.free.0).length() > self.free.1 {
             caster.near(self.position, self.radius + TOUCH, |_, wall| {
                 let at = wall.segment.closest_point(self.position);
                 take(at - self.position, false);
@@ -264,7 +264,7 @@ impl Body {
         }
         for mover in movers {
             let to = mover.centre - self.position;
-            let distance = to.norm();
+            let distance = to.length();
             take(to * ((distance - mover.radius) / distance.max(1e-9)), true);
         }
         nearest
@@ -280,14 +280,14 @@ fn touch_of_segment(
     radius: f64,
 ) -> Option<(f64, Vector2<f64>)> {
     let away = from - segment.closest_point(from);
-    let distance = away.norm();
+    let distance = away.length();
     if distance <= radius {
         // Already there (by rounding): only motion away from it is free.
         let normal = away / distance.max(1e-12);
         return (direction.dot(&normal) < 0.0).then_some((0.0, normal));
     }
     let along = segment.vector();
-    let length = along.norm();
+    let length = along.length();
     let mut first = [segment.a, segment.b]
         .into_iter()
         .filter_map(|end| touch_of_disc(end, from, direction, radius))
@@ -325,7 +325,7 @@ fn touch_of_disc(
     }
     let outside = away.norm_squared() - radius * radius;
     if outside <= 0.0 {
-        return Some((0.0, away / away.norm().max(1e-12)));
+        return Some((0.0, away / away.length().max(1e-12)));
     }
     let root = closing * closing - outside;
     if root < 0.0 {
@@ -334,7 +334,7 @@ fn touch_of_disc(
     // The nearer root of t² - 2 closing t + outside = 0, in the form that loses no digits.
     let reach = outside / (closing + root.sqrt());
     let normal = away + direction * reach;
-    Some((reach, normal / normal.norm().max(1e-12)))
+    Some((reach, normal / normal.length().max(1e-12)))
 }
 
 #[cfg(test)]

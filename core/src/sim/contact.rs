@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+use crate::geom::Length;
+
 /// Slower than this, per step, the robot stands: half a centimetre a second.
 const STANDING: f64 = 2.5e-5;
 
@@ -39,7 +41,7 @@ impl Contacts {
     /// m) and it turned by `turn`, rad: a corner may come into somebody while the middle stands.
     pub(super) fn count(&mut self, touch: &Touch, (way, turn): (Vector2<f64>, f64)) {
         let way = way + Vector2::new(-touch.to.y, touch.to.x) * turn;
-        let drove = way.dot(&touch.into) > STANDING * touch.into.norm();
+        let drove = way.dot(&touch.into) > STANDING * touch.into.length();
         let counter = match (touch.is_mover, drove) {
             (false, _) => &mut self.walls,
             (true, true) => &mut self.drove_into_mover,

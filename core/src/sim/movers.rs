@@ -7,6 +7,7 @@
 use nalgebra::Point2;
 
 use super::{Disc, Mover};
+use crate::geom::Length;
 
 /// Room that a mover leaves to the robot, m.
 const COURTESY: f64 = 0.10;
@@ -53,8 +54,8 @@ impl Walker {
         }
         let (aim, next) = self.ahead(self.speed * dt);
         let room = self.disc.radius + robot.radius + COURTESY;
-        let now = (self.disc.centre - robot.centre).norm();
-        let then = (aim - robot.centre).norm();
+        let now = (self.disc.centre - robot.centre).length();
+        let then = (aim - robot.centre).length();
         if then < room && then < now {
             return;
         }
@@ -75,7 +76,7 @@ impl Walker {
                 break;
             };
             let to = goal - at;
-            let length = to.norm();
+            let length = to.length();
             if way < length {
                 return (at + to * (way / length), next);
             }
@@ -129,11 +130,11 @@ mod tests {
             (1.0, 1.0, 0.0),
         ] {
             let at = after(&mut open, seconds, far);
-            assert!((at - Point2::new(x, y)).norm() < 1e-9, "{at}");
+            assert!((at - Point2::new(x, y)).length() < 1e-9, "{at}");
         }
         let mut closed = walker(true);
         let at = after(&mut closed, 3.0 + 5.0_f64.sqrt() + 1.0, far);
-        assert!((at - Point2::new(1.0, 0.0)).norm() < 0.01, "{at}");
+        assert!((at - Point2::new(1.0, 0.0)).length() < 0.01, "{at}");
     }
 
     #[test]
@@ -145,9 +146,9 @@ mod tests {
         };
         // 2 m on the way, 3 s at the corner, then on.
         let at = after(&mut walker, 4.9, far);
-        assert!((at - Point2::new(2.0, 0.0)).norm() < 0.02, "{at}");
+        assert!((at - Point2::new(2.0, 0.0)).length() < 0.02, "{at}");
         let at = after(&mut walker, 0.6, far);
-        assert!((at - Point2::new(2.0, 0.5)).norm() < 0.03, "{at}");
+        assert!((at - Point2::new(2.0, 0.5)).length() < 0.03, "{at}");
     }
 
     #[test]

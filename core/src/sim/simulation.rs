@@ -27,7 +27,7 @@ use super::noise::stream;
 use super::response::DRIVE_PERIOD;
 use super::sensors::{Sensor, SensorModel, Span, View};
 use super::{Caster, Disc, World};
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Length, Pose2, Segment};
 use crate::robot::{
     Bumpers, Command, Odometry, RobotModel, Scan, Stamp, TrackOdometry, TrackWear, Tracks,
 };
@@ -172,7 +172,7 @@ impl Simulation {
         let (at, radius) = (world_from_robot.position(), self.robot.radius());
         let walls = self.caster.clearance(at, radius);
         let movers = self.movers.iter();
-        let movers = movers.map(|mover| (mover.centre - at).norm() - mover.radius);
+        let movers = movers.map(|mover| (mover.centre - at).length() - mover.radius);
         let room = movers.fold(walls, f64::min);
         // NaN is no room either.
         if !world_from_robot.is_finite() || room.is_nan() || room < radius {

@@ -18,7 +18,7 @@ use nalgebra::{Point2, Vector2};
 
 use self::check::{check_coordinate, check_count, check_point};
 use super::SensorKind;
-use crate::geom::{Pose2, Segment, bounds};
+use crate::geom::{Length, Pose2, Segment, bounds};
 use crate::robot::RobotModel;
 
 pub use self::check::WorldError;
@@ -288,7 +288,7 @@ impl World {
         }
         for (index, mover) in self.movers.iter().enumerate() {
             let first = mover.waypoints.first();
-            let distance = first.map_or(f64::INFINITY, |p| (p - start).norm());
+            let distance = first.map_or(f64::INFINITY, |p| (p - start).length());
             if distance < radius + mover.radius {
                 return blocked(format!("mover {index}"), distance - mover.radius);
             }

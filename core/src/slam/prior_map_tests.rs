@@ -6,7 +6,7 @@ use super::*;
 use crate::experiment::{Experiment, ExperimentConfig};
 use crate::format::building::BuildingFile;
 use crate::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::sim::{SensorModel, worlds};
 
 /// A configuration with which every method can begin.
@@ -39,12 +39,12 @@ fn drive_by(by: PriorMapMatching, known: PriorMap, seconds: f64) -> (f64, f64, E
     let error = most(
         &mut samples
             .iter()
-            .map(|s| (s.estimate.pose.position() - s.truth.position()).norm()),
+            .map(|s| (s.estimate.pose.position() - s.truth.position()).length()),
     );
     let wheels = most(
         &mut samples
             .iter()
-            .map(|s| (s.odometry.position() - s.truth.position()).norm()),
+            .map(|s| (s.odometry.position() - s.truth.position()).length()),
     );
     (error, wheels, experiment)
 }
@@ -118,7 +118,7 @@ fn a_start_that_is_roughly_known_becomes_exact() {
     let (_, _, experiment) = drive(known, 60.0);
     // The map frame begins where the robot was said to be, and it was elsewhere.
     let truth_in_map = to * experiment.truth();
-    let off = (experiment.session().estimate().pose.position() - truth_in_map.position()).norm();
+    let off = (experiment.session().estimate().pose.position() - truth_in_map.position()).length();
     assert!(off < 0.05, "{off}");
     assert!(
         !experiment

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::estimation::{Drive, OdometryFit};
+use crate::geom::Length;
 use crate::robot::{Command, RobotModel, Scan, TrackNoise, TrackWear};
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::{Method, Slam, SlamConfig};
@@ -30,7 +31,7 @@ fn towards(corner: usize, at: &Pose2) -> (Command, bool) {
         false => 0.2,
     };
     let turn = (1.5 * off).clamp(-1.2, 1.2);
-    (Command::Velocity { forward, turn }, way.norm() < 0.05)
+    (Command::Velocity { forward, turn }, way.length() < 0.05)
 }
 
 /// A robot so worn, driven about in the arena for `seconds`; each motion, and each scan with the

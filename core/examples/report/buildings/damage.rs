@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::format::carmen::{BeamFan, CarmenLog};
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::robot::Scan;
 
 /// Mean lengths of the stretches of scans that are kept, and of those that are lost.
@@ -90,7 +90,7 @@ fn bend(log: &mut CarmenLog) {
         let motion = last.map_or_else(Pose2::identity, |last: Pose2| {
             last.delta_to(&odom_from_robot)
         });
-        let turn = motion.heading() + BEND * motion.position().coords.norm();
+        let turn = motion.heading() + BEND * motion.position().coords.length();
         bent = bent * Pose2::new(SCALE * motion.x(), SCALE * motion.y(), turn);
         last = Some(odom_from_robot);
         scan.odom_from_robot = bent;

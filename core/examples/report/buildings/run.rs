@@ -7,7 +7,7 @@ use slamlab_core::estimation::{
     MapQuality, RelationErrors, StampedMotion, relation_errors, revisits,
 };
 use slamlab_core::format::{relations, tum};
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::replay::{Log, Replay};
 use slamlab_core::slam::Method;
 
@@ -107,13 +107,13 @@ impl Visit {
         let place = self.reference.position();
         let others = visits.iter().filter(|other| {
             (other.seconds - self.seconds).abs() > OTHER_VISIT
-                && (other.reference.position() - place).norm() < SAME_PLACE
+                && (other.reference.position() - place).length() < SAME_PLACE
         });
         let mut off: Vec<f64> = others
             .map(|other| {
                 let truth = self.reference.delta_to(&other.reference);
                 let error = truth * self.mapped.delta_to(&other.mapped).inverse();
-                error.position().coords.norm() + WALL_AWAY * error.heading().abs()
+                error.position().coords.length() + WALL_AWAY * error.heading().abs()
             })
             .collect();
         if off.len() < LEAST_VISITS {

@@ -4,6 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::Point2;
+use slamlab_core::geom::Length;
 use slamlab_core::map::{CellIndex, FreeCells, Grid, GridConfig};
 
 use super::Seen;
@@ -143,7 +144,7 @@ fn is_in_triangle((col, row): Cell, corners: &[Point2<f64>; 3]) -> Option<bool> 
 }
 
 fn a_cell_short([start, end]: &Way) -> Point2<f64> {
-    let cells = (end - start).norm();
+    let cells = (end - start).length();
     start + (end - start) * ((cells - 1.0).max(0.0) / cells)
 }
 

@@ -12,7 +12,7 @@ use serde_json::json;
 use slamlab_core::format::building::BuildingFile;
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::replay::{Log, Replay};
 use slamlab_core::slam::{Method, PriorMap};
 
@@ -104,7 +104,7 @@ fn mapped(log: &CarmenLog) -> Result<(PriorMap, Vec<(f64, Pose2)>)> {
 fn starts(truth: &[(f64, Pose2)]) -> Result<Vec<usize>> {
     let mut gone = vec![0.0];
     for pair in truth.windows(2) {
-        let step = (pair[1].1.position() - pair[0].1.position()).norm();
+        let step = (pair[1].1.position() - pair[0].1.position()).length();
         gone.push(gone.last().copied().unwrap_or(0.0) + step);
     }
     let ahead = gone.last().copied().unwrap_or(0.0) - 1.5 * WAY;

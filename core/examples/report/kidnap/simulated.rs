@@ -8,6 +8,7 @@ use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::geom::Length;
 use slamlab_core::pilot::Mode;
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
@@ -154,7 +155,7 @@ impl Driver {
     /// Heads for a point of the way that lies a little ahead.
     fn steer(&mut self) {
         let pose = self.experiment.sim().truth();
-        let is_passed = |p: &Point2<f64>| (p - pose.position()).norm() < 0.25;
+        let is_passed = |p: &Point2<f64>| (p - pose.position()).length() < 0.25;
         while self.route.front().is_some_and(is_passed) {
             self.route.pop_front();
         }

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use slamlab_core::geom::Pose2;
+use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{Caster, Mover, RobotKind, World, worlds};
 
@@ -155,7 +155,7 @@ fn place(world: &mut World, robot: &RobotModel, aim: Option<Point2<f64>>, rng: &
         let keeps_off = caster.clearance(at, 1.0) > robot.radius() + 0.06;
         let stands_apart = world.movers.iter().all(|mover| {
             let first = mover.waypoints.first();
-            first.is_none_or(|p| (p - at).norm() > mover.radius + robot.radius() + 0.3)
+            first.is_none_or(|p| (p - at).length() > mover.radius + robot.radius() + 0.3)
         });
         if keeps_off && stands_apart && world.validate(robot.radius()).is_ok() {
             return;

@@ -10,7 +10,7 @@ use anyhow::Result;
 use nalgebra::Point2;
 use slamlab_core::control::SafeMode;
 use slamlab_core::experiment::CONTROL_PERIOD;
-use slamlab_core::geom::{unit_vector, wrap};
+use slamlab_core::geom::{Length, unit_vector, wrap};
 use slamlab_core::pilot::{Pilot, PilotConfig, Situation};
 use slamlab_core::robot::{Command, Odometry, Scan};
 use slamlab_core::sim::{Contacts, SensorModel, Simulation};
@@ -98,7 +98,7 @@ impl Trial {
             self.is_silent = (0.0..SILENCE.max(stands_within + 0.2)).contains(&silent_for);
             let before = self.sim.truth().position();
             self.tick(stick.at(now, &robot))?;
-            let moved = (self.sim.truth().position() - before).norm();
+            let moved = (self.sim.truth().position() - before).length();
             self.shown.driven += moved;
             self.shown.was_silent |= self.is_silent;
             if self.is_silent && silent_for > stands_within {
@@ -131,7 +131,7 @@ impl Trial {
         for _ in 0..(LEAVE_TIME / CONTROL_PERIOD) as u32 {
             self.tick((robot.max_speed, 0.0))?;
         }
-        let left = (self.sim.truth().position() - before).norm();
+        let left = (self.sim.truth().position() - before).length();
         let has_people = !self.sim.movers().is_empty();
         self.shown.could_not_leave = self.shown.had_way_out && !has_people && left < LEFT;
         Ok(())
@@ -164,7 +164,7 @@ impl Trial {
 
     fn clearance(&self, at: Point2<f64>) -> f64 {
         let people = self.sim.movers().iter();
-        let people = people.map(|disc| (disc.centre - at).norm() - disc.radius);
+        let people = people.map(|disc| (disc.centre - at).length() - disc.radius);
         people.fold(self.sim.caster().clearance(at, 2.0), f64::min)
     }
 

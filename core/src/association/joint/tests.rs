@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::association::AssociationMethod;
-use crate::geom::CHI2_2DOF_99;
+use crate::geom::{CHI2_2DOF_99, Length};
 
 const CONFIG: AssociationConfig = AssociationConfig {
     method: AssociationMethod::Joint,
@@ -109,7 +109,7 @@ fn walls_shifted_together_are_matched_together_where_the_nearest_are_wrong() {
     let candidates = parallel(-0.2, 0.15, 0.3, 3);
     let cross = common(0.15);
     let nearest = |own: &Vec<Pairing>| {
-        let by_size = |a: &&Pairing, b: &&Pairing| a.v.norm().total_cmp(&b.v.norm());
+        let by_size = |a: &&Pairing, b: &&Pairing| a.v.length().total_cmp(&b.v.length());
         own.iter().min_by(by_size).map(|p| p.landmark)
     };
     let by_nearest: Vec<_> = candidates.iter().map(nearest).collect();

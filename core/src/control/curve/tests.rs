@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::super::Follower;
 use super::super::tests::{TICK, drive};
 use super::*;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::plan::{ConfigSpace, smooth};
 
 /// Nothing in the way.
@@ -58,7 +58,7 @@ fn ride(follower: &mut Follower, points: &[Point2<f64>], heading: f64, model: &R
             }
         }
         ride.seconds += TICK;
-        let near = points.iter().map(|p| (p - pose.position()).norm());
+        let near = points.iter().map(|p| (p - pose.position()).length());
         ride.off = ride.off.max(near.fold(f64::INFINITY, f64::min));
     }
     while speeds.0 > 1e-6 {
@@ -99,7 +99,7 @@ proptest! {
         let ride = ride(&mut Follower::rounded(&pieces), &dense(&pieces), heading, &model);
         prop_assert!(ride.arrived, "still at {}", ride.end);
         let end = path.points[path.points.len() - 1];
-        prop_assert!((ride.end - end).norm() < 0.06, "{} m from the end", (ride.end - end).norm());
+        prop_assert!((ride.end - end).length() < 0.06, "{} m from the end", (ride.end - end).length());
         prop_assert!(ride.off < 0.08, "{} m off the curve", ride.off);
     }
 }
@@ -239,7 +239,7 @@ proptest! {
         // The centre lies abeam, at the radius v/ω.
         let radius = forward / turn;
         let centre = pose * Point2::new(0.0, radius);
-        let off = (pose.position() + to_aim - centre).norm() - radius.abs();
+        let off = (pose.position() + to_aim - centre).length() - radius.abs();
         prop_assert!(off.abs() < 1e-6, "{off} m");
     }
 }

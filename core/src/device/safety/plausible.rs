@@ -13,6 +13,7 @@
 
 use std::time::Duration;
 
+use crate::geom::Length;
 use crate::robot::{Command, Odometry};
 use crate::wire::message::DisarmReason;
 
@@ -93,7 +94,7 @@ impl Plausible {
             return None;
         }
         self.window = None;
-        let speed = joined.motion.position().coords.norm() / seconds;
+        let speed = joined.motion.position().coords.length() / seconds;
         let turn = joined.motion.heading().abs() / seconds;
         self.judge(now, speed < STANDING.0 && turn < STANDING.1)
     }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::estimation::Drive;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::points::fixture::normal;
 use crate::points::{Growth, SigmaBin, estimate_sigma};
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackWear, Tracks};
@@ -89,7 +89,7 @@ fn settings_of_a_drive_turn_what_was_counted_into_what_was_driven() {
         raw = raw * reading.motion;
         corrected = corrected * fitted.corrected(&reading, model.track_width).motion;
     }
-    let off = |pose: &Pose2| (pose.position() - truth.position()).norm();
+    let off = |pose: &Pose2| (pose.position() - truth.position()).length();
     assert!(off(&raw) > 0.3, "{}", off(&raw));
     assert!(off(&corrected) < 0.01, "{}", off(&corrected));
     // The simulated robot becomes the twin of this one.

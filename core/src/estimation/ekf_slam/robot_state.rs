@@ -174,6 +174,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geom::Length;
     use crate::geom::wrap;
     use crate::robot::{Stamp, Tracks};
 
@@ -210,7 +211,7 @@ mod tests {
             let step = reading(read.motion(b));
             corrected = Step::new(&corrected, &errors, &step, Point2::origin()).pose;
         }
-        let way_off = (truth.position() - corrected.position()).norm();
+        let way_off = (truth.position() - corrected.position()).length();
         // Of 6 m and several turns; what is left is that unequal tracks also go a little further in
         // a turn.
         assert!(way_off < 3e-3, "{way_off}");

@@ -8,7 +8,7 @@ use super::super::line_model::{Linearisation, observe};
 use super::{Considered, EkfSlam, Gate, ROBOT};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine, gap};
 use crate::features::LineFeature;
-use crate::geom::{Pose2, sin_cos, wrap};
+use crate::geom::{Length, Pose2, sin_cos, wrap};
 
 /// What is expected of one landmark, with the Jacobians that led to it.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ impl EkfSlam {
             .ends
             .iter()
             .flat_map(|known| seen.ends.iter().map(move |end| (known, end)));
-        let nearest = pairs.min_by(|a, b| (a.0 - a.1).norm().total_cmp(&(b.0 - b.1).norm()));
+        let nearest = pairs.min_by(|a, b| (a.0 - a.1).length().total_cmp(&(b.0 - b.1).length()));
         let Some((known, end)) = nearest else {
             return false;
         };

@@ -40,7 +40,7 @@ use self::resampling::{effective_number, normalised, systematic};
 use super::free_space::FreeSpace;
 use super::particles::{Localisation, Particle, PoseQuality, covariance_about, hypotheses};
 use super::{KldConfig, ScanMatcher, ScanMatcherConfig};
-use crate::geom::{Pose2, PoseEstimate, pose_cov, symmetrize};
+use crate::geom::{Length, Pose2, PoseEstimate, pose_cov, symmetrize};
 use crate::map::{Evidence, Grid, GridConfig, SurfelTiles};
 use crate::points::{OrientedPoint, Points, oriented_points};
 use crate::robot::{Odometry, Stamp};
@@ -193,7 +193,7 @@ impl GridParticles {
     }
 
     fn is_far(&self, moved: &Pose2) -> bool {
-        moved.position().coords.norm() >= self.config.way
+        moved.position().coords.length() >= self.config.way
             || moved.heading().abs() >= self.config.turn
     }
 
@@ -201,7 +201,7 @@ impl GridParticles {
     fn motion_cov(&self, moved: &Pose2) -> Matrix3<f64> {
         let [along, of_turn, bend] = self.config.motion_noise;
         let [least, least_turn] = self.config.least_noise;
-        let gone = moved.position().coords.norm();
+        let gone = moved.position().coords.length();
         let turned = libm::hypot(of_turn * moved.heading(), bend * gone);
         pose_cov(least + along * gone, least_turn + turned)
     }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::proposal::{Likelihood, moments};
 use super::*;
-use crate::geom::{Segment, wrap};
+use crate::geom::{Length, Segment, wrap};
 use crate::points::fixture::look_along;
 use crate::registration::Prior;
 
@@ -89,14 +89,14 @@ fn a_way_round_a_block_is_known_where_odometry_is_lost() {
     let (truth, odometry, _) = drive_round(&mut filter);
     let end = truth[truth.len() - 1];
     assert!(
-        (odometry.position() - end.position()).norm() > 1.0,
+        (odometry.position() - end.position()).length() > 1.0,
         "{odometry:?}"
     );
     let trajectory = filter.trajectory();
     assert_eq!(trajectory.len(), truth.len());
     for (index, ((stamp, pose), truth)) in trajectory.iter().zip(&truth).enumerate() {
         assert_eq!(*stamp, Stamp(200_000 * index as u64));
-        let off = (pose.position() - truth.position()).norm();
+        let off = (pose.position() - truth.position()).length();
         let turned = wrap(pose.heading() - truth.heading()).abs();
         assert!(
             off < 0.14 && turned < 0.04,
@@ -104,7 +104,10 @@ fn a_way_round_a_block_is_known_where_odometry_is_lost() {
         );
     }
     let off = filter.estimate().pose.minus(&end);
-    assert!(off.xy().norm() < 0.12 && wrap(off.z).abs() < 0.04, "{off}");
+    assert!(
+        off.xy().length() < 0.12 && wrap(off.z).abs() < 0.04,
+        "{off}"
+    );
     // What it does not know it says: not less than a tenth of the error.
     let sigma = filter.estimate().cov[(0, 0)].sqrt();
     assert!((0.002..0.3).contains(&sigma), "{sigma}");

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::{Placed, TORN_BEYOND, Witness};
 use crate::estimation::submap::{ClosedSubmap, Laid, REACH, Said};
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::SurfelConfig;
 use crate::registration::MatchConfig;
 
@@ -118,7 +118,7 @@ impl Pair {
             return Some(Witness {
                 submaps,
                 place,
-                off: Some(off.norm()),
+                off: Some(off.length()),
                 direction: Some(off),
                 is_proof: false,
             });
@@ -173,7 +173,7 @@ impl Together<'_> {
     fn is_near(&self) -> bool {
         let (this, other): (&ClosedSubmap, &ClosedSubmap) = (self.this.submap, self.other.submap);
         let apart = self.this_from_other() * other.centre - this.centre;
-        apart.norm() <= REACH * (this.radius + other.radius)
+        apart.length() <= REACH * (this.radius + other.radius)
     }
 
     fn said(&self) -> Said {
@@ -195,7 +195,7 @@ impl Together<'_> {
             let there = self.laid.says_of(other, &found);
             let place = there.middle_of_right()?;
             let off = place - pose * found.inverse() * place;
-            if off.norm() <= TORN_BEYOND || !is_better(&there, said) {
+            if off.length() <= TORN_BEYOND || !is_better(&there, said) {
                 return None;
             }
             let map_from_this = &self.this.map_from_submap;

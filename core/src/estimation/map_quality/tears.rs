@@ -7,6 +7,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{Placed, TORN_BEYOND, Tear, TearKind};
+use crate::geom::Length;
 use crate::robot::Stamp;
 
 /// Witnesses within this distance speak of one tear, m: about a room.
@@ -33,10 +34,10 @@ impl Witness {
     /// Whether both speak of one tear. The older side may have moved, or the newer.
     fn says_the_same(&self, other: &Self) -> bool {
         let is_alike = match (self.direction, other.direction) {
-            (Some(a), Some(b)) => (a - b).norm().min((a + b).norm()) < TORN_BEYOND,
+            (Some(a), Some(b)) => (a - b).length().min((a + b).length()) < TORN_BEYOND,
             _ => true,
         };
-        is_alike && (self.place - other.place).norm() < ONE_PLACE
+        is_alike && (self.place - other.place).length() < ONE_PLACE
     }
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::*;
 use crate::estimation::free_space::FreeSpace;
+use crate::geom::Length;
 use crate::map::Surfel;
 
 /// A room of 6 m x 4 m with a door in its upper wall; a niche tells its sides apart.
@@ -33,7 +34,7 @@ fn seen(walls: &[[f64; 4]], room_from_submap: &Pose2) -> ClosedSubmap {
     for &[ax, ay, bx, by] in walls {
         let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
         let along = (b - a).normalize();
-        let steps = ((b - a).norm() / 0.05) as u32;
+        let steps = ((b - a).length() / 0.05) as u32;
         for step in 0..steps {
             let position = a + along * (0.05 * f64::from(step));
             surfels.push(Surfel {
@@ -119,7 +120,7 @@ fn walls_that_stand_twice_are_a_tear_as_wide_as_they_are_apart() {
         assert_eq!(tear.kind, TearKind::Doubled);
         let off = tear.off.unwrap();
         assert!((off - libm::hypot(x, y)).abs() < 0.1, "{off} {x} {y}");
-        assert!(tear.place.coords.norm() < 1.5, "{:?}", tear.place);
+        assert!(tear.place.coords.length() < 1.5, "{:?}", tear.place);
         // The first two submaps were seen in the first two minutes.
         let [earlier, later] = [tear.earlier, tear.later].map(|[from, _]| from.seconds());
         assert!(earlier < 120.0 && later >= 120.0, "{earlier} {later}");
@@ -136,7 +137,7 @@ fn one_room_in_another_contradicts_it() {
     assert_eq!(quality.verdict, MapVerdict::Torn);
     let tear = &quality.tears[0];
     assert_eq!((tear.kind, tear.off), (TearKind::Contradicted, None));
-    assert!(tear.place.coords.norm() < 3.0, "{:?}", tear.place);
+    assert!(tear.place.coords.length() < 3.0, "{:?}", tear.place);
 }
 
 #[test]
@@ -194,7 +195,7 @@ fn scans_that_lie_in_two_places_tear_a_map_that_agrees_with_itself() {
     assert_eq!(torn.verdict, MapVerdict::Torn);
     let tear = &torn.tears[0];
     assert_eq!((tear.kind, tear.off), (TearKind::Doubled, Some(0.4)));
-    assert!((tear.place - Point2::new(30.0, 0.0)).norm() < 1e-9);
+    assert!((tear.place - Point2::new(30.0, 0.0)).length() < 1e-9);
     // A turn alone may have been mended at once.
     let turned = of(&[parted(1, 0.1, 0.2)]);
     assert_eq!(turned.verdict, MapVerdict::Good, "{:?}", turned.tears);

@@ -1,7 +1,7 @@
 //! What the tracks counted between the scans of a drive.
 
 use crate::estimation::odometry_fit::OdometryFitError;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::robot::Odometry;
 
 /// Motions are put together up to this way, m, and turn, rad: less than what makes an arc another
@@ -130,7 +130,7 @@ impl Drive {
 
 impl DriveExtent {
     fn take(&mut self, motion: &Pose2) {
-        self.way += motion.position().coords.norm();
+        self.way += motion.position().coords.length();
         let turn = motion.heading();
         if turn > 0.0 {
             self.left += turn;
@@ -146,7 +146,7 @@ impl DriveExtent {
 }
 
 fn is_small(motion: &Pose2) -> bool {
-    motion.position().coords.norm() <= STEP[0] && motion.heading().abs() <= STEP[1]
+    motion.position().coords.length() <= STEP[0] && motion.heading().abs() <= STEP[1]
 }
 
 #[cfg(test)]

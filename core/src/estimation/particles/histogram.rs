@@ -21,7 +21,7 @@ use super::wall_map::WallMap;
 use super::{MonteCarloConfig, Particle};
 use crate::bounds::config;
 use crate::estimation::EkfError;
-use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, wrap};
+use crate::geom::{Length, Pose2, PoseEstimate, Segment, pose_cov, wrap};
 use crate::points::Points;
 use crate::robot::Odometry;
 
@@ -142,7 +142,7 @@ impl HistogramLocaliser {
     pub fn update(&mut self, points: &Points) -> bool {
         let [way, turn] = self.cells.after;
         let moved = &self.moved.pose;
-        let has_moved = moved.position().coords.norm() >= way || moved.heading().abs() >= turn;
+        let has_moved = moved.position().coords.length() >= way || moved.heading().abs() >= turn;
         if self.is_begun && !has_moved {
             return false;
         }

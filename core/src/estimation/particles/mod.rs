@@ -41,7 +41,7 @@ use self::sampling::draw;
 pub use self::sampling::{Bin, KldConfig};
 use self::wall_map::{Place, Places, WallMap};
 use super::EkfError;
-use crate::geom::{Pose2, PoseEstimate, Segment, pose_cov, symmetrize, wrap};
+use crate::geom::{Length, Pose2, PoseEstimate, Segment, pose_cov, symmetrize, wrap};
 use crate::points::Points;
 use crate::robot::Odometry;
 
@@ -180,7 +180,7 @@ impl MonteCarlo {
     /// Step 1, put off until there is a scan: takes the motion since the last call.
     pub fn predict(&mut self, odometry: &Odometry) {
         self.recent.predict(odometry);
-        self.unsearched += odometry.motion.position().coords.norm();
+        self.unsearched += odometry.motion.position().coords.length();
         self.moved = odometry.after(&self.moved);
         self.reckoned = self.reckoned * odometry.motion;
     }
@@ -228,7 +228,7 @@ impl MonteCarlo {
     fn unfound(&self) -> PoseEstimate {
         let (low, high) = self.map.extent();
         let cov = match self.particles.is_empty() {
-            true => pose_cov((high - low).norm() / 2.0, std::f64::consts::PI),
+            true => pose_cov((high - low).length() / 2.0, std::f64::consts::PI),
             false => covariance_about(
                 &(self.reckoned * self.moved.pose.inverse()),
                 &self.particles,
@@ -273,7 +273,7 @@ impl MonteCarlo {
     fn has_moved(&self) -> bool {
         let [way, turn] = self.config.weighed_after;
         let moved = &self.moved.pose;
-        moved.position().coords.norm() >= way || moved.heading().abs() >= turn
+        moved.position().coords.length() >= way || moved.heading().abs() >= turn
     }
 
     /// What is seen from where the robot is believed to be: does it still stand in the map? A robot
@@ -315,7 +315,7 @@ impl MonteCarlo {
     fn move_particles(&mut self) {
         let [way, turn, bend] = self.config.odometry_noise;
         let moved = self.moved.pose;
-        let gone = moved.position().coords.norm();
+        let gone = moved.position().coords.length();
         let turned = libm::hypot(turn * moved.heading(), bend * gone);
         let cov = self.moved.cov + pose_cov(way * gone + 1e-3, turned + 1e-3);
         let motion = Gaussian::new(moved, &cov);
@@ -406,7 +406,7 @@ impl MonteCarlo {
         let modes = &self.config.modes;
         let is_near = |place: &&Place| {
             let off = place.pose.minus(&first.estimate.pose);
-            off.xy().norm() < modes.apart && wrap(off.z).abs() < modes.apart_turn
+            off.xy().length() < modes.apart && wrap(off.z).abs() < modes.apart_turn
         };
         let (near, apart): (Vec<&Place>, Vec<&Place>) = places.found.iter().partition(is_near);
         let most = |of: fn(&Place) -> f64, places: &[&Place]| {

@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use nalgebra::{Matrix3, Point2};
 
 use crate::bounds::config;
-use crate::geom::{Pose2, PoseEstimate, pose_cov};
+use crate::geom::{Length, Pose2, PoseEstimate, pose_cov};
 use crate::map::{SurfelConfig, SurfelMap};
 use crate::points::{OrientedPoint, Points, oriented_points};
 use crate::registration::{LocateConfig, Prior, Registration, Verdict, locate};
@@ -134,7 +134,7 @@ impl Recent {
 
     pub(super) fn predict(&mut self, odometry: &Odometry) {
         self.moved = odometry.after(&self.moved);
-        self.gone[0] += odometry.motion.position().coords.norm();
+        self.gone[0] += odometry.motion.position().coords.length();
         self.gone[1] += odometry.motion.heading().abs();
     }
 
@@ -337,7 +337,7 @@ mod tests {
             recent.predict(&moved(counted, 0.02));
             recent.push(&seen_from(&pose));
             let off = begin.delta_to(&pose).delta_to(&recent.matched());
-            assert!(off.position().coords.norm() < 0.02, "{scan}: {off:?}");
+            assert!(off.position().coords.length() < 0.02, "{scan}: {off:?}");
             assert!(off.heading().abs() < 0.02, "{scan}: {off:?}");
         }
     }

@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Point2};
 
 use super::*;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::points::fixture::look_along;
 use crate::robot::Stamp;
 
@@ -68,7 +68,7 @@ fn drive(
 
 fn off(estimate: &PoseEstimate, truth: &Pose2) -> [f64; 2] {
     let off = estimate.pose.minus(truth);
-    [off.xy().norm(), wrap(off.z).abs()]
+    [off.xy().length(), wrap(off.z).abs()]
 }
 
 fn is_sure(localiser: &MonteCarlo) -> bool {

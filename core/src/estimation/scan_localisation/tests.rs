@@ -4,7 +4,7 @@ use nalgebra::{Matrix5, SMatrix, Vector2, Vector5};
 
 use super::*;
 use crate::estimation::OdometryErrors;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::robot::{Odometry, Stamp};
 
 /// Faces of a room of 6 x 4 m and of a pillar in it: the free side lies to the left.
@@ -53,7 +53,7 @@ fn begun_at(start: Pose2, sigmas: [f64; 3]) -> (ScanLocaliser, RobotState) {
 
 fn off(state: &RobotState, truth: &Pose2) -> [f64; 2] {
     let d = truth.delta_to(&state.pose);
-    [d.position().coords.norm(), d.heading().abs()]
+    [d.position().coords.length(), d.heading().abs()]
 }
 
 #[test]

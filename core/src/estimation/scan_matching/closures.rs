@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 
 use super::super::submap::{Closure, Doubt};
 use super::records::{ClosureFate, Delay, RecordId, Records, Refusal};
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::snapshot::snapshot;
 
 /// A placement of one submap in another.
@@ -234,7 +234,7 @@ impl Waiting {
             + new_doubt.turn * new_doubt.turn
             + 2.0 * PLACED_TURN * PLACED_TURN)
             .sqrt();
-        let lever = new_from_other.position().coords.norm();
+        let lever = new_from_other.position().coords.length();
         let shift = (variance
             + 2.0 * PLACED_SHIFT * PLACED_SHIFT
             + lever * lever * (PLACED_TURN * PLACED_TURN))
@@ -242,7 +242,7 @@ impl Waiting {
         let by_a = a.closure.motion * new_from_other;
         let by_b = old_from_other * b.closure.motion;
         let off = by_a.delta_to(&by_b);
-        let (far, about) = (off.position().coords.norm(), off.heading().abs());
+        let (far, about) = (off.position().coords.length(), off.heading().abs());
         if far > 3.0 * shift || about > 3.0 * turn {
             Relation::Contradict
         } else if far < AGREES_SHIFT && about < AGREES_TURN {

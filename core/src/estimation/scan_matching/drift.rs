@@ -26,7 +26,7 @@ use super::super::pose_graph::Edge;
 use super::super::submap::Doubt;
 use super::closures::{Candidate, FREEDOM, Ways};
 use super::{ScanMatcher, carried};
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::snapshot::snapshot;
 
 /// What the figures of the configuration are worth, in degrees of freedom.
@@ -214,7 +214,7 @@ impl ScanMatcher {
         }
         let config = &self.config.closure;
         // Errors of the way add up where a submap errs as the one before it did.
-        let way = config.drift * edge.motion.position().coords.norm();
+        let way = config.drift * edge.motion.position().coords.length();
         [way * way, config.drift_turn * config.drift_turn]
     }
 

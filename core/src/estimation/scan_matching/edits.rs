@@ -14,7 +14,7 @@
 use nalgebra::Point2;
 
 use super::{ScanMatcher, Submap};
-use crate::geom::ring_holds;
+use crate::geom::{Length, ring_holds};
 use crate::map::Grid;
 use crate::snapshot::{snapshot, snapshot_names};
 
@@ -156,7 +156,7 @@ impl ScanMatcher {
         let first = self.unplaced.as_ref().map_or(0, |piece| piece.first);
         let far = |at: &usize| {
             let submap = &self.submaps[*at];
-            (submap.drawn_at * submap.closed.centre - place).norm()
+            (submap.drawn_at * submap.closed.centre - place).length()
         };
         (first..self.submaps.len())
             .min_by(|a, b| far(a).total_cmp(&far(b)))

@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 use nalgebra::Point2;
 
 use super::seen::Seen;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::points::Points;
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
@@ -80,7 +80,7 @@ impl Gathering {
     /// Takes a scan and the motion since the one before.
     pub(super) fn push(&mut self, points: &Points, sigmas: &[f64], moved: Option<Odometry>) {
         if let Some(moved) = moved {
-            self.way += moved.motion.position().coords.norm();
+            self.way += moved.motion.position().coords.length();
             self.turn += moved.motion.heading().abs();
             self.moved = Some(match self.moved {
                 Some(so_far) => so_far.then(&moved),
@@ -90,7 +90,7 @@ impl Gathering {
         let here = self.here();
         let is_still = self.last.is_some_and(|last| {
             let off = last.delta_to(&here);
-            off.position().coords.norm() < STILL && off.heading().abs() < STILL_TURN
+            off.position().coords.length() < STILL && off.heading().abs() < STILL_TURN
         });
         if !is_still {
             self.last = Some(here);

@@ -9,7 +9,7 @@ use super::super::submap::ClosedSubmap;
 use super::seen::Seen;
 use super::tracking::Tracked;
 use super::{Recent, ScanMatcher, Submap};
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
 use crate::registration::Verdict;
@@ -53,7 +53,7 @@ impl ScanMatcher {
 
     /// Whether a motion is no longer than so many distances and turns of keyframes.
     pub(super) fn is_within(&self, motion: &Pose2, [distances, turns]: [f64; 2]) -> bool {
-        motion.position().coords.norm() <= distances * self.config.keyframe_distance
+        motion.position().coords.length() <= distances * self.config.keyframe_distance
             && motion.heading().abs() <= turns * self.config.keyframe_turn
     }
 
@@ -127,7 +127,7 @@ impl ScanMatcher {
 
     fn is_submap_full(&self) -> bool {
         let own = self.submaps.last().map_or(0, |s| s.own_keyframes);
-        let way = self.local.pose.position().coords.norm();
+        let way = self.local.pose.position().coords.length();
         own >= self.config.submap_keyframes || (own > 0 && way > self.config.submap_reach)
     }
 
@@ -138,7 +138,7 @@ impl ScanMatcher {
             return false;
         };
         let way = first.submap_from_robot.delta_to(&self.local.pose);
-        let is_far = way.position().coords.norm() > self.config.submap_reach;
+        let is_far = way.position().coords.length() > self.config.submap_reach;
         let kept = self.recent.len();
         kept > self.config.overlap_keyframes || (kept > 2 && is_far)
     }

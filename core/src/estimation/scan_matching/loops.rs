@@ -14,7 +14,7 @@ use super::drift::KnownWays;
 use super::records::{ClosureFate, Delay, RecordId};
 use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
-use crate::geom::{Pose2, pose_cov};
+use crate::geom::{Length, Pose2, pose_cov};
 
 /// After one optimisation, so often at most closures are taken out.
 const MOST_REVOCATIONS: usize = 8;
@@ -54,7 +54,7 @@ impl ScanMatcher {
             .enumerate()
             .take(new)
             .filter_map(|(old, (submap, doubt))| {
-                let distance = (submap.map_from_submap * submap.closed.centre - centre).norm();
+                let distance = (submap.map_from_submap * submap.closed.centre - centre).length();
                 let reach = submap.closed.radius.max(this.closed.radius)
                     + self.config.closure.window(doubt).shift;
                 let compared = self.compared.get(&(old, new)).copied();
@@ -71,7 +71,7 @@ impl ScanMatcher {
             let middle = |i: usize| self.submaps[i].map_from_submap * self.submaps[i].closed.centre;
             let is_covered = |&other: &usize| {
                 doubts[other].shift > self.config.closure.wide
-                    && (middle(other) - middle(old)).norm() < self.config.closure.apart
+                    && (middle(other) - middle(old)).length() < self.config.closure.apart
             };
             if is_wide && chosen.iter().any(is_covered) {
                 continue;

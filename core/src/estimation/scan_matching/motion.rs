@@ -21,7 +21,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Rotation2, Vector3, Vector4};
 
-use crate::geom::{Pose2, symmetrize, wrap};
+use crate::geom::{Length, Pose2, symmetrize, wrap};
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
 
@@ -178,7 +178,7 @@ impl OdometryModel {
         let [shift, angle] = self.noise;
         let scale = Matrix3::from_diagonal(&Vector3::new(shift.sqrt(), shift.sqrt(), angle.sqrt()));
         let mut cov = scale * odometry.cov * scale;
-        let squares = raw.position().coords.norm() * BIAS_LENGTH;
+        let squares = raw.position().coords.length() * BIAS_LENGTH;
         let turns = raw.heading() * raw.heading();
         let known = |bias: usize| self.cov[(bias, bias)];
         cov[(0, 0)] += known(WAY) * squares;
@@ -377,7 +377,7 @@ mod tests {
             let off = model.unbiased(&raw).delta_to(&driven(bias, way, turn));
             // Of second order in bias and turn.
             assert!(
-                off.position().coords.norm() < 3e-3 * f64::abs(way),
+                off.position().coords.length() < 3e-3 * f64::abs(way),
                 "{off:?}"
             );
             assert!(off.heading().abs() < 1e-3, "{off:?}");

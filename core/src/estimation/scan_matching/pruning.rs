@@ -25,7 +25,7 @@ use nalgebra::Matrix3;
 use super::super::free_space::FreeSpace;
 use super::super::pose_graph::Edge;
 use super::{ScanMatcher, Submap};
-use crate::geom::{Pose2, symmetrize};
+use crate::geom::{Length, Pose2, symmetrize};
 
 /// What was taken out of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl ScanMatcher {
         let newer = self.submaps.iter().zip(kept).skip(submap + 1);
         let near: Vec<(Pose2, &FreeSpace)> = newer
             .filter(|(other, kept)| {
-                let far = (other.map_from_submap * other.closed.centre - middle).norm();
+                let far = (other.map_from_submap * other.closed.centre - middle).length();
                 let reach = 2.0 * (other.closed.radius + this.closed.radius);
                 **kept && far < reach
             })

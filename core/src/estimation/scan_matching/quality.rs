@@ -6,6 +6,7 @@
 
 use super::ScanMatcher;
 use crate::estimation::map_quality::{MapJudgement, MapQuality, Parted, Placed, Untied};
+use crate::geom::Length;
 use crate::robot::Stamp;
 
 /// A submap whose way to the next is known worse than this, m, was left by a robot that was lost.
@@ -91,7 +92,7 @@ impl ScanMatcher {
             let off = edge.motion.delta_to(&present);
             shares_scans.then(|| Parted {
                 earlier: edge.from,
-                shift: off.position().coords.norm(),
+                shift: off.position().coords.length(),
                 turn: off.heading().abs(),
             })
         });

@@ -29,7 +29,7 @@ use super::super::pose_graph::{Edge, PoseGraph, information_at_end};
 use super::super::submap::Indexed;
 use super::tracking::is_sure;
 use super::{ScanMatcher, TrackPoint};
-use crate::geom::{Pose2, pose_cov};
+use crate::geom::{Length, Pose2, pose_cov};
 use crate::points::OrientedPoint;
 use crate::registration::{Prior, Registration, Verdict, register};
 use crate::snapshot::snapshot;
@@ -261,7 +261,7 @@ impl ScanMatcher {
             let off = moved
                 .position()
                 .coords
-                .norm()
+                .length()
                 .max(moved.heading().abs() / turn);
             self.moved_within = self.moved_within.max(off);
             keyframe.submap_from_robot = *pose;

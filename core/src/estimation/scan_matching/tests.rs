@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use self::course::{LAP, drive, drive_along, points_of, ring, scan_at, update};
 use super::*;
-use crate::geom::{Segment, unit_vector, wrap};
+use crate::geom::{Length, Segment, unit_vector, wrap};
 use crate::map::CellState;
 use crate::points::fixture::{normal, range_to};
 use crate::points::{MotionHistory, PointConfig};
@@ -61,7 +61,7 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
     for seed in 0..3 {
         let (truth, odometry, matcher) = run(ScanMatcherConfig::default(), seed);
         let last = truth.last().unwrap();
-        let odometry_error = (odometry.position() - last.position()).norm();
+        let odometry_error = (odometry.position() - last.position()).length();
         assert!(
             odometry_error > 0.5,
             "the test is too easy: {odometry_error}"
@@ -70,7 +70,7 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
         assert_eq!(poses.len(), truth.len());
         for (found, truth) in poses.iter().zip(&truth) {
             assert!(
-                (found.position() - truth.position()).norm() < 0.12,
+                (found.position() - truth.position()).length() < 0.12,
                 "{found:?} {truth:?}"
             );
             assert!(wrap(found.heading() - truth.heading()).abs() < 0.03);
@@ -101,7 +101,7 @@ fn where_scans_are_a_metre_apart_submaps_end_sooner() {
     }
     matcher.finish();
     for (_, submap, submap_from_robot) in matcher.scans_in_submaps() {
-        let way = submap_from_robot.position().coords.norm();
+        let way = submap_from_robot.position().coords.length();
         // The scan that is too far begins the next.
         assert!(way < config.submap_reach + 1.1, "{submap}: {way}");
     }
@@ -111,7 +111,7 @@ fn where_scans_are_a_metre_apart_submaps_end_sooner() {
     assert!(matcher.loop_closures() > 0);
     for ((_, found), truth) in matcher.trajectory().zip(&truth) {
         let off = found.minus(truth);
-        assert!(off.xy().norm() < 0.15, "{off}");
+        assert!(off.xy().length() < 0.15, "{off}");
     }
     // What a submap takes over may be of the two before it. None of them saw through walls.
     for submap in &matcher.submaps {
@@ -158,7 +158,7 @@ fn each_closure_in_the_graph_has_its_record_and_each_submap_its_surfaces() {
 fn worst(truth: &[Pose2], matcher: &ScanMatcher) -> [f64; 2] {
     let errors = matcher.trajectory().zip(truth).map(|((_, found), truth)| {
         let off = found.minus(truth);
-        [off.xy().norm(), off.z.abs()]
+        [off.xy().length(), off.z.abs()]
     });
     errors.fold([0.0; 2], |w, e| [w[0].max(e[0]), w[1].max(e[1])])
 }
@@ -188,7 +188,7 @@ fn eleven_beams_of_five_metres_are_gathered_until_they_show_walls() {
     for seed in 0..2 {
         let heard = |_: usize, measured| Some(measured);
         let (truth, odometry, matcher) = run_seeing(ScanMatcherConfig::default(), seed, heard, few);
-        let odometry_error = (odometry.position() - truth.last().unwrap().position()).norm();
+        let odometry_error = (odometry.position() - truth.last().unwrap().position()).length();
         assert_eq!(matcher.trajectory().count(), truth.len());
         let stamps: Vec<Stamp> = matcher.trajectory().map(|(stamp, _)| stamp).collect();
         assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
@@ -360,7 +360,7 @@ fn scans_without_a_return_leave_odometry_to_itself_and_its_doubts_grow() {
             &points_of(&scan_at(&[], &Pose2::identity(), stamp, &mut rng)),
         );
         let estimate = matcher.estimate();
-        assert!((estimate.pose.position() - driven.motion.position()).norm() < 1e-9);
+        assert!((estimate.pose.position() - driven.motion.position()).length() < 1e-9);
         // Nothing says how this robot's odometry errs: by more than it claims, and all of the way
         // to the same side.
         let way = 0.1 * f64::from(u32::try_from(i).unwrap() + 1);
@@ -483,8 +483,8 @@ fn surfaces_of_standing(scans: u64, sweep: f64) -> (f64, usize) {
 #[test]
 fn sweeps_that_are_no_keyframes_sharpen_the_walls_and_add_none() {
     let (first, surfels) = surfaces_of_standing(1, 0.2);
-    // Thirty sightings of noise that is independent would leave 0.18 of that of one. Each is laid by
-    // a match of its own, though, and at corners surfaces lie askew in all of them alike.
+    // Thirty sightings of noise that is independent would leave 0.18 of that of one. Each is laid
+    // by a match of its own, though, and at corners surfaces lie askew in all of them alike.
     let (mean, of_many) = surfaces_of_standing(30, 0.2);
     assert_eq!(surfels, of_many);
     assert!(mean < 0.5 * first, "{mean} m after {first} m");

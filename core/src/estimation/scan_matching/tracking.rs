@@ -21,7 +21,7 @@ use super::ScanMatcher;
 use super::guesses::Guess;
 use super::keyframes::CLOSE;
 use super::seen::Seen;
-use crate::geom::{Pose2, PoseEstimate, pose_cov};
+use crate::geom::{Length, Pose2, PoseEstimate, pose_cov};
 use crate::points::OrientedPoint;
 use crate::registration::{
     MotionError, Registration, Rolling, SearchWindow, Verdict, register, register_rolling,
@@ -162,7 +162,7 @@ impl ScanMatcher {
             let misled = match is_elsewhere {
                 true => pose_cov(CARRIED_SHIFT, CARRIED_TURN),
                 false => {
-                    let way = step.position().coords.norm();
+                    let way = step.position().coords.length();
                     pose_cov(MISLED_SHIFT + MISLED_PART * way, MISLED_TURN)
                 }
             };
@@ -223,7 +223,7 @@ impl ScanMatcher {
         for guess in &guesses[1..] {
             let is_same = |start: &Pose2| {
                 let way = start.delta_to(&guess.pose);
-                way.position().coords.norm() < SAME_SHIFT && way.heading().abs() < SAME_TURN
+                way.position().coords.length() < SAME_SHIFT && way.heading().abs() < SAME_TURN
             };
             if !starts.iter().any(is_same) {
                 starts.push(guess.pose);
@@ -340,7 +340,7 @@ pub(super) fn is_sure(agreement: &Agreement) -> bool {
 /// Whether a motion that led to `pose` was right, where the match is `found`.
 fn is_right(pose: &Pose2, found: &Pose2) -> bool {
     let off = found.minus(pose);
-    off.xy().norm() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN
+    off.xy().length() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN
 }
 
 /// Scores all that were tried beside the first of them. A point says which of two poses is better
@@ -358,7 +358,7 @@ fn compare(surfaces: &[OrientedPoint], tried: &mut [Tried]) {
     let at = first.found.estimate.pose;
     for other in others {
         let way = other.found.estimate.pose.minus(&at);
-        let shift = way.xy().norm();
+        let shift = way.xy().length();
         let along = at.inverse().rotate(way.xy() / shift.max(1e-9));
         let is_turn = way.z.abs() > 2.0 * SAME_TURN || shift < SAME_SHIFT;
         let leaves = |point: &OrientedPoint| match is_turn {

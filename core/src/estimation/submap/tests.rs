@@ -2,7 +2,7 @@
 
 use super::index::Index;
 use super::*;
-use crate::geom::wrap;
+use crate::geom::{Length, wrap};
 
 /// Surfels every 5 cm along walls, normals to the left of each wall's direction, and beams to them
 /// from the middle.
@@ -11,7 +11,7 @@ fn submap(walls: &[[f64; 4]], middle: Point2<f64>) -> ClosedSubmap {
     for &[ax, ay, bx, by] in walls {
         let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
         let along = (b - a).normalize();
-        let steps = ((b - a).norm() / 0.05) as u32;
+        let steps = ((b - a).length() / 0.05) as u32;
         surfels.extend((0..steps).map(|i| Surfel {
             position: a + along * (0.05 * f64::from(i)),
             normal: nalgebra::Vector2::new(-along.y, along.x),
@@ -91,7 +91,7 @@ fn the_same_room_is_found_where_it_is_from_near_and_from_far() {
     ] {
         let found = find(&old, &new, &(truth * off), doubt).unwrap();
         let error = truth.delta_to(&found.motion);
-        assert!(error.position().coords.norm() < 0.01, "{error:?}");
+        assert!(error.position().coords.length() < 0.01, "{error:?}");
         assert!(wrap(error.heading()).abs() < 0.005, "{error:?}");
         // Never believed better than the configured figures.
         let cov = found.information.try_inverse().unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::estimation::Localisation;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::slam::Method;
 
 fn in_office(method: Method, anywhere: bool) -> Experiment {
@@ -21,7 +21,7 @@ fn is_sure(run: &Experiment) -> bool {
 
 fn error(run: &Experiment) -> f64 {
     let estimate = run.session().estimate().pose;
-    (estimate.position() - run.truth().position()).norm()
+    (estimate.position() - run.truth().position()).length()
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn what_is_carried_off_neither_counts_it_nor_stands_in_a_wall() {
     assert!(run.kidnap(Some(&Pose2::new(f64::NAN, 0.0, 0.0))).is_err());
     run.kidnap(None).unwrap();
     let after = run.sim().truth();
-    assert!((after.position() - before.position()).norm() > 0.1);
+    assert!((after.position() - before.position()).length() > 0.1);
     let room = run.sim().caster().clearance(after.position(), 1.0);
     assert!(room >= run.sim().robot().radius());
     assert_eq!(

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::features::{AcceptConfig, BadBeam, MergeConfig, fit_line};
+use crate::geom::Length;
 use crate::points::fixture::{hit, scan_of};
 use crate::points::{Beam, SpacingModel};
 
@@ -147,7 +148,7 @@ proptest! {
         for line in &lines {
             prop_assert!(line.cov.iter().all(|v| v.is_finite()) && line.cov.cholesky().is_some(), "{line:?}");
             prop_assert!(line.chi2.is_finite() && line.line.r() >= 0.0 && line.length().is_finite());
-            prop_assert!(line.by_heading.iter().all(|v| v.norm().is_finite()));
+            prop_assert!(line.by_heading.iter().all(|v| v.length().is_finite()));
         }
         if let Some(line) = fit_line(&points.beams, bearing_sigma) {
             prop_assert!(line.cov.iter().all(|v| v.is_finite()) && line.cov.cholesky().is_some(), "{line:?}");

@@ -320,6 +320,7 @@ mod tests {
     use super::*;
     use crate::features::columns::Noise;
     use crate::features::columns::tests::wall_in_noise;
+    use crate::geom::Length;
 
     proptest! {
         #[test]
@@ -339,7 +340,7 @@ mod tests {
             prop_assert_eq!(found.n_points, kept.len());
             let plain = scatter(&kept);
             let found_scatter = Matrix2::new(found.xx, found.xy, found.xy, found.yy);
-            prop_assert!((found_scatter - plain).norm() <= 1e-9 * plain.norm(), "{found_scatter} {plain}");
+            prop_assert!((found_scatter - plain).length() <= 1e-9 * plain.length(), "{found_scatter} {plain}");
             let Some(fit) = fit_columns(&columns, &piece) else {
                 return Ok(());
             };

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::{sin_cos, wrap};
+use crate::geom::{Length, sin_cos, wrap};
 use crate::points::fixture::{beam_along, normal};
 
 fn beam(bearing: f64, range: f64, sigma: f64) -> Beam {
@@ -69,7 +69,7 @@ fn line_behind_the_sensor_is_seen_from_the_other_side() {
             Beam {
                 origin_in_robot: origin,
                 end_in_robot: end,
-                range: (end - origin).norm(),
+                range: (end - origin).length(),
                 ..beam(0.0, 1.0, 0.001)
             }
         })
@@ -168,6 +168,6 @@ proptest! {
             }
         }
         let analytic = fit(99, 0.0, 0.0).cov;
-        prop_assert!((analytic - numeric).norm() < 1e-3 * numeric.norm(), "{analytic} {numeric}");
+        prop_assert!((analytic - numeric).length() < 1e-3 * numeric.length(), "{analytic} {numeric}");
     }
 }

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::format::floor_plan;
+use crate::geom::Length;
 
 fn drawing(body: &str) -> String {
     format!("<svg xmlns='http://www.w3.org/2000/svg' data-metres-per-unit='0.5'>\n{body}\n</svg>")
@@ -152,13 +153,13 @@ fn a_floor_plan_that_was_written_is_read_back() {
     let world = of_svg(text.as_bytes(), None, "plan").unwrap().world;
     for (wall, back) in walls.iter().zip(world.walls()) {
         assert!(
-            (wall.segment.a - back.segment.a).norm() < 1e-4
-                && (wall.segment.b - back.segment.b).norm() < 1e-4
+            (wall.segment.a - back.segment.a).length() < 1e-4
+                && (wall.segment.b - back.segment.b).length() < 1e-4
         );
     }
     assert_eq!(world.wall_count(), 8);
     let off = world.start.position() - Point2::new(1.25, 2.0);
-    assert!(off.norm() < 1e-3, "the robot begins where it did: {off}");
+    assert!(off.length() < 1e-3, "the robot begins where it did: {off}");
 }
 
 #[test]

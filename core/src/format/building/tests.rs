@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use super::*;
 use crate::format::map_server::NOTHING_KNOWN;
+use crate::geom::Length;
 use crate::sim::{Caster, worlds};
 
 /// A world as a map shows it: what is nearer to a wall than 0.7 cells is occupied, what is farther
@@ -102,7 +103,7 @@ fn the_robot_starts_at_the_origin_or_where_there_is_most_room() {
     let mut map = drawn(&truth, 0.05, Pose2::new(-0.1, -0.1, 0.0));
     // The map's frame begins in a corner of the small room, too near to the wall.
     let start = of_map(&map, "m").unwrap().world.start.position();
-    assert!((start - Point2::new(5.0, 2.0)).norm() < 0.1, "{start}");
+    assert!((start - Point2::new(5.0, 2.0)).length() < 0.1, "{start}");
     map.origin = Pose2::new(-1.0, -1.0, 0.0);
     assert_eq!(
         of_map(&map, "m").unwrap().world.start.position(),
@@ -115,7 +116,7 @@ fn the_robot_starts_at_the_origin_or_where_there_is_most_room() {
         }
     }
     let start = of_map(&map, "m").unwrap().world.start.position();
-    assert!((start - Point2::new(4.0, 1.0)).norm() < 0.2, "{start}");
+    assert!((start - Point2::new(4.0, 1.0)).length() < 0.2, "{start}");
 }
 
 #[test]

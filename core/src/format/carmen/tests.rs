@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::reader::MAX_LINE;
 use super::*;
+use crate::geom::Length;
 
 fn flaser(ranges: &[f64], pose: (f64, f64, f64), seconds: f64) -> String {
     let words: Vec<_> = ranges.iter().map(|r| format!("{r:.2}")).collect();
@@ -245,9 +246,9 @@ fn written_scans_are_read_back() {
         );
         assert!((back.fan.first - scan.fan.first).abs() < 1e-12);
         let off = back.odom_from_robot.delta_to(&scan.odom_from_robot);
-        assert!(off.position().coords.norm() < 1e-12 && off.heading().abs() < 1e-12);
+        assert!(off.position().coords.length() < 1e-12 && off.heading().abs() < 1e-12);
         let off = back.robot_from_sensor.delta_to(&scan.robot_from_sensor);
-        assert!(off.position().coords.norm() < 1e-12 && off.heading().abs() < 1e-12);
+        assert!(off.position().coords.length() < 1e-12 && off.heading().abs() < 1e-12);
     }
     let read = back.scan(&back.scans[0]);
     assert!(

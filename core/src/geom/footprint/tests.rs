@@ -1,6 +1,7 @@
 //! Touching and being near against sampled poses and points.
 
 use super::*;
+use crate::geom::Length;
 use proptest::prelude::*;
 
 fn robot() -> Footprint {
@@ -56,7 +57,7 @@ proptest! {
         let [on_robot, on_wall] = robot.nearest(&pose, &wall);
         let inverse = pose.inverse();
         prop_assert!(robot.distance(inverse * on_robot).abs() < 1e-9 && wall.distance(on_wall) < 1e-9);
-        let apart = (on_robot - on_wall).norm();
+        let apart = (on_robot - on_wall).length();
         let sampled = (0..=400).map(|i| inverse * (wall.a + wall.vector() * (f64::from(i) / 400.0)));
         // To a rectangle: what its half sides leave of the coordinates.
         let to_rectangle = |p: Point2<f64>| libm::hypot((p.x.abs() - 0.25).max(0.0), (p.y.abs() - 0.15).max(0.0));

@@ -1,6 +1,7 @@
 //! What ends a task, what a new connection keeps, and what a bridge may not say.
 
 use super::*;
+use crate::geom::Length;
 
 #[test]
 fn whatever_disarms_ends_the_errand_and_nothing_goes_on_by_itself() {
@@ -74,7 +75,7 @@ fn a_new_connection_goes_on_in_the_old_map_without_the_right_to_drive() {
         "{notes:?}"
     );
     let error = live.session().slam().estimate().pose.position() - truth(&bridge).position();
-    assert!(error.norm() < 0.05, "{} m off", error.norm());
+    assert!(error.length() < 0.05, "{} m off", error.length());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Driving to a goal and mapping on the way, live and from the recording of it.
 
 use super::*;
+use crate::geom::Length;
 use crate::settings::LogSettings;
 
 #[test]
@@ -8,13 +9,13 @@ fn a_robot_behind_a_bridge_is_driven_to_a_goal_and_mapped() {
     let goal = Point2::new(0.7, 0.0);
     let (bridge, live) = drive_to(goal, SensorModel::lidar());
     let truth = truth(&bridge);
-    let off = (truth.position() - goal).norm();
+    let off = (truth.position() - goal).length();
     assert!(
         off < 0.15,
         "stands {off} m from the goal: {}",
         live.session().pilot().status()
     );
-    let error = (live.session().slam().estimate().pose.position() - truth.position()).norm();
+    let error = (live.session().slam().estimate().pose.position() - truth.position()).length();
     assert!(error < 0.02, "estimate is {error} m off");
     assert!(live.session().scans() > 20 && live.session().slam().view().landmarks.len() >= 4);
     assert_eq!(live.dropped, 0);
@@ -56,7 +57,7 @@ fn a_robot_behind_a_bridge_finds_itself_in_a_prior_map_and_fits_another_building
     let fit = live.session().slam().view().prior_map_fit.unwrap();
     assert!(!fit.is_misfit() && fit.part() > Some(0.9), "{fit:?}");
     let error =
-        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
+        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).length();
     assert!(error < 0.02, "estimate is {error} m off");
     // The maze is another building.
     let (mut bridge, mut live) = (Bridge::new(SensorModel::lidar()), known_to("maze"));
@@ -74,7 +75,7 @@ fn a_lidar_behind_a_bridge_drives_by_the_cycle_when_asked_to() {
     let mut live = live();
     live.set_cycle(true);
     let (bridge, mut live) = drive(Bridge::new(SensorModel::lidar()), live, goal);
-    let off = (truth(&bridge).position() - goal).norm();
+    let off = (truth(&bridge).position() - goal).length();
     assert!(off < 0.15, "stands {off} m from the goal");
     let driven: Vec<&Command> = bridge
         .said
@@ -152,7 +153,7 @@ fn a_recording_without_the_robots_name_has_its_odometry_all_the_same() {
         ("pioneer", "pioneer")
     );
     let off =
-        (replay.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
+        (replay.session().slam().estimate().pose.position() - truth(&bridge).position()).length();
     assert!(off < 0.03, "{off} m");
 }
 
@@ -161,7 +162,7 @@ fn legs_turns_and_sweeps_of_the_cycle_are_waited_for() {
     let goal = Point2::new(0.8, 0.3);
     let (bridge, live) = drive_to(goal, SensorModel::rangers());
     let error =
-        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).norm();
+        (live.session().slam().estimate().pose.position() - truth(&bridge).position()).length();
     assert!(error < 0.10, "estimate is {error} m off");
     let drives: Vec<Command> = bridge
         .said

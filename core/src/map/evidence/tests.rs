@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::{CellIndex, CellState, Grid, GridConfig};
 use crate::points::fixture::{beam_along, normal, scan_of};
 
@@ -39,7 +39,7 @@ fn turned(point: &Point2<f64>, angle: f64) -> Point2<f64> {
 
 /// Whether something is drawn within so many metres of a place.
 fn is_hit(evidence: &Evidence, at: &Point2<f64>, within: f64) -> bool {
-    evidence.hits.iter().any(|hit| (hit - at).norm() < within)
+    evidence.hits.iter().any(|hit| (hit - at).length() < within)
 }
 
 #[test]
@@ -52,10 +52,10 @@ fn sure_beams_without_width_are_believed_to_their_end() {
     let (certain, naive) = (certain(&points, 0.0, &config), Evidence::of(&points));
     assert_eq!(certain.hits.len(), naive.hits.len());
     for (certain, naive) in certain.hits.iter().zip(&naive.hits) {
-        assert!((certain - naive).norm() < 1e-9);
+        assert!((certain - naive).length() < 1e-9);
     }
     for (certain, naive) in certain.free.iter().zip(&naive.free) {
-        assert!((certain[1] - naive[1]).norm() < 1e-9);
+        assert!((certain[1] - naive[1]).length() < 1e-9);
     }
 }
 
@@ -67,7 +67,7 @@ fn a_way_is_free_even_where_the_beam_is_off_by_its_width() {
         assert_eq!(evidence.free.len(), 360);
         let mut nearest = f64::INFINITY;
         for (beam, [_, end]) in points.beams.iter().zip(&evidence.free) {
-            assert!(end.coords.norm() <= beam.range + 1e-9);
+            assert!(end.coords.length() <= beam.range + 1e-9);
             for angle in [-2.0 * sigma, 2.0 * sigma] {
                 // Between two beams a degree apart the wall is known to a ten-thousandth of the
                 // range; the farthest beams end in the open.
@@ -117,7 +117,7 @@ fn a_wall_ahead_is_drawn_however_unsure_the_direction() {
     let points = points(|bearing| to_wall(3.0, bearing));
     let evidence = certain(&points, 0.02, &EvidenceConfig::default());
     let ahead = points.beams[90].end_in_robot;
-    assert!((ahead - Point2::new(0.0, 3.0)).norm() < 1e-9);
+    assert!((ahead - Point2::new(0.0, 3.0)).length() < 1e-9);
     assert!(is_hit(&evidence, &ahead, 1e-9));
     let [_, end] = evidence.free[90];
     assert!((end.y - 3.0).abs() < 0.01, "{end}");
@@ -164,7 +164,7 @@ fn beside_a_post_only_what_lies_before_it_is_surely_free() {
     let evidence = certain(&points, 0.02, &EvidenceConfig::default());
     let is_post = |i: usize| points.beams[i].range < 3.0;
     let edge = (0..360).rfind(|&i| is_post(i)).unwrap_or(0);
-    let length = |i: usize| evidence.free[i][1].coords.norm();
+    let length = |i: usize| evidence.free[i][1].coords.length();
     // 0.04 rad and a cell at 6 m are 2.8 degrees.
     for (beam, expect) in [(edge, 2.0), (edge + 2, 2.0), (edge + 4, 6.0)] {
         assert!(
@@ -250,13 +250,16 @@ fn a_sonar_clears_its_whole_cone_up_to_what_it_heard_and_no_farther() {
     for col in -50..60 {
         for row in -50..50 {
             let centre = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) * CELL;
-            let (r, angle) = (centre.coords.norm(), libm::atan2(centre.y, centre.x).abs());
+            let (r, angle) = (
+                centre.coords.length(),
+                libm::atan2(centre.y, centre.x).abs(),
+            );
             let known = grid.state(CellIndex { col, row }) != CellState::Unknown;
             let margin = 0.75 * CELL / r;
             if r < range - 2.0 * CELL && angle < half - margin && r > CELL {
                 assert!(known, "unknown at {centre}");
             }
-            let is_hit = (centre - evidence.hits[0]).norm() < CELL;
+            let is_hit = (centre - evidence.hits[0]).length() < CELL;
             if !is_hit && (r > range + 1e-9 || angle > half + margin) && r > 1.5 * CELL {
                 assert!(!known, "known at {centre}");
             }

@@ -6,7 +6,7 @@ use nalgebra::Point2;
 
 use super::free_cells::Way;
 use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex, Grid};
-use crate::geom::sides_of;
+use crate::geom::{Length, sides_of};
 use crate::points::WIDEST_GAP;
 
 /// Ways, and working memory that is kept between scans.
@@ -171,7 +171,7 @@ fn parity_up_to_each_bit(mut word: u64) -> u64 {
 /// Where a way stands back from the surface by a cell.
 fn end_of([start, end]: &Way) -> Point2<f64> {
     let way = end - start;
-    let cells = way.norm();
+    let cells = way.length();
     if cells > 1.0 {
         end - way / cells
     } else {

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::sin_cos;
+use crate::geom::{Length, sin_cos};
 
 type Cells = BTreeSet<(i32, i32)>;
 
@@ -107,7 +107,7 @@ proptest! {
         let ends = ends(start, first, step, &ranges);
         let corner = |end: &Point2<f64>| {
             let way = end - start;
-            start + way * ((way.norm() - 1.0) / way.norm()).max(0.0)
+            start + way * ((way.length() - 1.0) / way.length()).max(0.0)
         };
         let mut corners: Vec<_> = ends.windows(2).map(|pair| (corner(&pair[0]), corner(&pair[1]))).collect();
         let gap = std::f64::consts::TAU - 0.08 * (ends.len() - 1) as f64;
@@ -151,8 +151,8 @@ fn a_whole_round_leaves_no_wedge() {
     for col in -40..48 {
         for row in -40..48 {
             let off = Point2::new(f64::from(col) + 0.5, f64::from(row) + 0.5) - start;
-            let expected = off.norm() < 39.0;
-            if (off.norm() - 39.0).abs() > 0.01 {
+            let expected = off.length() < 39.0;
+            if (off.length() - 39.0).abs() > 0.01 {
                 assert_eq!(found.contains(&(col, row)), expected, "{col} {row}");
             }
         }

@@ -7,7 +7,7 @@ use nalgebra::Vector2;
 use super::flood::Basins;
 use super::floor::Floor;
 use super::{Door, NONE};
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::map::{CellState, cells_around, spread};
 
 /// Cells of two basins that touch: a door whose `regions` are the basins, ascending.
@@ -78,7 +78,7 @@ fn gap(floor: &Floor, basins: [usize; 2], cells: &[usize]) -> Option<Gap> {
         counting.min_by(|&a, &b| off(a).norm_squared().total_cmp(&off(b).norm_squared()))
     };
     let one = nearest(&near, &|_| true)?;
-    let is_across = |by: Vector2<f64>| by.dot(&off(one)) < ACROSS * by.norm() * off(one).norm();
+    let is_across = |by: Vector2<f64>| by.dot(&off(one)) < ACROSS * by.length() * off(one).length();
     let other = nearest(&near, &is_across);
     let is_seen = |post| is_wall_near(floor, post);
     let ends = [

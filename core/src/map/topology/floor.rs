@@ -6,6 +6,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::TopologyConfig;
+use crate::geom::Length;
 use crate::map::{CellRect, CellState, DistanceField, spread, without_stripes};
 
 /// A raster with a rim of one cell, so that every cell within has eight neighbours.
@@ -132,5 +133,5 @@ fn is_within<C: ExactSizeIterator<Item = usize>>(
     }
     let places = || cells().map(|cell| Vector2::new((cell % width) as f64, (cell / width) as f64));
     let middle = places().sum::<Vector2<f64>>() / count.max(1.0);
-    places().all(|place| (place - middle).norm() <= reach)
+    places().all(|place| (place - middle).length() <= reach)
 }

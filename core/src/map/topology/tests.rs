@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::{sides_of, sin_cos};
+use crate::geom::{Length, sides_of, sin_cos};
 
 const CELL: f64 = 0.05;
 /// Thickness of the walls around what is free, m.
@@ -130,7 +130,7 @@ proptest! {
         let door = found.doors()[0];
         prop_assert!((door.width - width).abs() < 2.0 * CELL, "{} against {width}", door.width);
         let true_centre = turned(Point2::new(4.075, from + 0.5 * width), turn);
-        prop_assert!((door.centre - true_centre).norm() < 5.0 * CELL, "{}", door.centre);
+        prop_assert!((door.centre - true_centre).length() < 5.0 * CELL, "{}", door.centre);
         prop_assert!(door.is_framed);
     }
 

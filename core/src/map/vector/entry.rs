@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Point2, RowVector2, Vector2};
 
 use super::cover::Cover;
 use super::{BEYOND, GAP, GATE, LEAST_LENGTH, MOST_OFFSET, Sighting, THICKNESS, Wall};
-use crate::geom::{Segment, sin_cos, symmetrize, wrap};
+use crate::geom::{Length, Segment, sin_cos, symmetrize, wrap};
 
 /// What a sighting errs beyond its own covariance, for the pose errs too: rad and m.
 const LEAST_SIGMA: [f64; 2] = [0.004, 0.005];
@@ -219,7 +219,7 @@ impl Entry {
         let (tangent, normal) = self.axes();
         let crossing = |&[from, to]: &[Point2<f64>; 2]| {
             let way = to - from;
-            let length = way.norm();
+            let length = way.length();
             let across = way.dot(&normal);
             if across.abs() < LEAST_CROSSING * length || length <= 0.0 {
                 return None;

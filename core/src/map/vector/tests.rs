@@ -2,6 +2,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::geom::Length;
 
 fn point(x: f64, y: f64) -> Point2<f64> {
     Point2::new(x, y)
@@ -227,10 +228,11 @@ fn after_a_thousand_laps_there_are_as_many_walls_as_in_the_room() {
             .map(|wall| {
                 let (sigma_direction, sigma_across) = (0.01, 0.008);
                 let along = wall.vector();
-                let normal_of = nalgebra::Vector2::new(-along.y, along.x) / along.norm();
+                let normal_of = nalgebra::Vector2::new(-along.y, along.x) / along.length();
                 let (low, high) = (rng.random_range(0.0..0.4), rng.random_range(0.6..1.0));
                 let shift = normal_of * (sigma_across * normal(&mut rng));
-                let swing = sigma_direction * normal(&mut rng) * along.norm() * (high - low) * 0.5;
+                let swing =
+                    sigma_direction * normal(&mut rng) * along.length() * (high - low) * 0.5;
                 Sighting {
                     seen: Segment::new(
                         wall.a + along * low + shift - normal_of * swing,

@@ -1,7 +1,7 @@
 //! Explorations of the flat, by every strategy and home again.
 
 use super::*;
-use crate::geom::sides_of;
+use crate::geom::{Length, sides_of};
 use crate::plan::FrontierChoice;
 
 /// Explores the flat from a heading of `seed` rad.
@@ -44,7 +44,7 @@ fn asked_to_come_home_it_does_and_says_the_same() {
     for seed in 0..3 {
         let (away, _) = explored(FrontierChoice::default(), false, seed);
         let (home, pilot) = explored(FrontierChoice::default(), true, seed);
-        let off = |toy: &Toy| toy.pose.position().coords.norm();
+        let off = |toy: &Toy| toy.pose.position().coords.length();
         // Up to there both drove the same.
         assert!(off(&away) > 1.0 && home.driven > away.driven + 0.9 * off(&away));
         assert!(off(&home) < 0.05, "{} m from home", off(&home));

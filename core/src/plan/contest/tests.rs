@@ -3,7 +3,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::{Evidence, GridConfig};
 
 const KEEP: f64 = 0.15;
@@ -45,7 +45,7 @@ fn closed_off() -> Vec<Segment> {
 /// Two tangents and the arc between them.
 fn optimum_over_tip() -> f64 {
     let tip = Point2::new(2.0, 1.5);
-    let d = (QUERY.start - tip).norm();
+    let d = (QUERY.start - tip).length();
     let tangent = (d * d - KEEP * KEEP).sqrt();
     let over_it = std::f64::consts::TAU - 2.0 * libm::asin(1.0 / d);
     let arc = over_it - 2.0 * libm::acos(KEEP / d);

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use nalgebra::Point2;
 
 use super::ConfigSpace;
-use crate::geom::{Segment, sides_of};
+use crate::geom::{Length, Segment, sides_of};
 use crate::map::{
     CellIndex, CellRect, CellState, DistanceField, Grid, cells_around, without_stripes,
 };
@@ -218,7 +218,7 @@ impl GridSpace {
         let mut seen = BTreeSet::from([cell]);
         let mut next = vec![cell];
         while let Some(at) = next.pop() {
-            if (self.centre_of(at) - point).norm() > reach {
+            if (self.centre_of(at) - point).length() > reach {
                 return true;
             }
             for to in cells_around(at, 1, width, height) {
@@ -256,7 +256,7 @@ impl GridSpace {
                     continue;
                 };
                 let centre = self.centre_of(index);
-                let distance = (centre - point).norm();
+                let distance = (centre - point).length();
                 if distance <= reach {
                     found.push((distance, centre));
                 }

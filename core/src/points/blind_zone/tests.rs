@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::*;
-use crate::geom::Segment;
+use crate::geom::{Length, Segment};
 use crate::points::fixture;
 use crate::robot::Stamp;
 
@@ -39,7 +39,7 @@ fn a_wall_that_is_too_near_to_be_seen_is_where_it_was() {
         .collect();
     let field = seen_from(&wall(), &poses);
     let last = poses[9];
-    let nearest = field.unseen().iter().map(|p| p.coords.norm());
+    let nearest = field.unseen().iter().map(|p| p.coords.length());
     assert!((nearest.fold(9.9, f64::min) - 0.11).abs() < 1e-3);
     for point in field.unseen() {
         assert!((last * *point).x.abs() < 1e-9, "{point}");

@@ -13,6 +13,7 @@ use std::ops::Range;
 use nalgebra::{Point2, Vector2};
 
 use super::CHUNK;
+use crate::geom::Length;
 use crate::lanes::{Kernel, LANES, Lanes, run};
 use crate::points::{Beam, Points, Run, SpacingModel};
 
@@ -334,7 +335,7 @@ pub(super) fn break_by_mean(points: &Points, ratio: f64, runs: &mut Vec<Run>) {
         let steps = || {
             run.beams(points)
                 .zip(run.beams(points).skip(1))
-                .map(|(a, b)| (b.end_in_robot - a.end_in_robot).norm())
+                .map(|(a, b)| (b.end_in_robot - a.end_in_robot).length())
         };
         let mean = steps().sum::<f64>() / (run.len.max(2) - 1) as f64;
         let mut part = Run {

@@ -2,7 +2,7 @@ use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 
 use super::*;
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Length, Pose2, Segment};
 use crate::points::SpacingModel;
 use crate::points::fixture::{beam_along, range_to, scan_of};
 
@@ -43,7 +43,7 @@ fn closed_room_is_one_run_that_starts_in_a_corner() {
     assert_eq!(runs.len(), 1);
     assert_eq!(runs[0].len, 360);
     let start = runs[0].beams(&points).next().unwrap().end_in_robot;
-    assert!((start - Point2::new(3.0, 2.0)).norm() < 0.06, "{start}");
+    assert!((start - Point2::new(3.0, 2.0)).length() < 0.06, "{start}");
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn short_cut_of_the_adaptive_rule_changes_no_verdict() {
                 beam.end_in_robot = Point2::from(beam.end_in_robot.coords * (range / beam.range));
                 beam.range = range;
             }
-            let apart = (pair[0].end_in_robot - pair[1].end_in_robot).norm();
+            let apart = (pair[0].end_in_robot - pair[1].end_in_robot).length();
             let allowed = ra.min(rb) * libm::sin(step)
                 / libm::sin(0.17 - step).max(0.5 * libm::sin(0.17))
                 + 3.0 * 0.01 * std::f64::consts::SQRT_2;

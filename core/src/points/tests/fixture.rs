@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 use rand::{Rng, RngExt};
 
 use super::{Beam, Points};
-use crate::geom::{Pose2, Segment, unit_vector};
+use crate::geom::{Length, Pose2, Segment, unit_vector};
 use crate::robot::Stamp;
 
 /// A beam from one place of the robot frame to another.
@@ -21,7 +21,7 @@ pub(crate) fn beam(
         beam_idx,
         origin_in_robot,
         end_in_robot,
-        range: (end_in_robot - origin_in_robot).norm(),
+        range: (end_in_robot - origin_in_robot).length(),
         sigma: 0.01,
         is_hit,
         quality: None,

@@ -1,7 +1,7 @@
 //! A lidar of 360 beams in a room of 6 by 6 m, a pillar and somebody in it, seen exactly.
 
 use super::*;
-use crate::geom::sin_cos;
+use crate::geom::{Length, sin_cos};
 use crate::points::fixture::{self, scan_of};
 use nalgebra::Vector2;
 use proptest::prelude::*;
@@ -96,7 +96,7 @@ proptest! {
             (x + way * cos, y + way * sin, 0.2)
         };
         let last = at(4);
-        prop_assume!(last.0 > 0.6 && Vector2::new(last.0 - PILLAR.0, last.1 - PILLAR.1).norm() > 0.7);
+        prop_assume!(last.0 > 0.6 && Vector2::new(last.0 - PILLAR.0, last.1 - PILLAR.1).length() > 0.7);
         let step = Pose2::new(forward * PERIOD, 0.0, turn * PERIOD);
         let found = seen(step, 5, |number| Some(at(number)));
         prop_assert!(!found.is_empty(), "nobody was seen");
@@ -191,12 +191,12 @@ proptest! {
         let came = walkers.partial_scan(&four(&truth, None), &reported);
         prop_assert!(came.is_empty() && walkers.points().is_empty(), "{came:?}");
         let at = truth * Point2::new(away, 0.0);
-        let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).norm();
+        let to_pillar = Vector2::new(at.x - PILLAR.0, at.y - PILLAR.1).length();
         prop_assume!(to_pillar > 1.2 && at.coords.amax() < HALF - 0.8);
         let came = walkers.partial_scan(&four(&truth, Some((at.x, at.y, 0.2))), &reported);
         // In the frame of the scan, as odometry has it.
         let expect = reported * Point2::new(away - 0.2, 0.0);
-        prop_assert!(came.len() == 1 && (came[0] - expect).norm() < 1e-6, "{came:?} instead of {expect}");
+        prop_assert!(came.len() == 1 && (came[0] - expect).length() < 1e-6, "{came:?} instead of {expect}");
         prop_assert_eq!(walkers.points(), came);
         walkers.update(&sweep((&still, &still), &truth, None, 9), &reported);
         prop_assert!(walkers.points().is_empty());

@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
+use crate::geom::Length;
+
 /// Bins of a profile: one for each degree.
 const BINS: usize = 360;
 /// Greatest difference of two ranges that counts, m.
@@ -66,7 +68,7 @@ fn profile(hits: impl Iterator<Item = Vector2<f64>>) -> Vec<f64> {
         let part = libm::atan2(hit.y, hit.x) / TAU;
         let bin = (part * BINS as f64).round() as i32;
         let bin = bin.rem_euclid(BINS as i32) as usize;
-        ranges[bin] = ranges[bin].min(hit.norm());
+        ranges[bin] = ranges[bin].min(hit.length());
     }
     ranges
 }

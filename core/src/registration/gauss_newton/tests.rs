@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::super::{register, sums};
 use super::*;
-use crate::geom::wrap;
+use crate::geom::{Length, wrap};
 use crate::map::{SurfelConfig, SurfelMap};
 
 pub(in crate::registration) type Corner = (f64, f64);
@@ -15,9 +15,9 @@ pub(in crate::registration) fn walls(segments: &[(Corner, Corner)]) -> Vec<Orien
     let mut points = vec![];
     for &((ax, ay), (bx, by)) in segments {
         let (a, b) = (Point2::new(ax, ay), Point2::new(bx, by));
-        let along = (b - a) / (b - a).norm();
+        let along = (b - a) / (b - a).length();
         let normal = Vector2::new(-along.y, along.x);
-        let n = ((b - a).norm() / 0.05) as usize;
+        let n = ((b - a).length() / 0.05) as usize;
         points.extend((0..n).map(|i| OrientedPoint {
             position: a + along * (i as f64 * 0.05 + 0.01),
             normal,
@@ -75,7 +75,7 @@ proptest! {
         let start = Pose2::new(0.5 + x, -0.3 + y, h + t);
         let found = register(&seen_from(&room(), &truth), &map_of(&room()), &start, &weak(start), &MatchConfig::default());
         prop_assert_eq!(found.verdict, Verdict::Converged);
-        prop_assert!((found.estimate.pose.position() - truth.position()).norm() < 2e-3, "{:?}", found);
+        prop_assert!((found.estimate.pose.position() - truth.position()).length() < 2e-3, "{:?}", found);
         prop_assert!(wrap(found.estimate.pose.heading() - h).abs() < 1e-3);
         prop_assert!(found.overlap > 0.95 && found.estimate.cov.cholesky().is_some());
     }
@@ -97,8 +97,8 @@ proptest! {
             cost(h, 0.0, 0.0) - cost(-h, 0.0, 0.0), cost(0.0, h, 0.0) - cost(0.0, -h, 0.0), cost(0.0, 0.0, h) - cost(0.0, 0.0, -h),
         ) / (2.0 * h);
         // A point that changes its cell between the two sides makes a jump; few starts meet one.
-        prop_assume!((numeric - found.gradient).norm() < 10.0);
-        prop_assert!((numeric - found.gradient).norm() < 1e-3 * (1.0 + found.gradient.norm()), "{} {}", numeric, found.gradient);
+        prop_assume!((numeric - found.gradient).length() < 10.0);
+        prop_assert!((numeric - found.gradient).length() < 1e-3 * (1.0 + found.gradient.length()), "{} {}", numeric, found.gradient);
     }
 }
 
@@ -114,7 +114,7 @@ fn distances_to_points_come_back_as_well_and_take_more_iterations() {
         };
         let points = seen_from(&room(), &truth);
         let found = register(&points, &map_of(&room()), &start, &weak(start), &config);
-        let off = (found.estimate.pose.position() - truth.position()).norm();
+        let off = (found.estimate.pose.position() - truth.position()).length();
         (off, found.iterations)
     };
     let (line, point) = (
@@ -194,7 +194,7 @@ fn silencing_a_motion_leaves_what_is_said_of_the_others() {
     };
     let gradient = sums.gradient;
     sums.silence(&free);
-    assert!((sums.hessian * free).norm() < 1e-12 && sums.gradient.dot(&free).abs() < 1e-12);
+    assert!((sums.hessian * free).length() < 1e-12 && sums.gradient.dot(&free).abs() < 1e-12);
     // Where the way along it is free, what is left is the least that the cost can be: the Schur
     // complement.
     for other in [Vector3::x(), Vector3::new(0.2, -1.0, 0.7)] {
@@ -222,7 +222,7 @@ fn too_few_points_are_told_and_the_start_is_kept() {
         &MatchConfig::default(),
     );
     assert_eq!(found.verdict, Verdict::TooFewPoints { found: 5 });
-    assert!((found.estimate.pose.position() - start.position()).norm() < 1e-12);
+    assert!((found.estimate.pose.position() - start.position()).length() < 1e-12);
 }
 
 #[test]

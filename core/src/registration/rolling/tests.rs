@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use super::super::gauss_newton::tests::{map_of, room, seen_from, walls};
 use super::super::register;
 use super::*;
+use crate::geom::Length;
 use crate::map::SurfelMap;
 
 /// The surfaces in the order in which a turning lidar at `end` meets them, in 24 parts, each moved
@@ -89,7 +90,7 @@ proptest! {
         prop_assert!(cholesky.is_some());
         let squared = cholesky.map_or(f64::NAN, |cholesky| off.dot(&cholesky.solve(&off)));
         prop_assert!(squared < 1.0, "{squared} {found:?}");
-        prop_assert!(off.norm() < 0.3 * error.sum().norm() + 0.012, "{off} {error:?}");
+        prop_assert!(off.length() < 0.3 * error.sum().length() + 0.012, "{off} {error:?}");
         prop_assert!(found.information.symmetric_eigenvalues().min() > -1e-6);
     }
 
@@ -134,9 +135,9 @@ proptest! {
             (cost(&(x + step)) - cost(&(x - step))) / (2.0 * h)
         });
         // A point that changes its cell between the two sides makes a jump; few starts meet one.
-        let off = (numeric - equations.gradient).norm();
+        let off = (numeric - equations.gradient).length();
         prop_assume!(off < 10.0);
-        prop_assert!(off < 1e-3 * (1.0 + equations.gradient.norm()), "{numeric} {}", equations.gradient);
+        prop_assert!(off < 1e-3 * (1.0 + equations.gradient.length()), "{numeric} {}", equations.gradient);
     }
 }
 
@@ -186,5 +187,5 @@ fn a_corridor_leaves_the_way_along_it_to_odometry() {
         "{found:?}"
     );
     let along = Point2::new(found.error.sum().x, 0.0);
-    assert!(along.coords.norm() < 0.01, "{found:?}");
+    assert!(along.coords.length() < 0.01, "{found:?}");
 }

@@ -4,6 +4,7 @@
 
 use super::*;
 use crate::format::carmen::BeamFan;
+use crate::geom::Length;
 
 const SCANS: u32 = 40;
 
@@ -59,7 +60,7 @@ fn check(text: &str) {
     assert_eq!(trajectory.len(), SCANS as usize);
     let (_, last) = trajectory[trajectory.len() - 1];
     let off = last.position() - Pose2::new(x_of(SCANS - 1), 0.0, 0.0).position();
-    assert!(off.norm() < 0.03, "off by {off:?}");
+    assert!(off.length() < 0.03, "off by {off:?}");
     assert!(last.heading().abs() < 0.01, "{}", last.heading());
 }
 

@@ -13,6 +13,8 @@
 
 use nalgebra::SMatrix;
 
+use crate::geom::Length;
+
 /// Terms of the series: 0.5¹⁷/17! is 2e-20.
 const TERMS: u32 = 16;
 
@@ -26,7 +28,7 @@ pub fn discretize<const N: usize>(
 ) -> (SMatrix<f64, N, N>, SMatrix<f64, N, N>) {
     let mut h = step;
     let mut halvings = 0;
-    while a.norm() * h.abs() > 0.5 && halvings < 64 {
+    while a.length() * h.abs() > 0.5 && halvings < 64 {
         h *= 0.5;
         halvings += 1;
     }
@@ -59,8 +61,8 @@ mod tests {
         let decay = libm::exp(-7.0 * h);
         assert!((phi.x - decay).abs() < 1e-15 && (s.x - (1.0 - decay) / 7.0).abs() < 1e-15);
         let (phi, s) = discretize(&SMatrix::<f64, 2, 2>::new(0.0, 1.0, 0.0, 0.0), h);
-        assert!((phi - SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0)).norm() < 1e-15);
-        assert!((s - SMatrix::<f64, 2, 2>::new(h, 0.5 * h * h, 0.0, h)).norm() < 1e-15);
+        assert!((phi - SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0)).length() < 1e-15);
+        assert!((s - SMatrix::<f64, 2, 2>::new(h, 0.5 * h * h, 0.0, h)).length() < 1e-15);
     }
 
     #[test]
@@ -78,10 +80,10 @@ mod tests {
             let exp = (both * h).exp();
             let expect = exp.fixed_view::<3, 3>(0, 0);
             assert!(
-                (phi - expect).norm() < 1e-10 * expect.norm(),
+                (phi - expect).length() < 1e-10 * expect.length(),
                 "{phi} {expect}"
             );
-            assert!((s * b - exp.fixed_view::<3, 1>(0, 3)).norm() < 1e-10 * (s * b).norm());
+            assert!((s * b - exp.fixed_view::<3, 1>(0, 3)).length() < 1e-10 * (s * b).length());
         }
     }
 
@@ -89,8 +91,8 @@ mod tests {
     fn two_steps_are_one_of_twice_the_time() {
         let (a, _) = DriveTrain::rp6().matrices();
         let ((one, s_one), (two, s_two)) = (discretize(&a, 1e-3), discretize(&a, 2e-3));
-        assert!((one * one - two).norm() < 1e-12);
-        assert!((s_one + one * s_one - s_two).norm() < 1e-12);
+        assert!((one * one - two).length() < 1e-12);
+        assert!((s_one + one * s_one - s_two).length() < 1e-12);
         assert_eq!(
             discretize(&Matrix3::<f64>::zeros(), 1.0).0,
             Matrix3::identity()

@@ -17,6 +17,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::geom::Length;
+
 /// Rounds after which a solution that has not settled never will: 2⁵⁰ steps.
 const MOST_ROUNDS: usize = 50;
 /// Part of X by which a round may still change it, and by which the equation may be missed.
@@ -70,7 +72,7 @@ pub fn riccati<const N: usize, const M: usize>(
         if !h.iter().all(|x| x.is_finite()) {
             return Err(failed);
         }
-        has_settled = change.norm() <= SETTLED * h.norm();
+        has_settled = change.length() <= SETTLED * h.length();
     }
     let residual = residual(a, b, q, r, &h).ok_or(RiccatiError::SingularWeight)?;
     match has_settled && residual <= RESIDUAL {
@@ -120,7 +122,7 @@ pub(super) fn residual<const N: usize, const M: usize>(
     let weight = (r + b.transpose() * x * b).try_inverse()?;
     let axb = a.transpose() * x * b;
     let right = a.transpose() * x * a - axb * weight * axb.transpose() + q;
-    Some((right - x).norm() / x.norm().max(f64::MIN_POSITIVE))
+    Some((right - x).length() / x.length().max(f64::MIN_POSITIVE))
 }
 
 #[cfg(test)]
@@ -157,7 +159,7 @@ mod tests {
                 plain = a.transpose() * plain * a - axb * weight * axb.transpose() + q;
                 plain = (plain + plain.transpose()) * 0.5;
             }
-            prop_assert!((x - plain).norm() < 1e-6 * x.norm(), "{x} {plain}");
+            prop_assert!((x - plain).length() < 1e-6 * x.length(), "{x} {plain}");
             let k = regulator_gain(&a, &b, &q, &r).unwrap();
             prop_assert!((a - b * k).complex_eigenvalues().iter().all(|z| z.norm() < 1.0));
         }
@@ -176,7 +178,7 @@ mod tests {
             expect = predicted * c / ((c.transpose() * predicted * c).x + measurement);
             p = predicted - expect * c.transpose() * predicted;
         }
-        assert!((gain - expect).norm() < 1e-9);
+        assert!((gain - expect).length() < 1e-9);
     }
 
     #[test]

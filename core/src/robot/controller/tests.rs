@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::design::with_integrators;
 use super::*;
+use crate::geom::Length;
 use crate::robot::MotorModel;
 
 const PERIOD: f64 = 1e-3;
@@ -85,7 +86,7 @@ fn five_states_are_two_motors_and_the_difference_of_their_angles() {
     let one = of_left * nalgebra::Vector3::new(0.0, 2.0, 0.1) + train.left.matrices().1 * 5.0;
     let other = of_right * nalgebra::Vector3::new(0.0, -1.0, 0.4) - train.right.matrices().1 * 3.0;
     let expect = SVector::<f64, 5>::from([one[0] - other[0], one[1], one[2], other[1], other[2]]);
-    assert!((found - expect).norm() < 1e-12);
+    assert!((found - expect).length() < 1e-12);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::*;
+use crate::geom::Length;
 
 #[test]
 fn opposite_tracks_turn_on_the_spot_and_equal_ones_go_straight() {
@@ -11,7 +12,7 @@ fn opposite_tracks_turn_on_the_spot_and_equal_ones_go_straight() {
         right: 0.1,
     }
     .motion(0.2);
-    assert!(turn.position().coords.norm() < 1e-12 && (turn.heading() - 1.0).abs() < 1e-12);
+    assert!(turn.position().coords.length() < 1e-12 && (turn.heading() - 1.0).abs() < 1e-12);
     let straight = Tracks {
         left: 0.5,
         right: 0.5,
@@ -81,7 +82,7 @@ fn covariance_matches_numeric_propagation() {
         let numeric =
             jl * jl.transpose() * (1e-3 * left.abs()) + jr * jr.transpose() * (1e-3 * right.abs());
         let analytic = Tracks { left, right }.covariance(b, &noise);
-        assert!((numeric - analytic).norm() < 1e-8, "{numeric} {analytic}");
+        assert!((numeric - analytic).length() < 1e-8, "{numeric} {analytic}");
     }
 }
 
@@ -148,7 +149,7 @@ fn composed_covariance_matches_numeric_propagation() {
         }
         numeric += jacobian * cov * jacobian.transpose();
     }
-    assert!((a.then(&b).cov - numeric).norm() < 1e-9);
+    assert!((a.then(&b).cov - numeric).length() < 1e-9);
 }
 
 #[test]

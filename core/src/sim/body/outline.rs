@@ -15,7 +15,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{Body, Caster, Disc, LOOKOUT, SKIN, TOUCH, Touch};
-use crate::geom::{Footprint, Pose2, Segment, wrap};
+use crate::geom::{Footprint, Length, Pose2, Segment, wrap};
 
 /// Parts in which a motion is done at most.
 const MOST_PARTS: usize = 32;
@@ -39,7 +39,7 @@ impl Body {
         caster: &Caster,
         movers: &[Disc],
     ) -> Vector2<f64> {
-        let is_in_free_room = (self.position + way - self.free.0).norm() <= self.free.1;
+        let is_in_free_room = (self.position + way - self.free.0).length() <= self.free.1;
         if is_in_free_room && movers.is_empty() {
             self.position += way;
             self.heading = wrap(self.heading + turn);
@@ -51,7 +51,7 @@ impl Body {
             if rest.0 == Vector2::zeros() && rest.1 == 0.0 {
                 break;
             }
-            let near = self.near(outline, rest.0.norm(), caster, movers);
+            let near = self.near(outline, rest.0.length(), caster, movers);
             let parts = near.iter().map(|near| self.free_part(outline, rest, near));
             let first = parts.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
             let (part, stop) = match first {
@@ -127,7 +127,7 @@ impl Body {
     ) -> Option<Touch> {
         let pose = self.pose();
         let mut near = vec![];
-        if (self.position - self.free.0).norm() > self.free.1 {
+        if (self.position - self.free.0).length() > self.free.1 {
             caster.near(self.position, self.radius + TOUCH, |_, wall| {
                 near.push((near_wall(outline, &pose, &wall.segment), false));
             });
@@ -158,7 +158,7 @@ fn near_disc(outline: &Footprint, pose: &Pose2, disc: &Disc) -> Proximity {
 
 fn between(on_body: Point2<f64>, on_thing: Point2<f64>, radius: f64) -> Proximity {
     let away = on_body - on_thing;
-    let distance = away.norm();
+    let distance = away.length();
     Proximity {
         on_body,
         apart: distance - radius,

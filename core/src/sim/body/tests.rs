@@ -5,6 +5,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::geom::Length;
 use crate::robot::BodyShape;
 use crate::sim::{Material, Wall};
 
@@ -35,7 +36,7 @@ proptest! {
             (Some((reach, normal)), Some(t)) => {
                 prop_assert!(reach <= t && t - reach < 1.5 * step, "{reach} {t}");
                 prop_assert!((s.distance(from + direction * reach) - radius).abs() < 1e-9);
-                prop_assert!((normal.norm() - 1.0).abs() < 1e-9 && normal.dot(&direction) <= 0.0);
+                prop_assert!((normal.length() - 1.0).abs() < 1e-9 && normal.dot(&direction) <= 0.0);
             }
             // A nick between two samples is no contradiction.
             (Some((reach, _)), None) => prop_assert!(s.distance(from + direction * (reach + step)) > radius - step || reach > 7.9),
@@ -63,7 +64,7 @@ proptest! {
             for s in &segments {
                 prop_assert!(s.distance(body.position) >= model.radius() - 1e-9, "inside by {}", model.radius() - s.distance(body.position));
             }
-            prop_assert!((body.position - before).norm() <= part * fastest + 1e-9);
+            prop_assert!((body.position - before).length() <= part * fastest + 1e-9);
             prop_assert!(body.position.x.abs() < 4.0 && body.position.y.abs() < 4.0);
         }
     }
@@ -109,11 +110,11 @@ proptest! {
                 depth(&Pose2::new(before.x() + way.x * part, before.y() + way.y * part, before.heading() + turn * part))
             });
             let aim = Pose2::new(before.x() + way.x, before.y() + way.y, before.heading() + turn);
-            let is_done = (body.position - aim.position()).norm() < 1e-9 && wrap(body.heading - aim.heading()).abs() < 1e-9;
+            let is_done = (body.position - aim.position()).length() < 1e-9 && wrap(body.heading - aim.heading()).abs() < 1e-9;
             // Sampled every fraction of a millimetre; nearer than that nothing is decided by
             // samples.
             match whole.fold(f64::NEG_INFINITY, f64::max) {
-                deepest if deepest < -2e-3 => prop_assert!(is_done && lost.norm() < 1e-12, "{deepest}: {:?} not {aim:?}", body.pose()),
+                deepest if deepest < -2e-3 => prop_assert!(is_done && lost.length() < 1e-12, "{deepest}: {:?} not {aim:?}", body.pose()),
                 deepest if deepest > 2e-3 => prop_assert!(!is_done, "{deepest}"),
                 _ => {}
             }
@@ -136,7 +137,7 @@ fn an_outline_slides_along_a_wall_touches_it_once_and_cannot_turn_in_a_narrow_co
         body.feel((Vector2::new(0.005, 0.0), 0.0), &caster, &[]);
     }
     // Its side is 15 cm from its middle.
-    assert!((body.position - Point2::new(1.0, 0.05)).norm() < 1e-4);
+    assert!((body.position - Point2::new(1.0, 0.05)).length() < 1e-4);
     assert_eq!(body.contacts.walls, 1);
     body.move_outline(&outline, (Vector2::new(0.0, -0.05), 0.0), &caster, &[]);
     for _ in 0..200 {
@@ -164,10 +165,14 @@ fn slides_along_a_wall_and_stops_in_a_corner() {
         &mut ChaCha8Rng::seed_from_u64(0),
     );
     body.move_by(Vector2::new(2.0, 0.5), &caster, &[]);
-    assert!((body.position - Point2::new(1.0 - model.radius(), 0.5)).norm() < 1e-4);
+    assert!((body.position - Point2::new(1.0 - model.radius(), 0.5)).length() < 1e-4);
     body.move_by(Vector2::new(2.0, 3.0), &caster, &[]);
     let corner = Point2::new(1.0 - model.radius(), 1.0 - model.radius());
-    assert!((body.position - corner).norm() < 1e-4, "{}", body.position);
+    assert!(
+        (body.position - corner).length() < 1e-4,
+        "{}",
+        body.position
+    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-use crate::geom::{Pose2, sin_cos, wrap};
+use crate::geom::{Length, Pose2, sin_cos, wrap};
 use crate::sim::{Caster, Disc, Hit, Material};
 
 /// A beam leaves glass behind this far beyond the pane, m.
@@ -85,14 +85,14 @@ impl View<'_> {
             return false;
         };
         let along = wall.segment.vector();
-        along.perp(&direction).abs() >= along.norm() * libm::cos(within)
+        along.perp(&direction).abs() >= along.length() * libm::cos(within)
     }
 
     fn facing(&self, surface: usize, direction: Vector2<f64>) -> f64 {
         let wall = self.caster.walls().get(surface);
         let along = wall.map(|wall| wall.segment.vector()).unwrap_or_default();
         // A wall without length has no normal, and 0/0 for a cosine; it is met squarely.
-        (along.perp(&direction).abs() / along.norm()).min(1.0)
+        (along.perp(&direction).abs() / along.length()).min(1.0)
     }
 
     fn mover_ahead(

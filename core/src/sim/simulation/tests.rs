@@ -8,6 +8,7 @@ mod doors;
 mod sensors;
 
 use super::*;
+use crate::geom::Length;
 use crate::robot::{Odometry, OdometryBias, TrackOdometry};
 use crate::sim::{Material, SensorKind, worlds};
 
@@ -230,7 +231,7 @@ fn dead_reckoning_is_lost_after_a_few_tens_of_metres() {
             .map(|seed| {
                 let mut sim = simulation(name, SensorModel::rangers(), seed);
                 let reckoned = bounce(&mut sim, seconds);
-                (reckoned.position() - sim.truth().position()).norm()
+                (reckoned.position() - sim.truth().position()).length()
             })
             .collect();
         errors.sort_by(f64::total_cmp);
@@ -307,7 +308,7 @@ fn mover_is_seen_waits_for_the_robot_and_is_not_driven_through() {
     sim.advance(10.0);
     let gap = |sim: &Simulation| {
         let mover = sim.movers()[0];
-        (mover.centre - sim.truth().position()).norm() - mover.radius - sim.robot().radius()
+        (mover.centre - sim.truth().position()).length() - mover.radius - sim.robot().radius()
     };
     assert!(
         gap(&sim) > 0.09 && sim.contacts().total() == 0,

@@ -2,6 +2,7 @@
 //! what its name promises.
 
 use super::*;
+use crate::geom::Length;
 use crate::sim::{Caster, Material, RobotKind, reachable_area};
 
 /// Radius of a robot of 0.11 m that keeps 0.24 m off the walls.
@@ -65,7 +66,7 @@ fn every_world_is_closed_and_its_rooms_are_connected() {
         if let Some(goal) = world.goal {
             let near = area
                 .centres()
-                .any(|p| (p - goal).norm() < area.resolution.max(0.05));
+                .any(|p| (p - goal).length() < area.resolution.max(0.05));
             assert!(near, "{name}: goal cannot be reached");
         }
     }

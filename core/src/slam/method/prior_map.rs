@@ -9,7 +9,7 @@ use crate::estimation::{
     Hypothesis, LineLocaliser, Localisation, MonteCarlo, RobotState, ScanLocaliser,
 };
 use crate::features::{LineExtractor, LineFeature};
-use crate::geom::{PoseEstimate, wrap};
+use crate::geom::{Length, PoseEstimate, wrap};
 use crate::map::Evidence;
 use crate::points::{Points, oriented_points};
 use crate::robot::Odometry;
@@ -86,7 +86,7 @@ impl Watched {
         self.hypotheses = self.particles.hypotheses().collect();
         let found = self.particles.estimate();
         let off = found.pose.minus(&state.pose);
-        let is_apart = off.xy().norm() > APART[0] || wrap(off.z).abs() > APART[1];
+        let is_apart = off.xy().length() > APART[0] || wrap(off.z).abs() > APART[1];
         if self.is_sure() && (is_apart || !self.is_placed) {
             self.matching.restart(state, &found);
         }

@@ -7,7 +7,7 @@ use super::super::super::line_model::place;
 use super::super::robot_state::Step;
 use super::super::*;
 use super::{ONCE, dense, feature, odometry, some_state};
-use crate::geom::wrap;
+use crate::geom::{Length, wrap};
 
 #[test]
 fn prediction_is_the_dense_one() {
@@ -55,7 +55,7 @@ fn prediction_is_the_dense_one() {
     }
     let q = DMatrix::from_fn(3, 3, |i, j| motion.cov[(i, j)]);
     let expect = &fx * before * fx.transpose() + &fu * q * fu.transpose();
-    assert!((dense(&slam) - expect).norm() < 1e-9);
+    assert!((dense(&slam) - expect).length() < 1e-9);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn update_is_the_dense_joseph_form() {
         };
         let old = state(&slam);
         slam.correct(landmark, &seen);
-        assert!((dense(&slam) - &joseph).norm() < 1e-12, "{landmark}");
+        assert!((dense(&slam) - &joseph).length() < 1e-12, "{landmark}");
         for (i, (new, old)) in state(&slam).iter().zip(&old).enumerate() {
             assert!((new - old - shift[i]).abs() < 1e-9, "state {i}");
         }
@@ -130,7 +130,7 @@ fn augmentation_is_the_dense_one() {
     }
     let r = DMatrix::from_fn(2, 2, |i, j| seen.cov[(i, j)]);
     let expect = &by_state * before * by_state.transpose() + &by_seen * r * by_seen.transpose();
-    assert!((dense(&slam) - expect).norm() < 1e-8);
+    assert!((dense(&slam) - expect).length() < 1e-8);
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn landmark_in_the_map_has_the_covariance_of_numeric_propagation() {
         };
         let jacobian = Matrix2::from_columns(&[column(h, 0.0), column(0.0, h)]);
         let expect = jacobian * slam.block(ROBOT + 2 * index) * jacobian.transpose();
-        assert!((landmark.cov - expect).norm() < 1e-9);
+        assert!((landmark.cov - expect).length() < 1e-9);
         assert!(
             landmark
                 .ends

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::*;
 use super::{ONCE, odometry};
-use crate::geom::{Line, Segment, sides_of, wrap};
+use crate::geom::{Length, Line, Segment, sides_of, wrap};
 use crate::points::fixture::normal;
 use crate::robot::{OdometryNoise, Tracks};
 
@@ -69,8 +69,8 @@ impl Run {
                 right: arc,
             });
         }
-        let parts = 1 + ((goal - self.truth.position()).norm() / 0.1) as usize;
-        let advance = (goal - self.truth.position()).norm() / parts as f64;
+        let parts = 1 + ((goal - self.truth.position()).length() / 0.1) as usize;
+        let advance = (goal - self.truth.position()).length() / parts as f64;
         for _ in 0..parts {
             self.step(Tracks {
                 left: advance,
@@ -113,7 +113,7 @@ impl Run {
             let local = Segment::new(robot_from_map * wall.a, robot_from_map * wall.b);
             let visible: Vec<Point2<f64>> = (0..=20)
                 .map(|i| local.a + local.vector() * (f64::from(i) / 20.0))
-                .filter(|p| p.coords.norm() < self.range && self.is_free(*p, &local))
+                .filter(|p| p.coords.length() < self.range && self.is_free(*p, &local))
                 .collect();
             let (Some(a), Some(b)) = (visible.first(), visible.last()) else {
                 continue;
@@ -121,10 +121,10 @@ impl Run {
             let Some(line) = Line::through(*a, *b) else {
                 continue;
             };
-            if (b - a).norm() < 0.4 || line.r() < 0.1 {
+            if (b - a).length() < 0.4 || line.r() < 0.1 {
                 continue;
             }
-            let (middle, length) = (nalgebra::center(a, b), (b - a).norm());
+            let (middle, length) = (nalgebra::center(a, b), (b - a).length());
             // A regression over points every 0.1 m with σ = 0.02 m, moved from the middle of the
             // wall to the origin.
             let n = (length / 0.1).max(4.0);
@@ -159,7 +159,7 @@ impl Run {
         let sight = Segment::new(to_map.position(), to_map * Point2::from(ray));
         let own_in_map = Segment::new(to_map * own.a, to_map * own.b);
         self.walls.iter().all(|w| {
-            let same = (w.a - own_in_map.a).norm() < 1e-9 && (w.b - own_in_map.b).norm() < 1e-9;
+            let same = (w.a - own_in_map.a).length() < 1e-9 && (w.b - own_in_map.b).length() < 1e-9;
             same || !w.crosses(&sight)
         })
     }
@@ -167,7 +167,7 @@ impl Run {
     pub(super) fn error(&self) -> (f64, f64) {
         let pose = self.slam.estimate().pose;
         (
-            (pose.position() - self.truth.position()).norm(),
+            (pose.position() - self.truth.position()).length(),
             wrap(pose.heading() - self.truth.heading()).abs(),
         )
     }

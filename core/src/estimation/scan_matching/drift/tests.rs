@@ -7,6 +7,7 @@ use super::super::super::pose_graph::{Edge, PoseGraph, information_at_end};
 use super::super::ScanMatcherConfig;
 use super::super::closures::tests::found;
 use super::*;
+use crate::geom::Length;
 use crate::points::fixture;
 
 /// What matching says of the way through a submap: along, across, and of the turn.
@@ -75,7 +76,7 @@ fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
         let mut at = poses[0];
         for pair in poses.windows(2) {
             let motion = pair[0].delta_to(&pair[1]);
-            let way = config.drift * motion.position().coords.norm();
+            let way = config.drift * motion.position().coords.length();
             // At its end, as matching errs: shift and turn there.
             let error = Pose2::new(
                 normal(MEASURED[0]) + normal(way),

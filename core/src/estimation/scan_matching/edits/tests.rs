@@ -3,7 +3,7 @@
 use super::super::tests::course::{LAP, drive, feed};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
-use crate::geom::Pose2;
+use crate::geom::{Length, Pose2};
 use crate::map::{CellIndex, CellState};
 use crate::snapshot::Reader;
 
@@ -103,7 +103,7 @@ fn a_wall_stands_though_beams_go_through_it() {
         assert!(stands(&again), "saved and pruned");
         let shown: Vec<ShownEdit> = again.edits().collect();
         assert_eq!((shown.len(), shown[0].kind), (1, kind));
-        assert!((shown[0].corners[1] - to).norm() < 0.15);
+        assert!((shown[0].corners[1] - to).length() < 0.15);
         // Erased with all its corners, it goes.
         let around = [
             Point2::new(from.x - 0.3, from.y - 0.1),

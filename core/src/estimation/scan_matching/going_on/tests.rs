@@ -3,6 +3,7 @@
 use super::super::tests::course::{LAP, Step, drive, feed, points_of, scan_at, update};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
+use crate::geom::Length;
 
 /// The largest distance, m, of places of the way from where they truly are, of the scans from
 /// `first` on, in the frame in which the map began.
@@ -11,7 +12,7 @@ fn worst(matcher: &ScanMatcher, first: usize, steps: &[Step], begin: Pose2) -> f
     let pairs = poses[first..].iter().zip(steps);
     let off = pairs.map(|(pose, step)| {
         let truth = begin.delta_to(&step.truth);
-        (pose.position() - truth.position()).norm()
+        (pose.position() - truth.position()).length()
     });
     off.fold(0.0, f64::max)
 }

@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::super::tests::course::{LAP, Step, drive, feed, points_of, scan_at, update};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
-use crate::geom::{Pose2, Segment};
+use crate::geom::{Length, Pose2, Segment};
 use crate::robot::Odometry;
 
 fn mapped(steps: &[Step]) -> ScanMatcher {
@@ -27,7 +27,7 @@ fn maps_of_two_runs_lie_on_one_another() {
     assert_eq!(poses.len(), first.len() + second.len());
     for (pose, step) in poses.iter().zip(truth) {
         let off = pose.minus(&begin.delta_to(&step.truth));
-        assert!(off.xy().norm() < 0.12 && off.z.abs() < 0.04, "{off}");
+        assert!(off.xy().length() < 0.12 && off.z.abs() < 0.04, "{off}");
     }
     assert!(merged.stamp_shift > 0);
     let stamps: Vec<Stamp> = matcher.trajectory().map(|(stamp, _)| stamp).collect();
@@ -48,7 +48,7 @@ fn maps_of_two_runs_lie_on_one_another() {
         .estimate()
         .pose
         .minus(&begin.delta_to(&third.last().unwrap().truth));
-    assert!(off.xy().norm() < 0.12, "{off}");
+    assert!(off.xy().length() < 0.12, "{off}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::super::tests::course::{LAP, Step, drive, feed};
 use super::*;
 use crate::estimation::{PoseGraph, ScanMatcherConfig, Start};
+use crate::geom::Length;
 
 fn begin() -> Pose2 {
     Pose2::new(-5.0, -4.0, 0.0)
@@ -16,7 +17,7 @@ fn worst(matcher: &ScanMatcher, steps: &[Step]) -> f64 {
     let off = last
         .iter()
         .zip(steps)
-        .map(|(pose, step)| (pose.position() - begin().delta_to(&step.truth).position()).norm());
+        .map(|(pose, step)| (pose.position() - begin().delta_to(&step.truth).position()).length());
     off.fold(0.0, f64::max)
 }
 

@@ -3,6 +3,7 @@
 use super::super::tests::course::{LAP, Step, drive, feed};
 use super::*;
 use crate::estimation::ScanMatcherConfig;
+use crate::geom::Length;
 use crate::snapshot::Reader;
 
 /// Twice around, all submaps but the last closed and none refined; where the robot truly was.
@@ -51,7 +52,7 @@ fn off(matcher: &ScanMatcher, submap: usize, steps: &[Step]) -> [f64; 2] {
         let truth = [middle, at].map(|scan| steps[scan].truth);
         let found = scans[0].delta_to(&scans[1]);
         let off = truth[0].delta_to(&truth[1]).delta_to(&found);
-        [off.position().coords.norm(), off.heading().abs()]
+        [off.position().coords.length(), off.heading().abs()]
     });
     off.fold([0.0, 0.0], |[shift, turn], off| {
         [f64::max(shift, off[0]), f64::max(turn, off[1])]

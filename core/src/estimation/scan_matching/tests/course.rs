@@ -5,7 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::ScanMatcher;
-use crate::geom::{Pose2, Segment, unit_vector};
+use crate::geom::{Length, Pose2, Segment, unit_vector};
 use crate::points::fixture::{normal, range_to};
 use crate::points::{PointConfig, Points};
 use crate::robot::{Odometry, Scan, Stamp};
@@ -140,7 +140,7 @@ pub(in super::super) fn drive_along(
         loop {
             let ahead = pose.inverse() * Point2::new(x, y);
             let bearing = libm::atan2(ahead.y, ahead.x);
-            let motion = if ahead.coords.norm() < 0.06 {
+            let motion = if ahead.coords.length() < 0.06 {
                 break;
             } else if bearing.abs() > 0.01 {
                 Pose2::new(0.0, 0.0, bearing.clamp(-0.1, 0.1))
