@@ -16,6 +16,7 @@ const CELL: f64 = 0.2;
 const UNSURE_END: f64 = 0.3;
 /// Cells along the side of a tile, which is one word.
 const TILE: i32 = 8;
+const TILE_CELLS: usize = TILE as usize;
 /// Tiles that the area grows by beyond what is asked for, to each side.
 const MARGIN: i32 = 8;
 /// Tiles that the area may span along a side: 3 km.
@@ -45,9 +46,15 @@ impl FreeSpace {
             if !(self.hold(from) && self.hold(end)) {
                 continue;
             }
+            // The area holds both ends, and so all between them.
+            let (low, cols) = (self.low, self.cols as usize);
+            let tiles = &mut self.tiles;
             cells_on_ray(from / CELL, end / CELL, |cell| {
-                if let Some((tile, bit)) = self.bit((cell.col, cell.row)) {
-                    self.tiles[tile] |= bit;
+                let col = (cell.col - low.0 * TILE) as usize;
+                let row = (cell.row - low.1 * TILE) as usize;
+                let tile = row / TILE_CELLS * cols + col / TILE_CELLS;
+                if let Some(bits) = tiles.get_mut(tile) {
+                    *bits |= 1 << (row % TILE_CELLS * TILE_CELLS + col % TILE_CELLS);
                 }
             });
         }

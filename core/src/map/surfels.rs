@@ -358,15 +358,16 @@ impl NullaryFnOnce for Stamp<'_> {
         } = self;
         let (reach, origin, cell) = (map.squared_reach(), map.cells.origin, map.config.cell);
         for group in cols[0] / STEP..=cols[1] / STEP {
-            let across: [f64; LANES] = std::array::from_fn(|lane| {
-                let dx = Cells::centre(group * STEP + lane as i32, origin.x, cell) - position.x;
+            let across: [f32; LANES] = std::array::from_fn(|lane| {
+                let middle = Cells::centre(group * STEP + lane as i32, origin.x, cell);
+                let dx = (middle - position.x) as f32;
                 dx * dx
             });
-            let nearest = across.iter().copied().fold(f64::INFINITY, f64::min);
+            let nearest = across.iter().copied().fold(f32::INFINITY, f32::min);
             for row in rows[0]..=rows[1] {
-                let dy = Cells::centre(row, origin.y, cell) - position.y;
+                let dy = (Cells::centre(row, origin.y, cell) - position.y) as f32;
                 let dy = dy * dy;
-                if (nearest + dy) as f32 > reach {
+                if nearest + dy > reach {
                     continue;
                 }
                 let Some((slot, offset)) = map.cells.slot((group * STEP, row)) else {
@@ -384,7 +385,7 @@ impl NullaryFnOnce for Stamp<'_> {
                     continue;
                 };
                 for lane in 0..LANES {
-                    let this = (across[lane] + dy) as f32;
+                    let this = across[lane] + dy;
                     let is_nearer = this < squared[lane];
                     squared[lane] = if is_nearer { this } else { squared[lane] };
                     surfels[lane] = if is_nearer { number } else { surfels[lane] };
