@@ -35,8 +35,8 @@ pub enum CostError {
 }
 
 /// Lines `cost NAME MS`: milliseconds of an update with one match at some sizes of the map, and of
-/// a scan of the recorded loop by scan matching. Of some measurements each is the shortest, for
-/// what other programs take of the machine only ever adds.
+/// a scan of the recorded loop by scan matching, with its part of the work at the end. Of some
+/// measurements each is the shortest, for what other programs take of the machine only ever adds.
 ///
 /// # Errors    Of filter and replay.
 pub fn costs(now_ms: impl Fn() -> f64) -> Result<Vec<String>, CostError> {

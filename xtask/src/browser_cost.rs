@@ -44,6 +44,9 @@ pub fn report() -> Result<()> {
             .args("test --profile wasm --target wasm32-unknown-unknown".split(' '))
             .args("--package slamlab-tests --test browser_cost -- --nocapture".split(' ')),
     )?;
+    if !(native.keys().eq(browser.keys()) && narrow.keys().eq(browser.keys())) {
+        bail!("the builds measured different things: {native:?}, {narrow:?}, {browser:?}");
+    }
     let mut slow = vec![];
     println!("{{");
     println!("  \"report\": \"browser-cost\",");

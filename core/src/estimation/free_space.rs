@@ -19,6 +19,8 @@ const TILE: i32 = 8;
 const TILE_CELLS: usize = TILE as usize;
 /// Tiles that the area grows by beyond what is asked for, to each side.
 const MARGIN: i32 = 8;
+/// Places farther from the origin than this, m, are not held.
+const FARTHEST: f64 = 1e5;
 /// Tiles that the area may span along a side: 3 km.
 const MOST_TILES: i32 = 2048;
 
@@ -97,6 +99,9 @@ impl FreeSpace {
 
     /// Grows the area until it holds `place`; `false` where that is too far.
     fn hold(&mut self, place: Point2<f64>) -> bool {
+        if place.x.abs().max(place.y.abs()) > FARTHEST {
+            return false;
+        }
         let (col, row) = cell_of(place);
         let at = (col.div_euclid(TILE), row.div_euclid(TILE));
         let (col, row) = (at.0 - self.low.0, at.1 - self.low.1);

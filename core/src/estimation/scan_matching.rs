@@ -9,7 +9,7 @@
 //!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the
 //!    direction again. How this robot's odometry errs is learned from what is sure (`motion`).
 //! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into
-//!    the grid (`keyframes`).
+//!    the grid (`keyframes`). Sweeps in between sharpen the walls that the submap has.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last
 //!    keyframes, so that there is always a map to match to. A scan that may as well lie elsewhere,
 //!    or that contradicts the submap, begins one that is seeded with nothing and joined loosely.
@@ -289,8 +289,12 @@ impl ScanMatcher {
             self.way_cov += self.local.cov;
         } else if is_new || tracked.is_loose {
             self.add_keyframe(seen, &tracked);
-        } else if tracked.is_sure && seen.is_rolling() && !self.gathering.is_at_work() {
-            self.confirm(&seen);
+        } else if tracked.is_sure
+            && tracked.found.is_some()
+            && seen.is_rolling()
+            && !self.gathering.is_at_work()
+        {
+            self.sharpen_walls(&seen);
         }
         self.note_place(stamp, self.local.pose);
     }

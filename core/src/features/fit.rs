@@ -60,6 +60,7 @@ pub struct BadBeam {
 /// ```
 /// use nalgebra::{Point2, Vector2};
 /// use slamlab_core::features::fit_line;
+/// use slamlab_core::geom::Length;
 /// use slamlab_core::points::Beam;
 /// let on_x_2 = |y: f64| Beam {
 ///     beam_idx: 0,

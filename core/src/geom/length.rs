@@ -2,7 +2,7 @@
 
 use nalgebra::{Dim, Matrix, Storage};
 
-/// Euclidean length, and direction.
+/// Euclidean length.
 ///
 /// `norm` of nalgebra takes the root by libm, so that all functions have the same bits everywhere;
 /// in WebAssembly libm computes it digit by digit, twenty times as long as the instruction takes. A

@@ -30,6 +30,7 @@ mod tests;
 use nalgebra::{Point2, Vector2};
 
 use crate::bounds::config;
+use crate::geom::Length;
 use crate::points::{Beam, Points, WIDEST_GAP, on_surfaces};
 
 /// How many cells a surface may be off, at [`EvidenceConfig::sigmas`] standard deviations.
@@ -120,10 +121,8 @@ impl Evidence {
             if beam.is_hit {
                 let along = beam.range - nearest_within(&points.beams, index, unsure);
                 let across = beam.range * unsure;
-                let blur = along * across
-                    / (along * along + across * across)
-                        .sqrt()
-                        .max(f64::MIN_POSITIVE);
+                let blur =
+                    along * across / Vector2::new(along, across).length().max(f64::MIN_POSITIVE);
                 if blur <= BLUR_CELLS * resolution {
                     evidence.hits.push(surfaces.beams[index].end_in_robot);
                 }

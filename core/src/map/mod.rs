@@ -31,6 +31,7 @@ pub use ray::cells_on_ray;
 pub(crate) use spread::{Rings, cells_around, spread};
 pub use surfaces::surfaces;
 pub use surfel_tiles::SurfelTiles;
+pub(crate) use surfels::SEEN_OFTEN;
 pub use surfels::{FixedSurfels, Surfel, SurfelConfig, SurfelMap};
 pub use topology::{Door, Region, RegionKind, Topology, TopologyConfig};
 pub use vector::{Sighting, VectorMap, Wall};

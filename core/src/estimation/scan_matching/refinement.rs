@@ -204,7 +204,7 @@ impl ScanMatcher {
             .collect()
     }
 
-    /// The numbers of the scans that were drawn: the others are in no map.
+    /// The numbers of the scans that were drawn: the others are in no grid.
     pub fn drawn_scans(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.submaps.len())
             .flat_map(|submap| self.scans_of_keyframes(submap).into_iter().flatten())

@@ -8,9 +8,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use self::course::{LAP, drive, drive_along, points_of, ring, scan_at, update};
+use super::super::pose_graph::differs;
 use super::*;
 use crate::geom::{Length, Segment, unit_vector, wrap};
-use crate::map::CellState;
+use crate::map::{CellState, SEEN_OFTEN};
 use crate::points::fixture::{normal, range_to};
 use crate::points::{MotionHistory, PointConfig};
 use crate::robot::Scan;
@@ -452,42 +453,65 @@ fn a_lidar_that_turns_slowly_knows_where_it_ends_though_tracks_slip() {
     }
 }
 
-/// How far the surfaces of the running submap lie beside the walls, root mean square, after
-/// `scans` that take `sweep` seconds each, from a robot that stands; and how many surfaces it has.
-fn surfaces_of_standing(scans: u64, sweep: f64) -> (f64, usize) {
+/// Sweeps of the turn to one side.
+const TURNS: u64 = 6;
+
+/// How far surfaces of the running submap that were seen often lie beside the walls, root mean
+/// square, how many surfaces there are, and where the robot believes to be, after `scans` that take
+/// `sweep` seconds each. It turns to and fro first, for some keyframes, and then stands.
+fn surfaces_of_standing(scans: u64, sweep: f64) -> (f64, usize, Pose2) {
     let walls = ring();
     let start = Pose2::new(-5.0, -4.0, 0.0);
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
-    let history = MotionHistory::new(1.0);
-    for step in 1..=scans {
-        let mut scan = sweep_of(&walls, &start, &Pose2::identity(), Stamp(step * 200_000));
+    let mut history = MotionHistory::new(1.0);
+    let mut pose = start;
+    for step in 0..scans {
+        let (from, to) = (Stamp(step * 200_000), Stamp((step + 1) * 200_000));
+        let turn = match step {
+            1..=TURNS => 0.1,
+            _ if (TURNS + 1..=2 * TURNS).contains(&step) => -0.1,
+            _ => 0.0,
+        };
+        let motion = Pose2::new(0.0, 0.0, turn);
+        let odometry = Odometry {
+            from,
+            to,
+            motion,
+            cov: Matrix3::from_diagonal(&Vector3::new(1e-6, 1e-6, 1e-4)),
+        };
+        matcher.odometry(&odometry);
+        history.push(&odometry);
+        let mut scan = sweep_of(&walls, &pose, &motion, to);
         scan.sweep = sweep;
         for range in &mut scan.ranges {
-            *range += (0.01 * normal(&mut rng)) as f32;
+            *range += (0.02 * normal(&mut rng)) as f32;
         }
         let points = Points::from_rolling_scan(&scan, &history, &PointConfig::default());
         update(&mut matcher, &points);
+        pose = pose * motion;
     }
     let surfels = matcher.running.surfels();
-    let squares = surfels.iter().map(|surfel| {
+    let often = surfels.iter().filter(|surfel| surfel.weight >= SEEN_OFTEN);
+    let count = often.clone().count();
+    let squares = often.map(|surfel| {
         let place = start * surfel.position;
         let off = walls.iter().map(|wall| wall.distance(place));
         let off = off.fold(f64::INFINITY, f64::min);
         off * off
     });
-    let mean = squares.sum::<f64>() / surfels.len() as f64;
-    (mean.sqrt(), surfels.len())
+    let mean = squares.sum::<f64>() / count as f64;
+    (mean.sqrt(), surfels.len(), matcher.estimate().pose)
 }
 
 #[test]
 fn sweeps_that_are_no_keyframes_sharpen_the_walls_and_add_none() {
-    let (first, surfels) = surfaces_of_standing(1, 0.2);
-    // Thirty sightings of noise that is independent would leave 0.18 of that of one. Each is laid
-    // by a match of its own, though, and at corners surfaces lie askew in all of them alike.
-    let (mean, of_many) = surfaces_of_standing(30, 0.2);
+    let (first, surfels, _) = surfaces_of_standing(2 * TURNS + 2, 0.2);
+    let (mean, of_many, early) = surfaces_of_standing(2 * TURNS + 60, 0.2);
     assert_eq!(surfels, of_many);
-    assert!(mean < 0.5 * first, "{mean} m after {first} m");
-    // People who walk along would be learned from scans at one instant.
-    assert_eq!(surfaces_of_standing(30, 0.0), surfaces_of_standing(1, 0.0));
+    assert!(mean < 0.9 * first, "{mean} m after {first} m");
+    // Who stands for long does not wander off with the walls.
+    let (late_mean, _, late) = surfaces_of_standing(1500, 0.2);
+    assert!(late_mean < 1.1 * mean, "{late_mean} m after {mean} m");
+    assert!(!differs(&early, &late, 0.004, 0.001), "{early:?} {late:?}");
 }

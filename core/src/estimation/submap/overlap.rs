@@ -17,15 +17,13 @@ use nalgebra::{Matrix3, Point2, Vector2};
 use super::ClosedSubmap;
 use crate::estimation::agreement::{AGREES_COSINE, AGREES_WITHIN, CONTRADICTS_BEYOND};
 use crate::geom::Pose2;
-use crate::map::{Surfel, SurfelConfig, SurfelMap};
+use crate::map::{SEEN_OFTEN, Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
 use crate::registration::{
     MatchConfig, Prior, Registration, SearchConfig, SearchWindow, Verdict, register,
     search_and_match,
 };
 
-/// Surfaces that were seen so often are there.
-const SEEN_OFTEN: f64 = 3.0;
 /// Surfaces that are asked about, at most: evenly chosen ones say the same as all.
 const MOST_ASKED: usize = 200;
 /// How far is searched for a place where two submaps agree: what is farther off contradicts.
