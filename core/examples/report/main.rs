@@ -24,6 +24,7 @@
     reason = "an example uses the clock, threads and floating point of the platform; the core does not"
 )]
 
+mod affine;
 mod buildings;
 mod clock;
 #[path = "../shared/closures.rs"]
@@ -80,6 +81,7 @@ type Entry = (&'static str, fn(&Args) -> Result<Outcome>);
 
 /// All reports, by name.
 const REPORTS: &[Entry] = &[
+    ("affine", affine::measure),
     ("buildings", buildings::measure),
     ("controller", controller::measure),
     ("crowd", crowd::measure),

@@ -4,6 +4,7 @@
 //! [`RegistrationMethod`] of its config, and searches where matching fails. A new registration
 //! method is a file here and a row of the table below.
 
+mod affine;
 mod correlative;
 mod gauss_newton;
 mod locate;
@@ -14,6 +15,7 @@ mod point_to_point;
 mod rolling;
 mod target;
 
+pub use affine::{AffineError, AffineFit, AffineMap, AffineMethod, register_affine};
 pub use correlative::{Candidate, SearchWindow, search, search_turned};
 pub use gauss_newton::MatchConfig;
 pub use locate::{
