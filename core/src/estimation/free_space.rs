@@ -54,9 +54,9 @@ impl FreeSpace {
             cells_on_ray(from / CELL, end / CELL, |cell| {
                 let col = (cell.col - low.0 * TILE) as usize;
                 let row = (cell.row - low.1 * TILE) as usize;
-                let tile = row / TILE_CELLS * cols + col / TILE_CELLS;
+                let (tile, bit) = tile_and_bit(col, row, cols);
                 if let Some(bits) = tiles.get_mut(tile) {
-                    *bits |= 1 << (row % TILE_CELLS * TILE_CELLS + col % TILE_CELLS);
+                    *bits |= bit;
                 }
             });
         }
@@ -141,13 +141,10 @@ impl FreeSpace {
     }
 
     fn bit(&self, (col, row): (i32, i32)) -> Option<(usize, u64)> {
-        let tile_col = col.div_euclid(TILE) - self.low.0;
-        let tile_row = row.div_euclid(TILE) - self.low.1;
-        if !(0..self.cols).contains(&tile_col) || !(0..self.rows).contains(&tile_row) {
-            return None;
-        }
-        let bit = row.rem_euclid(TILE) * TILE + col.rem_euclid(TILE);
-        Some(((tile_row * self.cols + tile_col) as usize, 1 << bit))
+        let (col, row) = (col - self.low.0 * TILE, row - self.low.1 * TILE);
+        let is_within =
+            (0..self.cols * TILE).contains(&col) && (0..self.rows * TILE).contains(&row);
+        is_within.then(|| tile_and_bit(col as usize, row as usize, self.cols as usize))
     }
 }
 
@@ -172,6 +169,14 @@ impl FreeSpace {
             && spans.contains(&self.rows)
             && self.tiles.len() == (self.cols * self.rows) as usize
     }
+}
+
+/// Where a cell is kept, counted from the lower left of an area of so many columns of tiles.
+#[inline]
+fn tile_and_bit(col: usize, row: usize, cols: usize) -> (usize, u64) {
+    let tile = row / TILE_CELLS * cols + col / TILE_CELLS;
+    let bit = row % TILE_CELLS * TILE_CELLS + col % TILE_CELLS;
+    (tile, 1 << bit)
 }
 
 fn cell_of(place: Point2<f64>) -> (i32, i32) {
