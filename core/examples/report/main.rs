@@ -33,11 +33,13 @@ mod controller;
 #[path = "../shared/cpu_clock.rs"]
 mod cpu_clock;
 mod crowd;
+mod degenerate;
 mod distance;
 mod ekf_consistency;
 mod ekf_cost;
 mod errand;
 mod explore;
+mod gauss_transform;
 mod graphs;
 mod grid;
 mod heading;
@@ -55,6 +57,7 @@ mod peak_memory;
 mod peers;
 mod planners;
 mod ray_cast;
+mod registration;
 mod ride;
 mod rounding;
 mod safe_drive;
@@ -85,10 +88,12 @@ const REPORTS: &[Entry] = &[
     ("buildings", buildings::measure),
     ("controller", controller::measure),
     ("crowd", crowd::measure),
+    ("degenerate", degenerate::measure),
     ("distance", distance::measure),
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
+    ("gauss-transform", gauss_transform::measure),
     ("graphs", graphs::measure),
     ("grid", grid::measure),
     ("kidnap", kidnap::measure),
@@ -96,6 +101,7 @@ const REPORTS: &[Entry] = &[
     ("look-alikes", look_alikes::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
+    ("registration", registration::measure),
     ("rounding", rounding::measure),
     ("safe-drive", safe_drive::measure),
     ("split-merge", split_merge::measure),
@@ -108,8 +114,8 @@ const REPORTS: &[Entry] = &[
 struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
-    /// For `buildings`, `kidnap` and `graphs`: the folder of recorded data, as its README lays it
-    /// out. Default `SLAMLAB_DATA`, or else `shared/data` beside the repository.
+    /// For `buildings`, `kidnap`, `graphs` and `registration`: the folder of recorded data, as its
+    /// README lays it out; `registration` does without where none is named. Default `SLAMLAB_DATA`, or else `shared/data` beside the repository.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// For `buildings`: only this row of its table; can be given several times. Default all.

@@ -23,6 +23,7 @@ mod grid;
 mod inputs;
 mod plan;
 mod rays;
+mod register;
 #[path = "../report/score.rs"]
 mod score;
 mod slam;
@@ -40,11 +41,12 @@ use inputs::Inputs;
 type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 
 /// All workloads, by name.
-const WORKLOADS: [Entry; 6] = [
+const WORKLOADS: [Entry; 7] = [
     ("ekf_step", ekf_step::run),
     ("grid", grid::run),
     ("plan", plan::run),
     ("rays", rays::run),
+    ("register", register::run),
     ("slam", slam::run),
     ("split_and_merge", split_and_merge::run),
 ];

@@ -23,6 +23,7 @@
 
 use nalgebra::{Point2, Vector2};
 
+use super::scatter::Scatter;
 use super::{Beam, Points};
 use crate::geom::Length;
 
@@ -62,8 +63,6 @@ const FACING_NEIGHBOURS: usize = 3;
 const FACING_REACH: f64 = 1.0;
 /// ... a cosine is never believed smaller.
 const GRAZING: f64 = 0.1;
-/// A surface counts as a line while the scatter across is less than this part of that along.
-const MAX_FLATNESS: f64 = 0.1;
 /// Most neighbours on either side.
 const MAX_NEIGHBOURS: usize = 8;
 
@@ -210,56 +209,6 @@ fn seen(beam: &Beam, normal: Vector2<f64>) -> OrientedPoint {
     OrientedPoint {
         position: beam.end_in_robot,
         normal: if is_behind { -normal } else { normal },
-    }
-}
-
-/// Sums of a set of points, enough for their principal directions.
-#[derive(Default)]
-struct Scatter {
-    count: f64,
-    sum: Vector2<f64>,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Scatter {
-    fn add(&mut self, p: Vector2<f64>) {
-        self.count += 1.0;
-        self.sum += p;
-        self.xx += p.x * p.x;
-        self.xy += p.x * p.y;
-        self.yy += p.y * p.y;
-    }
-
-    fn mean(&self) -> Vector2<f64> {
-        self.sum / self.count.max(1.0)
-    }
-
-    /// The direction across, if the points form a line.
-    fn normal(&self) -> Option<Vector2<f64>> {
-        if self.count < 3.0 {
-            return None;
-        }
-        let mean = self.mean();
-        let xx = self.xx / self.count - mean.x * mean.x;
-        let xy = self.xy / self.count - mean.x * mean.y;
-        let yy = self.yy / self.count - mean.y * mean.y;
-        let (half, half_trace) = (0.5 * (xx - yy), 0.5 * (xx + yy));
-        let spread = (half * half + xy * xy).sqrt();
-        let (across, along) = (half_trace - spread, half_trace + spread);
-        if along <= 1e-8 || across > MAX_FLATNESS * along {
-            return None;
-        }
-        // The eigenvector of the larger eigenvalue is (spread + half, xy) or (xy, spread - half):
-        // take the longer.
-        let tangent = if half >= 0.0 {
-            Vector2::new(spread + half, xy)
-        } else {
-            Vector2::new(xy, spread - half)
-        };
-        let length = tangent.length();
-        (length > 0.0).then(|| Vector2::new(-tangent.y, tangent.x) / length)
     }
 }
 

@@ -226,9 +226,19 @@ pub(super) fn outcome(
 }
 
 impl Sums {
+    /// The step to the least, (x, y, θ), that leaves the motion `free` as it is.
+    pub(super) fn step(mut self, free: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
+        if let Some(free) = free {
+            self.silence(free);
+            // Held fast, or the rest has no solution.
+            self.hessian += free * free.transpose() * self.hessian.trace();
+        }
+        Some(-self.hessian.cholesky()?.solve(&self.gradient))
+    }
+
     /// Takes away all that is said along the motion `free` (x, y, θ), and nothing of what is said
     /// of the rest.
-    fn silence(&mut self, free: &Vector3<f64>) {
+    pub(super) fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.hessian * free;
         let said = free.dot(&push);
         // Nothing to take away where nothing is said at all.

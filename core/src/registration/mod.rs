@@ -3,10 +3,18 @@
 //! Whoever has points and a [`Target`] calls [`locate`]: it matches them by the
 //! [`RegistrationMethod`] of its config, and searches where matching fails. A new registration
 //! method is a file here and a row of the table below.
+//!
+//! Whoever has two clouds calls [`register_clouds`], which has all methods behind one interface,
+//! and one judge of what they find; [`register_affine`], [`drift`] and [`register_mixtures`] find
+//! maps that are not rigid.
 
 mod affine;
+mod clouds;
 mod correlative;
+mod cpd;
 mod gauss_newton;
+mod gauss_transform;
+mod gmm;
 mod locate;
 mod modes;
 mod outcome;
@@ -16,8 +24,15 @@ mod rolling;
 mod target;
 
 pub use affine::{AffineError, AffineFit, AffineMap, AffineMethod, register_affine};
+pub use clouds::{
+    Association, Cloud, CloudError, CloudMethod, CorrelationConfig, IcpConfig, JudgeConfig, Metric,
+    NdtConfig, RobustKernel, Selection, Weighting, register_clouds,
+};
 pub use correlative::{Candidate, SearchWindow, search, search_turned};
+pub use cpd::{CpdConfig, CpdError, CpdKind, Drift, MOST_NON_RIGID, drift};
 pub use gauss_newton::MatchConfig;
+pub use gauss_transform::{TRANSFORM_ERROR, TransformMethod, gauss_transform};
+pub use gmm::{GmmConfig, GmmFit, register_mixtures};
 pub use locate::{
     LocateConfig, Located, SearchConfig, SearchedPrior, locate, search_and_match,
     search_turned_and_match,

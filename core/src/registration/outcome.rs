@@ -31,6 +31,12 @@ pub enum Verdict {
     },
     /// The last step was still large.
     NotConverged,
+    /// It came to rest where the clouds contradict each other: each lies where the other saw
+    /// through, or nowhere near it.
+    LocalMinimum {
+        /// Part of the points that could agree and do, 0 to 1.
+        agreement: f64,
+    },
 }
 
 /// The result of a match.

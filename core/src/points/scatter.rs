@@ -1,0 +1,81 @@
+//! The principal directions of a few points.
+
+use nalgebra::Vector2;
+
+use crate::geom::Length;
+
+/// A surface counts as a line while the scatter across is less than this part of that along.
+const MAX_FLATNESS: f64 = 0.1;
+
+/// Sums of a set of points, enough for their principal directions.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Scatter {
+    pub(crate) count: f64,
+    sum: Vector2<f64>,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Scatter {
+    pub(crate) fn add(&mut self, p: Vector2<f64>) {
+        self.count += 1.0;
+        self.sum += p;
+        self.xx += p.x * p.x;
+        self.xy += p.x * p.y;
+        self.yy += p.y * p.y;
+    }
+
+    /// Of the points that are in this and not in `other`, all of whose are in this.
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        Self {
+            count: self.count - other.count,
+            sum: self.sum - other.sum,
+            xx: self.xx - other.xx,
+            xy: self.xy - other.xy,
+            yy: self.yy - other.yy,
+        }
+    }
+
+    /// Of the same points as seen from `origin`.
+    pub(crate) fn about(&self, origin: &Vector2<f64>) -> Self {
+        let (n, s) = (self.count, self.sum);
+        Self {
+            count: n,
+            sum: s - origin * n,
+            xx: self.xx - 2.0 * origin.x * s.x + n * origin.x * origin.x,
+            xy: self.xy - origin.x * s.y - origin.y * s.x + n * origin.x * origin.y,
+            yy: self.yy - 2.0 * origin.y * s.y + n * origin.y * origin.y,
+        }
+    }
+
+    pub(crate) fn mean(&self) -> Vector2<f64> {
+        self.sum / self.count.max(1.0)
+    }
+
+    /// The direction across, if the points form a line.
+    pub(crate) fn normal(&self) -> Option<Vector2<f64>> {
+        if self.count < 3.0 {
+            return None;
+        }
+        let mean = self.mean();
+        let xx = self.xx / self.count - mean.x * mean.x;
+        let xy = self.xy / self.count - mean.x * mean.y;
+        let yy = self.yy / self.count - mean.y * mean.y;
+        let (half, half_trace) = (0.5 * (xx - yy), 0.5 * (xx + yy));
+        let spread = (half * half + xy * xy).sqrt();
+        let (across, along) = (half_trace - spread, half_trace + spread);
+        if along <= 1e-8 || across > MAX_FLATNESS * along {
+            return None;
+        }
+        // The eigenvector of the larger eigenvalue is (spread + half, xy) or (xy, spread - half):
+        // take the longer.
+        let tangent = if half >= 0.0 {
+            Vector2::new(spread + half, xy)
+        } else {
+            Vector2::new(xy, spread - half)
+        };
+        let length = tangent.length();
+        (length > 0.0).then(|| Vector2::new(-tangent.y, tangent.x) / length)
+    }
+}

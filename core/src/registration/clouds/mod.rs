@@ -1,0 +1,156 @@
+//! From two clouds to the motion between them, by whichever method.
+//!
+//! In: a moving and a fixed [`Cloud`], and a start. Out: `fixed_from_moving` with covariance,
+//! residual, overlap, iterations and a verdict.
+//!
+//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose; what that is
+//! worth is judged in one place for all ([`JudgeConfig`]), by how the two clouds lie on each other
+//! there.
+
+mod bearings;
+mod cloud;
+mod correlation;
+mod icp;
+mod judge;
+mod ndt;
+mod neighbours;
+#[cfg(test)]
+mod tests;
+
+pub use cloud::{Cloud, CloudError};
+pub use correlation::CorrelationConfig;
+pub use icp::{Association, IcpConfig, Metric, RobustKernel, Selection, Weighting};
+pub use judge::JudgeConfig;
+pub use ndt::NdtConfig;
+
+use super::cpd::{CpdConfig, CpdKind, drift};
+use super::gmm::{GmmConfig, register_mixtures};
+use super::{AffineMap, Registration};
+use crate::geom::Pose2;
+
+/// How the motion between two clouds is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CloudMethod {
+    /// Iterated closest points.
+    Icp(IcpConfig),
+    /// Normal distributions transform.
+    Ndt(NdtConfig),
+    /// Coherent point drift.
+    Cpd(CpdConfig),
+    /// Least L2 distance of two Gaussian mixtures.
+    Gmm(GmmConfig),
+    /// Branch and bound in a window, then points to lines.
+    Correlation(CorrelationConfig),
+}
+
+impl CloudMethod {
+    /// All methods by name, each as it is best by itself.
+    #[must_use]
+    pub fn all() -> [(&'static str, Self); 7] {
+        let icp = |metric| {
+            Self::Icp(IcpConfig {
+                metric,
+                ..IcpConfig::default()
+            })
+        };
+        [
+            ("point-to-point", Self::Icp(IcpConfig::point_to_point())),
+            ("point-to-line", icp(Metric::PointToLine)),
+            ("surface-to-surface", icp(Metric::SurfaceToSurface)),
+            ("ndt", Self::Ndt(NdtConfig::default())),
+            ("cpd", Self::Cpd(CpdConfig::default())),
+            ("gmm", Self::Gmm(GmmConfig::default())),
+            (
+                "correlation",
+                Self::Correlation(CorrelationConfig::default()),
+            ),
+        ]
+    }
+}
+
+/// Where a method has come to.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    pose: Pose2,
+    iterations: usize,
+    is_settled: bool,
+}
+
+impl Found {
+    fn start(start: &Pose2) -> Self {
+        Self {
+            pose: *start,
+            iterations: 0,
+            is_settled: false,
+        }
+    }
+}
+
+/// The motion from `moving` to `fixed` by `method`, from `start`.
+#[must_use]
+pub fn register_clouds(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    method: &CloudMethod,
+    config: &JudgeConfig,
+) -> Registration {
+    let start = if start.is_finite() {
+        *start
+    } else {
+        Pose2::identity()
+    };
+    if moving.points().is_empty() || fixed.points().is_empty() {
+        return judge::nothing(&Found::start(&start), moving.points().len());
+    }
+    // One row for each method.
+    let found = match method {
+        CloudMethod::Icp(config) => icp::run(moving, fixed, &start, config),
+        CloudMethod::Ndt(config) => ndt::run(moving, fixed, &start, config),
+        CloudMethod::Cpd(config) => by_drift(moving, fixed, &start, config),
+        CloudMethod::Gmm(config) => by_mixtures(moving, fixed, &start, config),
+        CloudMethod::Correlation(config) => correlation::run(moving, fixed, &start, config),
+    };
+    judge::judge(moving, fixed, &found, config)
+}
+
+/// Coherent point drift of the cloud as it lies at the start.
+fn by_drift(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &CpdConfig) -> Found {
+    let config = CpdConfig {
+        scales: false,
+        ..*config
+    };
+    let moved: Vec<_> = moving.points().iter().map(|p| *start * *p).collect();
+    let drifted = drift(&moved, fixed.points(), CpdKind::Rigid, &config).ok();
+    let found = drifted.and_then(|drift| Some((rigid(&drift.map?), drift)));
+    found.map_or_else(
+        || Found::start(start),
+        |(by, drift)| Found {
+            pose: by * *start,
+            iterations: drift.iterations,
+            is_settled: drift.is_settled,
+        },
+    )
+}
+
+fn by_mixtures(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &GmmConfig) -> Found {
+    let config = GmmConfig {
+        is_affine: false,
+        ..*config
+    };
+    let fit = register_mixtures(moving.points(), fixed.points(), start, &config);
+    fit.map_or_else(
+        || Found::start(start),
+        |fit| Found {
+            pose: rigid(&fit.map),
+            iterations: fit.iterations,
+            is_settled: fit.is_settled,
+        },
+    )
+}
+
+/// A map that is a rotation and a shift, as a pose.
+fn rigid(map: &AffineMap) -> Pose2 {
+    let (cos, sin) = (map.linear[(0, 0)], map.linear[(1, 0)]);
+    Pose2::from_cos_sin(map.shift.x, map.shift.y, cos, sin)
+}

@@ -1,0 +1,366 @@
+//! Coherent point drift: the moving cloud is taken for the centres of a mixture of Gaussians, from
+//! which the fixed cloud was drawn.
+//!
+//! In: two clouds, and what kind of motion lies between them. Out: where the moving points come to.
+//!
+//! 1. Both clouds are **normalised**: moved to mean 0 and scaled by one number. σ² begins as the
+//!    mean squared distance of all pairs (1.44).
+//! 2. **E**: how much of each fixed point is owed to each moving point, and how much to outliers, of
+//!    which there is a part w (1.45). Only sums of these are needed (`posterior`).
+//! 3. **M**: the motion that makes the owed squared distances least, and from it σ²
+//!    ((1.46)-(1.53)).
+//! 4. It ends when σ² is next to nothing, when nothing changes for some iterations, or after the
+//!    last iteration; where σ² is still wide after a while it has failed.
+//! 5. The result is **de-normalised**.
+//!
+//! Source: Myronenko & Song (2010), "Point set registration: coherent point drift"; numbers as in
+//! Pilch (2016).
+
+mod displacement;
+mod posterior;
+mod rigid;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{Matrix2, Point2, Vector2};
+
+use self::posterior::Posterior;
+use super::AffineMap;
+use crate::bounds::config;
+
+config! {
+    /// How clouds drift.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct CpdConfig {
+        /// Part of the fixed points that are outliers, below 1. Default 0.1; larger listens less to
+        /// what lies apart.
+        pub outliers: f64 = 0.1,
+        /// Whether a rigid motion may scale. Default false: scans do not.
+        pub scales: bool = false,
+        /// Most iterations. Default 100.
+        pub max_iterations: usize = 100,
+        /// σ² of normalised clouds below which it ends. Default 4e-5.
+        pub least_variance: f64 = 4e-5,
+        /// It ends after so many iterations in which σ² changes by less than a thousandth. Default
+        /// 10.
+        pub still_iterations: usize = 10,
+        /// It has failed where σ² of normalised clouds is above the second figure after so many
+        /// iterations. Default none: in noisy clouds σ² stays wide, and a map that is found late is
+        /// found as well.
+        pub fails: Option<(usize, f64)> = None,
+        /// Error of the sums, in parts of the number of points. Default 1e-6; larger is quicker
+        /// where there are many points.
+        pub error: f64 = 1e-6,
+        /// Of non-rigid motion: how far a point takes its neighbours along, in extents of the
+        /// normalised cloud. Default 2; larger bends less.
+        pub beta: f64 = 2.0,
+        /// Of non-rigid motion: how much smoothness counts beside fit. Default 3; larger bends
+        /// less.
+        pub lambda: f64 = 3.0,
+    }
+}
+
+impl CpdConfig {
+    /// As in Pilch (2016): what is not found after 30 iterations has failed.
+    #[must_use]
+    pub fn pilch() -> Self {
+        Self {
+            fails: Some((30, 1e-4)),
+            ..Self::default()
+        }
+    }
+}
+
+/// What kind of motion lies between two clouds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CpdKind {
+    /// A rotation and a shift.
+    #[default]
+    Rigid,
+    /// Any linear map and a shift.
+    Affine,
+    /// Any smooth motion.
+    NonRigid,
+}
+
+impl CpdKind {
+    /// All kinds, with their names.
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("rigid", Self::Rigid),
+        ("affine", Self::Affine),
+        ("non-rigid", Self::NonRigid),
+    ];
+}
+
+/// How two clouds drifted onto each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drift {
+    /// Where each moving point came to, in the fixed frame, m.
+    pub moved: Vec<Point2<f64>>,
+    /// The map that took it there; `None` of a motion that is not linear.
+    pub map: Option<AffineMap>,
+    /// σ of the mixture at the end, m.
+    pub sigma: f64,
+    /// Iterations taken.
+    pub iterations: usize,
+    /// Whether it ended because nothing changed any more, and σ² was small enough in time.
+    pub is_settled: bool,
+}
+
+/// Why clouds cannot drift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CpdError {
+    /// Fewer points fix no motion of this kind.
+    #[error("the {cloud} cloud has {found} points, expected at least {least}")]
+    TooFewPoints {
+        /// Which of both.
+        cloud: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many it takes.
+        least: usize,
+    },
+    /// Every moving point of a non-rigid motion is an unknown of a dense system.
+    #[error("{found} moving points, expected at most {most} for a non-rigid motion")]
+    TooManyPoints {
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A coordinate that is not a number.
+    #[error("the {cloud} cloud: point {index} is not finite")]
+    NotFinite {
+        /// Which of both.
+        cloud: &'static str,
+        /// The point.
+        index: usize,
+    },
+    /// All points of a cloud in one place.
+    #[error("all points lie in one place")]
+    NoExtent,
+}
+
+/// Most moving points of a non-rigid motion: a system of so many unknowns is solved in each
+/// iteration.
+pub const MOST_NON_RIGID: usize = 1000;
+/// A change of σ² that is none, in parts of it.
+const STILL: f64 = 1e-3;
+
+/// Lets `moving` drift onto `fixed`.
+///
+/// # Errors    [`CpdError`]: too few points, or too many, or what is none.
+pub fn drift(
+    moving: &[Point2<f64>],
+    fixed: &[Point2<f64>],
+    kind: CpdKind,
+    config: &CpdConfig,
+) -> Result<Drift, CpdError> {
+    check(moving, "moving", kind)?;
+    check(fixed, "fixed", kind)?;
+    let normal = Normalised::of(moving, fixed)?;
+    let (start, x) = (
+        normal.take(moving, &normal.moving_mean),
+        normal.take(fixed, &normal.fixed_mean),
+    );
+    let mut y = start.clone();
+    let mut variance = mean_square(&y, &x);
+    let mut motion = Motion::of(kind, &start, config);
+    let (mut still, mut iterations, mut is_settled, mut failed) = (0, 0, false, false);
+    while iterations < config.max_iterations {
+        iterations += 1;
+        let owed = Posterior::of(&y, &x, variance, config);
+        if owed.total < 1e-9 {
+            failed = true;
+            break;
+        }
+        let before = variance;
+        let Some(after) = motion.fit(&start, &x, &owed, variance, config) else {
+            failed = true;
+            break;
+        };
+        motion.apply(&start, &mut y);
+        // A perfect fit has no width; half of the least that is looked at stands for it.
+        variance = after.max(0.5 * config.least_variance);
+        still = if (variance - before).abs() < STILL * before {
+            still + 1
+        } else {
+            0
+        };
+        if (config.fails).is_some_and(|(after, above)| iterations == after && variance >= above) {
+            failed = true;
+            break;
+        }
+        if variance < config.least_variance || still >= config.still_iterations {
+            is_settled = true;
+            break;
+        }
+    }
+    let moved = y.iter().map(|p| normal.back(p)).collect();
+    Ok(Drift {
+        moved,
+        map: motion.linear().map(|(linear, shift)| {
+            let from = normal.moving_mean;
+            let to = normal.fixed_mean + shift * normal.scale;
+            AffineMap {
+                linear,
+                shift: to - linear * from,
+            }
+        }),
+        sigma: variance.sqrt() * normal.scale,
+        iterations,
+        is_settled: is_settled && !failed,
+    })
+}
+
+fn check(points: &[Point2<f64>], cloud: &'static str, kind: CpdKind) -> Result<(), CpdError> {
+    let least = match kind {
+        CpdKind::Rigid => 2,
+        CpdKind::Affine | CpdKind::NonRigid => 3,
+    };
+    let found = points.len();
+    if found < least {
+        return Err(CpdError::TooFewPoints {
+            cloud,
+            found,
+            least,
+        });
+    }
+    if kind == CpdKind::NonRigid && cloud == "moving" && found > MOST_NON_RIGID {
+        return Err(CpdError::TooManyPoints {
+            found,
+            most: MOST_NON_RIGID,
+        });
+    }
+    let is_finite = |p: &Point2<f64>| p.x.abs() <= 1e6 && p.y.abs() <= 1e6;
+    match points.iter().position(|p| !is_finite(p)) {
+        Some(index) => Err(CpdError::NotFinite { cloud, index }),
+        None => Ok(()),
+    }
+}
+
+/// How clouds are moved and scaled so that all numbers are about 1.
+struct Normalised {
+    moving_mean: Vector2<f64>,
+    fixed_mean: Vector2<f64>,
+    /// m.
+    scale: f64,
+}
+
+impl Normalised {
+    fn of(moving: &[Point2<f64>], fixed: &[Point2<f64>]) -> Result<Self, CpdError> {
+        let mean = |points: &[Point2<f64>]| {
+            points.iter().map(|p| p.coords).sum::<Vector2<f64>>() / points.len() as f64
+        };
+        let (moving_mean, fixed_mean) = (mean(moving), mean(fixed));
+        let square = |points: &[Point2<f64>], mean: &Vector2<f64>| {
+            let squares = points.iter().map(|p| (p.coords - mean).norm_squared());
+            squares.sum::<f64>() / points.len() as f64
+        };
+        // One scale for both: a rigid motion keeps lengths.
+        let scale = square(moving, &moving_mean)
+            .max(square(fixed, &fixed_mean))
+            .sqrt();
+        if scale <= 0.0 {
+            return Err(CpdError::NoExtent);
+        }
+        Ok(Self {
+            moving_mean,
+            fixed_mean,
+            scale,
+        })
+    }
+
+    fn take(&self, points: &[Point2<f64>], mean: &Vector2<f64>) -> Vec<Point2<f64>> {
+        let moved = |p: &Point2<f64>| Point2::from((p.coords - mean) / self.scale);
+        points.iter().map(moved).collect()
+    }
+
+    /// A point of the fixed frame, as it was.
+    fn back(&self, point: &Point2<f64>) -> Point2<f64> {
+        Point2::from(point.coords * self.scale + self.fixed_mean)
+    }
+}
+
+/// (1.44): the mean squared distance of all pairs, in a direction.
+fn mean_square(y: &[Point2<f64>], x: &[Point2<f64>]) -> f64 {
+    let moments = |points: &[Point2<f64>]| {
+        let count = points.len() as f64;
+        let sum: Vector2<f64> = points.iter().map(|p| p.coords).sum();
+        let squares: f64 = points.iter().map(|p| p.coords.norm_squared()).sum();
+        (sum / count, squares / count)
+    };
+    let ((x_mean, x_square), (y_mean, y_square)) = (moments(x), moments(y));
+    0.5 * (x_square + y_square - 2.0 * x_mean.dot(&y_mean))
+}
+
+/// The motion so far.
+enum Motion {
+    /// x = B y + t; rigid where the flag says so.
+    Linear {
+        linear: Matrix2<f64>,
+        shift: Vector2<f64>,
+        is_rigid: bool,
+    },
+    /// y + G w.
+    Smooth(displacement::Smooth),
+}
+
+impl Motion {
+    fn of(kind: CpdKind, start: &[Point2<f64>], config: &CpdConfig) -> Self {
+        match kind {
+            CpdKind::Rigid | CpdKind::Affine => Self::Linear {
+                linear: Matrix2::identity(),
+                shift: Vector2::zeros(),
+                is_rigid: kind == CpdKind::Rigid,
+            },
+            CpdKind::NonRigid => Self::Smooth(displacement::Smooth::of(start, config.beta)),
+        }
+    }
+
+    /// The M step; σ² after it.
+    fn fit(
+        &mut self,
+        start: &[Point2<f64>],
+        x: &[Point2<f64>],
+        owed: &Posterior,
+        variance: f64,
+        config: &CpdConfig,
+    ) -> Option<f64> {
+        match self {
+            Self::Linear {
+                linear,
+                shift,
+                is_rigid,
+            } => {
+                let fit = rigid::Sums::of(start, x, owed);
+                let (b, t, after) = match is_rigid {
+                    true => fit.rigid(config.scales)?,
+                    false => fit.affine()?,
+                };
+                (*linear, *shift) = (b, t);
+                Some(after)
+            }
+            Self::Smooth(smooth) => smooth.fit(start, x, owed, variance, config.lambda),
+        }
+    }
+
+    fn apply(&self, start: &[Point2<f64>], y: &mut [Point2<f64>]) {
+        match self {
+            Self::Linear { linear, shift, .. } => {
+                for (y, start) in y.iter_mut().zip(start) {
+                    *y = Point2::from(linear * start.coords + shift);
+                }
+            }
+            Self::Smooth(smooth) => smooth.apply(start, y),
+        }
+    }
+
+    fn linear(&self) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        match self {
+            Self::Linear { linear, shift, .. } => Some((*linear, *shift)),
+            Self::Smooth(_) => None,
+        }
+    }
+}

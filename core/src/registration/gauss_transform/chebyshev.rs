@@ -1,0 +1,341 @@
+//! The fast Gauss transform by interpolation.
+//!
+//! The plane is cut into boxes of half-side a = r √2 σ. For a box of sources and one of targets, the
+//! kernel is interpolated at p Chebyshev nodes in each direction of each box:
+//! g(t - s) ≈ Σ c_jk T_j(t) T_k(s), by x and by y apart, for the Gaussian is their product.
+//!
+//! 1. Each box of sources: moments Σ q T_j(x) T_k(y).
+//! 2. Each pair of boxes that are not too far apart: the moments, times the coefficients of x and
+//!    of y, are added to the box of targets.
+//! 3. Each target reads the polynomial of its box.
+//!
+//! Error: in units of √2 σ the p-th derivative of exp(-u²) is below 1.09 √(2^p p!) (Cramér), so
+//! interpolating one variable errs by at most e = 2.18 (r/√2)^p / √p!, and both variables of one
+//! direction by E = e (1 + Λ), Λ being the Lebesgue constant of the nodes; both directions by
+//! 2 E + E². p is the least for which that and what lies beyond reach are below what is allowed.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_2_PI, PI, SQRT_2};
+
+use nalgebra::Point2;
+use pulp::NullaryFnOnce;
+
+use super::reach;
+use crate::lanes::widened;
+
+/// Half-sides of boxes that are considered, in √2 σ.
+const HALF_SIDES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+/// Most nodes in a direction.
+const MOST_NODES: usize = 48;
+/// Share of the error that may come from what lies beyond reach.
+const BEYOND: f64 = 0.1;
+/// What a product costs beside a pair.
+const PRODUCT: f64 = 0.15;
+
+/// How boxes are cut.
+pub(super) struct Plan {
+    nodes: usize,
+    /// m.
+    half_side: f64,
+    /// How far apart boxes are that hear each other, in boxes.
+    boxes: i64,
+    /// In multiples of what a pair costs.
+    pub(super) work: f64,
+}
+
+impl Plan {
+    /// The way to cut boxes that makes the least work.
+    pub(super) fn of(
+        sources: &[Point2<f64>],
+        targets: &[Point2<f64>],
+        sigma: f64,
+        error: f64,
+    ) -> Self {
+        let far = reach(0.5 / (sigma * sigma), BEYOND * error);
+        let plan = |r: f64| {
+            let half_side = r * SQRT_2 * sigma;
+            let nodes = nodes(r, (1.0 - BEYOND) * error);
+            let boxes = (0.5 * far / half_side).ceil() + 1.0;
+            let occupied = |points: &[Point2<f64>]| occupied(points, half_side);
+            let (from, to) = (occupied(sources), occupied(targets));
+            let pairs = to * from.min((2.0 * boxes + 1.0) * (2.0 * boxes + 1.0));
+            let (n, points) = (nodes as f64, (sources.len() + targets.len()) as f64);
+            let products = points * (n * n + 8.0 * n) + pairs * 2.0 * n * n * n;
+            Self {
+                nodes,
+                half_side,
+                boxes: boxes.min(1e6) as i64,
+                work: if nodes > MOST_NODES {
+                    f64::INFINITY
+                } else {
+                    PRODUCT * products
+                },
+            }
+        };
+        let mut best = plan(HALF_SIDES[0]);
+        for r in HALF_SIDES.into_iter().skip(1) {
+            let other = plan(r);
+            if other.work < best.work {
+                best = other;
+            }
+        }
+        best
+    }
+}
+
+/// About how many boxes the points occupy: by their extent, and never more than there are points.
+fn occupied(points: &[Point2<f64>], half_side: f64) -> f64 {
+    let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for point in points {
+        for (axis, along) in [point.x, point.y].into_iter().enumerate() {
+            least[axis] = least[axis].min(along);
+            most[axis] = most[axis].max(along);
+        }
+    }
+    let across = |axis: usize| (most[axis] - least[axis]).max(0.0) / (2.0 * half_side) + 1.0;
+    (across(0) * across(1)).min(points.len() as f64)
+}
+
+/// The least number of nodes that errs by no more than `error`.
+fn nodes(r: f64, error: f64) -> usize {
+    let mut one = 2.18;
+    for nodes in 1..=MOST_NODES {
+        one *= r / SQRT_2 / (nodes as f64).sqrt();
+        let lebesgue = FRAC_2_PI * libm::log(nodes as f64 + 1.0) + 1.0;
+        let both = one * (1.0 + lebesgue);
+        if 2.0 * both + both * both <= error {
+            return nodes;
+        }
+    }
+    MOST_NODES + 1
+}
+
+/// The sums at each target.
+pub(super) fn transform<const K: usize>(
+    sources: &[Point2<f64>],
+    weights: &[[f64; K]],
+    targets: &[Point2<f64>],
+    sigma: f64,
+    plan: &Plan,
+) -> Vec<[f64; K]> {
+    if plan.nodes > MOST_NODES {
+        return super::direct::all(sources, weights, targets, 0.5 / (sigma * sigma));
+    }
+    let origin = sources.first().copied().unwrap_or_default();
+    let from = Boxes::of(sources, origin, plan);
+    let to = Boxes::of(targets, origin, plan);
+    let coefficients = Coefficients::of(sigma, plan);
+    widened(Transform {
+        weights,
+        count: targets.len(),
+        from: &from,
+        to: &to,
+        coefficients: &coefficients,
+        plan,
+    })
+}
+
+/// Points in boxes, by row and column.
+struct Boxes(BTreeMap<(i64, i64), Vec<InBox>>);
+
+/// A point: its place in the list, and within the box, -1 to 1.
+type InBox = (usize, [f64; 2]);
+
+impl Boxes {
+    fn of(points: &[Point2<f64>], origin: Point2<f64>, plan: &Plan) -> Self {
+        let mut boxes: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        let along = |x: f64| {
+            let boxes = x / (2.0 * plan.half_side);
+            let whole = boxes.floor();
+            (whole as i64, 2.0 * (boxes - whole) - 1.0)
+        };
+        for (index, point) in points.iter().enumerate() {
+            let ((column, x), (row, y)) = (along(point.x - origin.x), along(point.y - origin.y));
+            boxes
+                .entry((row, column))
+                .or_default()
+                .push((index, [x, y]));
+        }
+        Self(boxes)
+    }
+}
+
+/// Of each distance of boxes, from `-boxes` to `boxes`: c_jk of T_j(t) T_k(s).
+struct Coefficients {
+    nodes: usize,
+    boxes: i64,
+    all: Vec<f64>,
+}
+
+impl Coefficients {
+    fn of(sigma: f64, plan: &Plan) -> Self {
+        let p = plan.nodes;
+        let angle = |node: usize| PI * (node as f64 + 0.5) / p as f64;
+        let places: Vec<f64> = (0..p).map(|node| libm::cos(angle(node))).collect();
+        // T_j at the nodes, scaled so that it takes values to coefficients.
+        let to_coefficients = |j: usize, node: usize| {
+            let scale = if j == 0 { 1.0 } else { 2.0 };
+            scale / p as f64 * libm::cos(j as f64 * angle(node))
+        };
+        let cosines: Vec<f64> = (0..p * p)
+            .map(|at| to_coefficients(at / p, at % p))
+            .collect();
+        let mut all = vec![];
+        for apart in -plan.boxes..=plan.boxes {
+            let value = |t: f64, s: f64| {
+                let off = plan.half_side * (2.0 * apart as f64 + t - s) / (SQRT_2 * sigma);
+                libm::exp(-off * off)
+            };
+            let values: Vec<f64> = places
+                .iter()
+                .flat_map(|t| places.iter().map(move |s| value(*t, *s)))
+                .collect();
+            // Both sides: C V Cᵀ.
+            let left = product(&cosines, &values, p, false);
+            all.extend(product(&left, &cosines, p, true));
+        }
+        Self {
+            nodes: p,
+            boxes: plan.boxes,
+            all,
+        }
+    }
+
+    fn apart(&self, boxes: i64) -> &[f64] {
+        let size = self.nodes * self.nodes;
+        let at = usize::try_from(boxes + self.boxes).unwrap_or(usize::MAX);
+        let range = at.saturating_mul(size)..at.saturating_add(1).saturating_mul(size);
+        self.all.get(range).unwrap_or(&[])
+    }
+}
+
+/// A B, or A Bᵀ, of square matrices row by row.
+fn product(a: &[f64], b: &[f64], size: usize, is_transposed: bool) -> Vec<f64> {
+    let b = |row: usize, column: usize| b.get(row * size + column).copied().unwrap_or(0.0);
+    let of = |row: &[f64], column: usize| -> f64 {
+        let terms = row.iter().enumerate().map(|(k, a)| {
+            a * if is_transposed {
+                b(column, k)
+            } else {
+                b(k, column)
+            }
+        });
+        terms.sum()
+    };
+    let rows = a.chunks_exact(size.max(1));
+    rows.flat_map(|row| (0..size).map(move |column| of(row, column)))
+        .collect()
+}
+
+struct Transform<'a, const K: usize> {
+    weights: &'a [[f64; K]],
+    count: usize,
+    from: &'a Boxes,
+    to: &'a Boxes,
+    coefficients: &'a Coefficients,
+    plan: &'a Plan,
+}
+
+impl<const K: usize> NullaryFnOnce for Transform<'_, K> {
+    type Output = Vec<[f64; K]>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let p = self.plan.nodes;
+        let mut moments = BTreeMap::new();
+        let (mut tx, mut ty) = ([0.0; MOST_NODES], [0.0; MOST_NODES]);
+        for (place, points) in &self.from.0 {
+            let mut sums = [const { vec![] }; K];
+            for column in &mut sums {
+                column.resize(p * p, 0.0);
+            }
+            for (index, [x, y]) in points {
+                let Some(weights) = self.weights.get(*index) else {
+                    continue;
+                };
+                polynomials(*x, &mut tx, p);
+                polynomials(*y, &mut ty, p);
+                for (column, weight) in sums.iter_mut().zip(weights) {
+                    for (row, tx) in column.chunks_exact_mut(p).zip(&tx) {
+                        let scaled = tx * weight;
+                        for (sum, ty) in row.iter_mut().zip(&ty) {
+                            *sum += scaled * ty;
+                        }
+                    }
+                }
+            }
+            moments.insert(*place, sums);
+        }
+        let mut found = vec![[0.0; K]; self.count];
+        let (mut half, mut local) = (vec![0.0; p * p], [const { vec![] }; K]);
+        let reach = self.plan.boxes;
+        for ((row, column), points) in &self.to.0 {
+            for sums in &mut local {
+                sums.clear();
+                sums.resize(p * p, 0.0);
+            }
+            for away in -reach..=reach {
+                let from = (row - away, column - reach);
+                let to = (row - away, column + reach);
+                for ((_, other), sums) in moments.range(from..=to) {
+                    let by_x = self.coefficients.apart(column - other);
+                    let by_y = self.coefficients.apart(away);
+                    for (local, moments) in local.iter_mut().zip(sums) {
+                        translate(by_x, by_y, moments, &mut half, local, p);
+                    }
+                }
+            }
+            for (index, [x, y]) in points {
+                polynomials(*x, &mut tx, p);
+                polynomials(*y, &mut ty, p);
+                let Some(found) = found.get_mut(*index) else {
+                    continue;
+                };
+                for (value, local) in found.iter_mut().zip(&local) {
+                    let mut sum = 0.0;
+                    for (row, tx) in local.chunks_exact(p).zip(&tx) {
+                        let along: f64 = row.iter().zip(&ty).map(|(c, ty)| c * ty).sum();
+                        sum += tx * along;
+                    }
+                    *value = sum;
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Adds X M Yᵀ to `local`.
+#[inline(always)]
+fn translate(
+    by_x: &[f64],
+    by_y: &[f64],
+    moments: &[f64],
+    half: &mut [f64],
+    local: &mut [f64],
+    p: usize,
+) {
+    for (out, xs) in half.chunks_exact_mut(p).zip(by_x.chunks_exact(p)) {
+        out.fill(0.0);
+        for (x, row) in xs.iter().zip(moments.chunks_exact(p)) {
+            for (sum, moment) in out.iter_mut().zip(row) {
+                *sum += x * moment;
+            }
+        }
+    }
+    for (out, row) in local.chunks_exact_mut(p).zip(half.chunks_exact(p)) {
+        for (sum, ys) in out.iter_mut().zip(by_y.chunks_exact(p)) {
+            *sum += row.iter().zip(ys).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+}
+
+/// T_0 to T_{p-1} at x.
+#[inline(always)]
+fn polynomials(x: f64, values: &mut [f64; MOST_NODES], p: usize) {
+    let (mut before, mut here) = (1.0, x);
+    for value in values.iter_mut().take(p) {
+        *value = before;
+        (before, here) = (here, 2.0 * x * here - before);
+    }
+}

@@ -1,0 +1,124 @@
+//! Sums of Gaussians: G(t) = Σ q exp(-|t - s|² / 2σ²) over all sources s, at all targets t.
+//!
+//! In: sources with one weight in each of K columns, targets, σ, and the error that is allowed, in
+//! parts of Σ|q|. Out: the sums, each column's at each target.
+//!
+//! Three ways, of which the one of least work is taken unless one is named:
+//!
+//! - `direct`: every pair.
+//! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others has less than ε. It is the
+//!   best while σ is small.
+//! - `chebyshev`: the fast Gauss transform. Boxes of sources are summed up to polynomials, these
+//!   are translated to boxes of targets, and read there: O(M + N) while σ is large. In place of the
+//!   Hermite and Taylor series of Greengard & Strain, whose bound asks for twice as many terms in
+//!   each direction, the kernel is interpolated at Chebyshev nodes (Fong & Darve 2009), with a
+//!   bound that follows from its derivatives.
+//!
+//! Source: Greengard & Strain (1991), "The fast Gauss transform"; Fong & Darve (2009), "The
+//! black-box fast multipole method"; Pilch (2016), eqs. (1.54) and (1.55).
+
+mod cells;
+mod chebyshev;
+mod direct;
+mod exp;
+#[cfg(test)]
+mod tests;
+
+pub(super) use cells::Cells;
+pub(super) use exp::exp_f32;
+
+use nalgebra::Point2;
+
+/// A way to take the sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TransformMethod {
+    /// Every pair.
+    Direct,
+    /// Pairs that are near.
+    Grid,
+    /// By interpolation in boxes.
+    Chebyshev,
+}
+
+impl TransformMethod {
+    /// All ways, with their names.
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("direct", Self::Direct),
+        ("grid", Self::Grid),
+        ("chebyshev", Self::Chebyshev),
+    ];
+}
+
+/// Smallest and largest error that can be asked for, in parts of Σ|q|.
+pub const TRANSFORM_ERROR: crate::bounds::Bounds = [1e-12, 0.1];
+
+/// The sums at each target.
+///
+/// `sigma` is in m; `error` is clamped to [`TRANSFORM_ERROR`]. Without a `method`, that of least
+/// work is taken.
+#[must_use]
+pub fn gauss_transform<const K: usize>(
+    sources: &[Point2<f64>],
+    weights: &[[f64; K]],
+    targets: &[Point2<f64>],
+    sigma: f64,
+    error: f64,
+    method: Option<TransformMethod>,
+) -> Vec<[f64; K]> {
+    let error = error.clamp(TRANSFORM_ERROR[0], TRANSFORM_ERROR[1]);
+    let scale = 1.0 / (2.0 * sigma * sigma);
+    let count = sources.len().min(weights.len());
+    let (Some(sources), Some(weights)) = (sources.get(..count), weights.get(..count)) else {
+        return vec![];
+    };
+    if sources.is_empty() || !scale.is_finite() {
+        return vec![[0.0; K]; targets.len()];
+    }
+    let method = method.unwrap_or_else(|| Plan::of(sources, targets, sigma, error).method);
+    match method {
+        TransformMethod::Direct => direct::all(sources, weights, targets, scale),
+        TransformMethod::Grid => direct::near(sources, weights, targets, scale, error),
+        TransformMethod::Chebyshev => {
+            let plan = chebyshev::Plan::of(sources, targets, sigma, error);
+            chebyshev::transform(sources, weights, targets, sigma, &plan)
+        }
+    }
+}
+
+/// The radius beyond which a pair has less than `error`, m.
+pub(super) fn reach(scale: f64, error: f64) -> f64 {
+    (-libm::log(error) / scale).sqrt()
+}
+
+/// Which way takes the least work.
+pub(super) struct Plan {
+    pub(super) method: TransformMethod,
+}
+
+impl Plan {
+    /// In multiples of what one pair costs.
+    pub(super) fn of(
+        sources: &[Point2<f64>],
+        targets: &[Point2<f64>],
+        sigma: f64,
+        error: f64,
+    ) -> Self {
+        /// Of one point that is sorted into cells.
+        const SORTED: f64 = 8.0;
+        let all = sources.len() as f64 * targets.len() as f64;
+        let fewer = chebyshev::Plan::of(sources, targets, sigma, error).work;
+        let points = (sources.len() + targets.len()) as f64;
+        let mut best = (TransformMethod::Direct, all);
+        if fewer < best.1 {
+            best = (TransformMethod::Chebyshev, fewer);
+        }
+        if SORTED * points < best.1 {
+            let cells = Cells::of(sources, reach(0.5 / (sigma * sigma), error));
+            let near = cells.pairs(targets) + SORTED * points;
+            if near < best.1 {
+                best = (TransformMethod::Grid, near);
+            }
+        }
+        Self { method: best.0 }
+    }
+}

@@ -1,0 +1,307 @@
+//! Two mixtures of Gaussians, one of each cloud, and the motion that makes their L2 distance least.
+//!
+//! In: two clouds, a start, and a list of widths. Out: the linear map and the shift.
+//!
+//! Each point is the centre of a Gaussian of width σ. The integral of the squared difference of both
+//! mixtures is, but for a factor and for what the motion does not change,
+//!
+//! f = 1/M² ΣΣ g(T y_i - T y_j) - 2/(MN) ΣΣ g(T y_i - x_j), g(d) = exp(-|d|² / 4σ²),
+//!
+//! for the product of two Gaussians integrates to one of their distance, of variance 2σ². A rigid
+//! motion does not change the first sum. The gradient has a closed form. Each width is brought to
+//! its least by BFGS, from wide to narrow, so that the clouds pull each other together from afar
+//! before details count. All sums go through [`gauss_transform`].
+//!
+//! Source: Jian & Vemuri (2011), "Robust point set registration using Gaussian mixture models";
+//! Pilch (2016), eqs. (1.56)-(1.58).
+
+#[cfg(test)]
+mod tests;
+
+use argmin::core::{CostFunction, Error, Executor, Gradient, State};
+use argmin::solver::linesearch::MoreThuenteLineSearch;
+use argmin::solver::quasinewton::BFGS;
+use nalgebra::{Matrix2, Point2, Vector2};
+
+use super::{AffineMap, gauss_transform};
+use crate::bounds::config;
+use crate::geom::{Pose2, sin_cos};
+
+config! {
+    /// How mixtures are laid on each other.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct GmmConfig {
+        /// First width of the Gaussians, in extents (root mean square distances from the mean) of
+        /// the larger cloud. Default 0.5; larger pulls in worse starts.
+        pub first_width: f64 = 0.5,
+        /// Last width, in extents. Default 0.01; larger smooths noise.
+        pub last_width: f64 = 0.01,
+        /// What is left of the width after each round. Default 0.4; larger is surer and slower.
+        pub shrink: f64 = 0.4,
+        /// Most steps of BFGS at each width. Default 20.
+        pub max_iterations: usize = 20,
+        /// Whether any linear map is sought, and not a rotation. Default false.
+        pub is_affine: bool = false,
+        /// Error of the sums, in parts of the number of points. Default 1e-7.
+        pub error: f64 = 1e-7,
+    }
+}
+
+/// How two mixtures came to lie on each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GmmFit {
+    /// From the moving cloud to the fixed one.
+    pub map: AffineMap,
+    /// How far they still differ, at the last width: 0 for equal clouds, 1 where nothing of one lies
+    /// near the other.
+    pub distance: f64,
+    /// Steps taken at all widths together.
+    pub iterations: usize,
+    /// Whether the last width was brought to its least.
+    pub is_settled: bool,
+}
+
+/// Gradients smaller than this are none: f is about 1.
+const FLAT: f64 = 1e-7;
+/// Most rounds of shrinking.
+const MOST_ROUNDS: usize = 100;
+
+/// The map that lays `moving` on `fixed`, from `start`. `None` of clouds without extent, or points
+/// that are no numbers.
+#[must_use]
+pub fn register_mixtures(
+    moving: &[Point2<f64>],
+    fixed: &[Point2<f64>],
+    start: &Pose2,
+    config: &GmmConfig,
+) -> Option<GmmFit> {
+    let (from, to) = (Extent::of(moving)?, Extent::of(fixed)?);
+    let scale = from.size.max(to.size);
+    let normal = |points: &[Point2<f64>], mean: &Vector2<f64>| -> Vec<Point2<f64>> {
+        let moved = |p: &Point2<f64>| Point2::from((p.coords - mean) / scale);
+        points.iter().map(moved).collect()
+    };
+    let (y, x) = (normal(moving, &from.mean), normal(fixed, &to.mean));
+    // The start, between clouds that are moved and scaled.
+    let shift = (start.rotate(from.mean) + start.position().coords - to.mean) / scale;
+    let (sin, cos) = sin_cos(start.heading());
+    let mut parameters = match config.is_affine {
+        true => vec![shift.x, shift.y, cos, -sin, sin, cos],
+        false => vec![shift.x, shift.y, start.heading()],
+    };
+    let mut width = config.first_width.max(config.last_width);
+    let (mut iterations, mut is_settled) = (0, false);
+    for _ in 0..MOST_ROUNDS {
+        let problem = Mixtures::of(&y, &x, width, config.error);
+        let found = descend(problem, &parameters, config.max_iterations);
+        if let Some(found) = found {
+            parameters = found.parameters;
+            iterations += found.iterations;
+            is_settled = found.is_settled;
+        } else {
+            is_settled = false;
+        }
+        if width <= config.last_width {
+            break;
+        }
+        width = (width * config.shrink.clamp(0.05, 0.95)).max(config.last_width);
+    }
+    let problem = Mixtures::of(&y, &x, width, config.error);
+    let own = problem.own(&x);
+    let (value, _) = problem.value(&parameters);
+    let (linear, shift) = linear(&parameters);
+    Some(GmmFit {
+        map: AffineMap {
+            linear,
+            shift: to.mean + shift * scale - linear * from.mean,
+        },
+        distance: ((value + own) / (2.0 * own)).max(0.0),
+        iterations,
+        is_settled,
+    })
+}
+
+/// Mean and root mean square distance from it, m.
+struct Extent {
+    mean: Vector2<f64>,
+    size: f64,
+}
+
+impl Extent {
+    fn of(points: &[Point2<f64>]) -> Option<Self> {
+        let count = points.len() as f64;
+        let mean = points.iter().map(|p| p.coords).sum::<Vector2<f64>>() / count;
+        let squares = points.iter().map(|p| (p.coords - mean).norm_squared());
+        let size = (squares.sum::<f64>() / count).sqrt();
+        (size > 0.0 && size.is_finite()).then_some(Self { mean, size })
+    }
+}
+
+/// The linear map and the shift of (x, y, θ) or (x, y, a, b, c, d).
+fn linear(parameters: &[f64]) -> (Matrix2<f64>, Vector2<f64>) {
+    match *parameters {
+        [x, y, turn] => {
+            let (sin, cos) = sin_cos(turn);
+            (Matrix2::new(cos, -sin, sin, cos), Vector2::new(x, y))
+        }
+        [x, y, a, b, c, d] => (Matrix2::new(a, b, c, d), Vector2::new(x, y)),
+        _ => (Matrix2::identity(), Vector2::zeros()),
+    }
+}
+
+struct Descended {
+    parameters: Vec<f64>,
+    iterations: usize,
+    is_settled: bool,
+}
+
+/// BFGS from `start`; `None` where no step could be taken.
+fn descend(problem: Mixtures<'_>, start: &[f64], most: usize) -> Option<Descended> {
+    let size = start.len();
+    let identity: Vec<Vec<f64>> = (0..size)
+        .map(|row| {
+            (0..size)
+                .map(|column| f64::from(u8::from(row == column)))
+                .collect()
+        })
+        .collect();
+    // What is as flat as this already is where it belongs; argmin fails at a gradient of 0.
+    let (_, gradient) = problem.value(start);
+    if gradient.iter().all(|g| g.abs() < FLAT) {
+        return Some(Descended {
+            parameters: start.to_vec(),
+            iterations: 0,
+            is_settled: true,
+        });
+    }
+    let solver = BFGS::new(MoreThuenteLineSearch::new())
+        .with_tolerance_grad(FLAT)
+        .ok()?;
+    let run = Executor::new(problem, solver)
+        .configure(|state| {
+            let state = state.param(start.to_vec()).inv_hessian(identity);
+            state.max_iters(most as u64)
+        })
+        .timer(false)
+        .run()
+        .ok()?;
+    let state = run.state();
+    Some(Descended {
+        parameters: state.get_best_param()?.clone(),
+        iterations: state.get_iter() as usize,
+        is_settled: state.get_iter() < most as u64,
+    })
+}
+
+/// f of one width.
+struct Mixtures<'a> {
+    moving: &'a [Point2<f64>],
+    fixed: &'a [Point2<f64>],
+    /// σ of g: √2 times that of the points.
+    sigma: f64,
+    error: f64,
+    /// 1, x and y of each fixed point.
+    weights: Vec<[f64; 3]>,
+    /// The moving cloud's sum with itself, which no rotation changes.
+    moving_own: f64,
+}
+
+impl<'a> Mixtures<'a> {
+    fn of(moving: &'a [Point2<f64>], fixed: &'a [Point2<f64>], width: f64, error: f64) -> Self {
+        let mut problem = Self {
+            moving,
+            fixed,
+            sigma: std::f64::consts::SQRT_2 * width,
+            error,
+            weights: weights(fixed),
+            moving_own: 0.0,
+        };
+        problem.moving_own = problem.own(moving);
+        problem
+    }
+
+    /// ΣΣ g of a cloud with itself, over the square of its number.
+    fn own(&self, points: &[Point2<f64>]) -> f64 {
+        let ones = vec![[1.0]; points.len()];
+        let sums = gauss_transform(points, &ones, points, self.sigma, self.error, None);
+        let count = points.len() as f64;
+        sums.iter().map(|[sum]| sum).sum::<f64>() / (count * count)
+    }
+
+    /// f and its gradient.
+    fn value(&self, parameters: &[f64]) -> (f64, Vec<f64>) {
+        let (linear, shift) = linear(parameters);
+        let moved: Vec<_> = (self.moving.iter())
+            .map(|p| Point2::from(linear * p.coords + shift))
+            .collect();
+        let (m, n) = (self.moving.len() as f64, self.fixed.len() as f64);
+        let scale = 1.0 / (self.sigma * self.sigma);
+        let (mut value, mut gradient) = (0.0, vec![0.0; parameters.len()]);
+        let mut add = |moved: &[Point2<f64>], sums: &[[f64; 3]], factor: f64, is_own: bool| {
+            for ((p, y), [sum, x_sum, y_sum]) in moved.iter().zip(self.moving).zip(sums) {
+                value += factor * sum;
+                // d g / d p = -(p - x) g / σ²; in its own sum each point stands twice.
+                let toward = Vector2::new(*x_sum, *y_sum) - p.coords * *sum;
+                let twice = if is_own { 2.0 } else { 1.0 };
+                let by_point = toward * (factor * scale * twice);
+                let by = |direction: Vector2<f64>| by_point.dot(&direction);
+                match gradient.as_mut_slice() {
+                    [x, y_part, turn] => {
+                        *x += by_point.x;
+                        *y_part += by_point.y;
+                        let arm = p.coords - shift;
+                        *turn += by(Vector2::new(-arm.y, arm.x));
+                    }
+                    [x, y_part, a, b, c, d] => {
+                        *x += by_point.x;
+                        *y_part += by_point.y;
+                        *a += by_point.x * y.x;
+                        *b += by_point.x * y.y;
+                        *c += by_point.y * y.x;
+                        *d += by_point.y * y.y;
+                    }
+                    _ => {}
+                }
+            }
+        };
+        let sums = gauss_transform(
+            self.fixed,
+            &self.weights,
+            &moved,
+            self.sigma,
+            self.error,
+            None,
+        );
+        add(&moved, &sums, -2.0 / (m * n), false);
+        if parameters.len() > 3 {
+            let own = weights(&moved);
+            let sums = gauss_transform(&moved, &own, &moved, self.sigma, self.error, None);
+            add(&moved, &sums, 1.0 / (m * m), true);
+        } else {
+            value += self.moving_own;
+        }
+        (value, gradient)
+    }
+}
+
+fn weights(points: &[Point2<f64>]) -> Vec<[f64; 3]> {
+    points.iter().map(|p| [1.0, p.x, p.y]).collect()
+}
+
+impl CostFunction for Mixtures<'_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, parameters: &Self::Param) -> Result<f64, Error> {
+        Ok(self.value(parameters).0)
+    }
+}
+
+impl Gradient for Mixtures<'_> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, parameters: &Self::Param) -> Result<Vec<f64>, Error> {
+        Ok(self.value(parameters).1)
+    }
+}
