@@ -12,6 +12,7 @@ pub mod og_map;
 pub mod preset;
 pub mod ranger_log;
 pub mod relations;
+pub mod revolution_log;
 pub mod rooms;
 pub mod rover_log;
 mod rows;
