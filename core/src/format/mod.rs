@@ -17,6 +17,7 @@ pub mod rooms;
 pub mod rover_log;
 mod rows;
 pub mod slamlab;
+pub mod smap;
 mod text_log;
 pub mod tum;
 pub mod world;
