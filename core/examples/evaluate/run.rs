@@ -185,9 +185,8 @@ fn save(
 ) -> anyhow::Result<()> {
     let poses = trajectory.iter().copied();
     let slam = replay.session().slam();
-    let mut files = arguments
-        .outputs
-        .files(slam, poses, || replay.carmen_log())?;
+    let (carmen, revolutions) = (|| replay.carmen_log(), || replay.revolution_log());
+    let mut files = arguments.outputs.files(slam, poses, carmen, revolutions)?;
     if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
         let settings = fit.settings().into_iter();
         let preset = PresetFile {
