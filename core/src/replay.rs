@@ -1,7 +1,7 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-//! In: a [`Log`]: of CARMEN, of the bridge, of a rover, of four rangers or of a lidar alone. Out: scan by scan, the
-//! pose, the trajectory and the map.
+//! In: a [`Log`]: of CARMEN, of the bridge, of a rover, of four rangers or of a lidar alone. Out:
+//! scan by scan, the pose, the trajectory and the map.
 //!
 //! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans,
 //!    with the noise of a Pioneer.
@@ -268,7 +268,8 @@ impl Replay {
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
     /// `ipc_timestamp` of a CARMEN log, `t_s` of one of rangers, the time since its begin of a
-    /// rover's and of one of revolutions, the robot's clock in a recording. Those of earlier runs in the same map come first.
+    /// rover's and of one of revolutions, the robot's clock in a recording. Those of earlier runs
+    /// in the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let poses = self.session.slam().whole_trajectory();

@@ -153,8 +153,8 @@ impl OdometrySettings {
 
 config! {
     /// What a recorded log does not say of itself. Encoders and wheels are those of rovers' logs
-    /// (`format::rover_log`), the reach is that of rangers' (`format::ranger_log`), the rate that of
-    /// logs of revolutions (`format::revolution_log`).
+    /// (`format::rover_log`), the reach is that of rangers' (`format::ranger_log`), the rate that
+    /// of logs of revolutions (`format::revolution_log`).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct LogSettings {
         /// Whether the log's odometry is used; without it, the sensor might have been carried.

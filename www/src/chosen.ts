@@ -20,8 +20,8 @@ const WRITTEN_ONLY: Readonly<Record<string, string>> = {
 /** Bytes within which the first line of a log begins, comments before it. */
 const HEAD = 4096;
 
-/** Whether a text is a log of revolutions and no OGmap.txt, which has the same ending: its first line
-    that says something begins with a sample. */
+/** Whether a text is a log of revolutions and no OGmap.txt, which has the same ending: its first
+    line that says something begins with a sample. */
 async function isRevolutionLog(file: File): Promise<boolean> {
   // That a file has gone is told where it is read as a whole.
   const head = await file.slice(0, HEAD).text().catch(() => "");

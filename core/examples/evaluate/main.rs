@@ -1,12 +1,14 @@
-//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers', revolutions of a lidar) and prints how well
-//! and how fast they were mapped. `--set log.odometry=0` maps one without its wheels.
+//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers', revolutions of a
+//! lidar) and prints how well and how fast they were mapped. `--set log.odometry=0` maps one
+//! without its wheels.
 //!
 //! One log by one method, as a JSON object:
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
 //! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE]
-//! [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER]
-//! [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO]
-//! [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
+//! [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions OUT] [--g2o OUT] [--preset FILE]
+//! [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]]
+//! [--scans FROM..TO] [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save
+//! MAP.slamlab] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
 //! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]

@@ -5,8 +5,8 @@
 //! revolution in order, each taken by a reading or lost.
 //!
 //! The usual step is the median of those between neighbours. Where a step is [`GAP`] of them or
-//! more, places at equal angles fill it; less is the sensor's own unevenness. The revolution begins and ends
-//! half a step from its outermost places.
+//! more, places at equal angles fill it; less is the sensor's own unevenness. The revolution begins
+//! and ends half a step from its outermost places.
 
 use std::f64::consts::{PI, TAU};
 
@@ -28,8 +28,9 @@ pub enum Place {
 
 /// All places of a revolution.
 ///
-/// # Units    `turned`: from the beginning of the revolution to each reading, rad, rising from 0 to
-/// less than 2π but for jitter. Where it does not rise by [`LEAST_STEP`] at least, no place is lost.
+/// # Units    `turned`: from the beginning of the revolution to each reading, rad, rising from 0
+/// to less than 2π but for jitter. Where it does not rise by a hundredth of a degree at least, no
+/// place is lost.
 #[must_use]
 pub fn places_of_revolution(turned: &[f64]) -> Vec<Place> {
     let taken = (0..turned.len()).map(Place::Taken);

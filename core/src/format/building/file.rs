@@ -1,8 +1,8 @@
 //! Files that show a building, recognised by their names.
 //!
-//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a submap (`.smap`), a floor
-//! plan (SVG) or a world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in, or walls to find a
-//! robot by, or both.
+//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a submap (`.smap`), a
+//! floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in,
+//! or walls to find a robot by, or both.
 
 use super::submap::map_of;
 use super::{BuildingError, FENCE_SIDES, Imported, of_map, of_svg, start_in_map, surfaces_of_map};
