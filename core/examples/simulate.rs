@@ -26,6 +26,7 @@ use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use serde_json::json;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::{floor_plan, tum};
 use slamlab_core::geom::Length;
 use slamlab_core::pilot::{Mode, Status};
@@ -39,7 +40,7 @@ use prior_map::{Start, load};
 #[derive(Parser)]
 struct Args {
     /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml),
-    /// of an OGmap.txt or of a floor plan (.svg).
+    /// of an OGmap.txt, of a submap (.smap) or of a floor plan (.svg).
     #[arg(long, default_value = "office")]
     world: String,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
@@ -62,8 +63,8 @@ struct Args {
     #[arg(long, default_value = "line-ekf")]
     method: String,
     /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
-    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json). By
-    /// default the walls of the world.
+    /// the robot in: YAML of ROS map_server, OGmap.txt, submap (.smap), floor plan (.svg) or world
+    /// (.json). By default the walls of the world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,
     /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where
@@ -245,7 +246,8 @@ fn write_files(
     let poses = slam.trajectory().into_iter();
     let poses = poses.map(|(stamp, pose)| (stamp.seconds(), pose));
     let log = || experiment.log().clone();
-    let mut files = args.outputs.files(slam, poses, log)?;
+    let revolutions = || RevolutionLog::of_carmen(experiment.log());
+    let mut files = args.outputs.files(slam, poses, log, revolutions)?;
     if let Some(path) = &args.truth {
         // By the stamps of the log: a scan is over before the step of the simulation is.
         let scans = experiment.log().scans.iter();
@@ -286,7 +288,7 @@ fn load_world(args: &Args) -> Result<World> {
     let path = Path::new(name);
     if !path.exists() {
         bail!(
-            "there is no world `{name}`; built in are {}, or give the path of a world file, of a map's YAML or of a floor plan",
+            "there is no world `{name}`; built in are {}, or give the path of a world file, of a map's YAML, of a submap or of a floor plan",
             worlds::NAMES.join(", ")
         );
     }

@@ -1,7 +1,7 @@
 //! A recorded log as the source of a [`Session`]: the same SLAM that drives a robot.
 //!
-//! In: a [`Log`]: of CARMEN, of the bridge, of a rover or of four rangers. Out: scan by scan, the
-//! pose, the trajectory and the map.
+//! In: a [`Log`]: of CARMEN, of the bridge, of a rover, of four rangers or of a lidar alone. Out:
+//! scan by scan, the pose, the trajectory and the map.
 //!
 //! 1. A CARMEN log holds odometry in each laser message. It is turned into motions between scans,
 //!    with the noise of a Pioneer.
@@ -10,6 +10,8 @@
 //!    live.
 //! 3. A rover's log holds counts of encoders. What one is worth, and how far apart the tracks are,
 //!    are settings ([`crate::settings::LogSettings`]); so is whether odometry is used at all.
+//! 4. A log of revolutions holds neither odometry nor time: it is mapped as that of a carried
+//!    sensor, at a rate that is a setting.
 
 mod feed;
 mod log;
@@ -21,6 +23,7 @@ use nalgebra::Point2;
 
 use crate::estimation::{DriveFit, EditKind, SavedMap};
 use crate::format::carmen::CarmenLog;
+use crate::format::revolution_log::RevolutionLog;
 use crate::geom::{Length, Pose2};
 use crate::hash::StateHash;
 use crate::points::{Growth, estimate_sigma};
@@ -196,6 +199,12 @@ impl Replay {
         ends.map_or(0.0, |(first, (last, _))| last.since(first))
     }
 
+    /// Seconds from the beginning of the log to its end.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.log.duration(&self.figures)
+    }
+
     /// The log.
     #[must_use]
     pub fn log(&self) -> &Log {
@@ -213,10 +222,14 @@ impl Replay {
         std::mem::take(&mut self.notes)
     }
 
-    /// Stretches of scans during which the odometry stood still, three scans or more.
+    /// Stretches of scans during which the odometry stood still, three scans or more; none without
+    /// odometry that is used, which never tells when a sensor stood.
     #[must_use]
     pub fn standing_stretches(&self) -> Vec<Vec<Scan>> {
         let mut feed = Feed::of(&self.log, &self.figures);
+        if !feed.has_robot() {
+            return vec![];
+        }
         let (mut stretches, mut stretch) = (vec![], vec![]);
         let mut last: Option<Pose2> = None;
         while let Some(step) = feed.next(&self.log, self.session.robot()) {
@@ -255,7 +268,8 @@ impl Replay {
 
     /// The pose of the robot's base at each scan used so far, as known now, with the scan's time:
     /// `ipc_timestamp` of a CARMEN log, `t_s` of one of rangers, the time since its begin of a
-    /// rover's, the robot's clock in a recording. Those of earlier runs in the same map come first.
+    /// rover's and of one of revolutions, the robot's clock in a recording. Those of earlier runs
+    /// in the same map come first.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(f64, Pose2)> {
         let poses = self.session.slam().whole_trajectory();
@@ -338,6 +352,20 @@ impl Replay {
         let mut log = CarmenLog::empty();
         while let Some(step) = feed.next(others, self.session.robot()) {
             log.push(step.seconds, &step.odom_from_robot, &step.scan);
+        }
+        log
+    }
+
+    /// All scans of the log, those too that were not taken yet, as a log of revolutions.
+    #[must_use]
+    pub fn revolution_log(&self) -> RevolutionLog {
+        if let Log::Revolutions(log) = &self.log {
+            return log.clone();
+        }
+        let mut feed = Feed::of(&self.log, &self.figures);
+        let mut log = RevolutionLog::default();
+        while let Some(step) = feed.next(&self.log, self.session.robot()) {
+            log.push(&step.scan);
         }
         log
     }

@@ -153,7 +153,8 @@ impl OdometrySettings {
 
 config! {
     /// What a recorded log does not say of itself. Encoders and wheels are those of rovers' logs
-    /// (`format::rover_log`), the reach is that of rangers' (`format::ranger_log`).
+    /// (`format::rover_log`), the reach is that of rangers' (`format::ranger_log`), the rate that
+    /// of logs of revolutions (`format::revolution_log`).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct LogSettings {
         /// Whether the log's odometry is used; without it, the sensor might have been carried.
@@ -166,6 +167,9 @@ config! {
         pub track_width: f64 = 0.190,
         /// Readings of rangers from here on, m, say that nothing came back from nearer.
         pub ranger_reach: f64 = 2.0,
+        /// Revolutions of the lidar a second, Hz. Larger: the log is over sooner, and what moves is
+        /// faster.
+        pub revolution_rate: f64 = crate::format::revolution_log::NOMINAL_RATE,
     }
 }
 

@@ -1,4 +1,5 @@
-// Logs of other recorders, known by their first line: a rover with an RPLIDAR, and four rangers.
+// Logs of other recorders, known by their first line: a rover with an RPLIDAR, four rangers, and an
+// RPLIDAR alone.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -24,6 +25,13 @@ function rangers(): string {
   return `t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3,range4\n${rows.join('\n')}\n`;
 }
 
+/** The rover's lidar alone: no wheels, no time. */
+function revolutions(): string {
+  const lines = rover().trim().split('\n').map((line) => line.split(' ').slice(3)
+    .map((d, t) => `${t === 0 ? 'S' : '_'}_t:${t.toFixed(2)}_d:${d.padStart(5, '0')}.00_q:${d === '0' ? 0 : 29}|`).join(''));
+  return `# a comment\n${lines.join('-END-\n')}-END-\n`;
+}
+
 async function open(lab: Lab, name: string, text: string): Promise<void> {
   await lab.open();
   await lab.show('run');
@@ -32,6 +40,7 @@ async function open(lab: Lab, name: string, text: string): Promise<void> {
 
 for (const { name, text, says, x } of [
   { name: 'rover.log', text: rover, says: '41 scans of 360 directions in 7 s, with counts of wheels', x: 2 },
+  { name: 'revolutions.txt', text: revolutions, says: '41 revolutions of a lidar without wheels, 7 s at the rate that is set', x: 2 },
   { name: 'rangers.csv', text: rangers, says: '101 readings of four rangers in 10 s', x: 5 },
 ]) {
   test(`${name} is mapped`, async ({ lab, page }) => {
@@ -49,4 +58,6 @@ test('a log that is damaged is refused in words, with line and field', async ({ 
   lines[6] = lines[6]!.replace(/\d+ /, 'left ');
   await open(lab, 'damaged.log', lines.join('\n'));
   await expect(lab.at('toast')).toContainText('line 7: left is `left`, expected a counter of 16 bits');
+  await open(lab, 'damaged.txt', revolutions().replace('q:29', 'q:64'));
+  await expect(lab.at('toast')).toContainText('line 2: q of sample 1 is `64`, expected a whole number, 0 to 63');
 });

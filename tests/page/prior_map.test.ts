@@ -64,6 +64,26 @@ test('what was mapped is a map to be found in; what is no map leaves the run as 
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
 });
 
+test('a submap that was saved is a map to be found in', async ({ lab, page }) => {
+  test.setTimeout(150_000);
+  await lab.open();
+  await lab.enter('arena', '20');
+  await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
+  await lab.pause();
+  await lab.show('run');
+  const coming = page.waitForEvent('download');
+  await lab.at('save-as').selectOption('smap');
+  const download = await coming;
+  expect(download.suggestedFilename()).toBe('arena.smap');
+  const saved = await readFile(await download.path());
+  await lab.at('prior-map-file').setInputFiles(file('arena.smap', saved));
+  await expect(lab.at('prior-map-name')).toContainText('arena.smap');
+  await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
+  await lab.at('prior-map-file').setInputFiles(file('cut.smap', saved.subarray(0, 300)));
+  await expect(lab.at('toast')).toContainText('expected');
+  expect((await lab.state()).method, 'the run goes on').toBe('prior-map');
+});
+
 test('OGmap.txt is a world too', async ({ lab }) => {
   await lab.open();
   await lab.show('run');

@@ -114,5 +114,12 @@ test('everything that can be saved is saved, and says so', { tag: '@phone' }, as
   const scans = (await save('carmen', 1)).get('office.clf')?.toString().match(/^ROBOTLASER1 .*$/gm) ?? [];
   expect(poses.length).toBeGreaterThan(10);
   expect(scans.length, 'a scan for each pose').toBe(poses.length);
+  const revolutions = (await save('revolutions', 1)).get('office-revolutions.txt')?.toString().match(/^S_t:[^\n]*\|-END-$/gm) ?? [];
+  expect(revolutions.length).toBe(poses.length);
+  const smap = (await save('smap', 1)).get('office.smap')?.toString() ?? '';
+  const count = (section: string): number => Number(new RegExp(`^#${section}\\n(\\d+)$`, 'm').exec(smap)?.[1]);
+  expect(count('points')).toBeGreaterThan(100);
+  expect(count('robot')).toBe(poses.length);
+  expect(count('landmarks'), 'walls around the start').toBeGreaterThan(3);
   await expect(lab.at('save-as')).toHaveValue('');
 });

@@ -64,8 +64,8 @@ pub struct PriorMapFile {
     pub skipped: Vec<String>,
 }
 
-/// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, or the
-/// YAML and the image of a map of ROS.
+/// A building to drive in, from files that show it: a floor plan, a world, an `OGmap.txt`, a submap
+/// (`.smap`), or the YAML and the image of a map of ROS.
 ///
 /// # Errors    A sentence on what stands where and what was expected.
 #[wasm_bindgen]

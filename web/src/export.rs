@@ -4,6 +4,8 @@
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
+use slamlab_core::format::revolution_log::RevolutionLog;
+use slamlab_core::format::smap::Smap;
 use slamlab_core::format::{floor_plan, og_map, rooms, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::map::{Topology, TopologyConfig};
@@ -23,9 +25,7 @@ pub enum ExportError {
     #[error("there is no scan yet: let the robot scan first")]
     NoScans,
     /// A robot's scans are not kept here.
-    #[error(
-        "the bridge records a robot's scans: open its recording here to save them as a CARMEN log"
-    )]
+    #[error("the bridge records a robot's scans: open its recording here to save them as a log")]
     Recorded,
 }
 
@@ -53,6 +53,7 @@ impl WebRun {
             SavedKind::MapScale => map(slam, MapMode::Scale, MapImage::Png, &format!("{stem}-map")),
             SavedKind::MapRaw => map(slam, MapMode::Raw, MapImage::Pgm, &format!("{stem}-raw")),
             SavedKind::OgMap => og_map(slam),
+            SavedKind::Smap => smap(slam, stem),
             SavedKind::Plan => plan(slam, stem),
             SavedKind::Rooms => rooms(slam, stem),
             SavedKind::Tum => trajectory(&self.trajectory(), stem),
@@ -65,6 +66,13 @@ impl WebRun {
                     bytes,
                 )])
             }
+            SavedKind::Revolutions => match &self.source {
+                Source::Simulation(sim) => {
+                    revolutions(&RevolutionLog::of_carmen(sim.experiment.log()), stem)
+                }
+                Source::Recording(replay) => revolutions(&replay.revolution_log(), stem),
+                Source::Live(_) => Err(ExportError::Recorded.into()),
+            },
             SavedKind::Carmen => match &self.source {
                 Source::Simulation(sim) => carmen(sim.experiment.log(), stem),
                 Source::Recording(replay) => carmen(&replay.carmen_log(), stem),
@@ -113,6 +121,17 @@ fn map(
 fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
     let text = og_map::write(&og_map::of_grid(slam.grid())?);
     Ok(vec![SavedFile::new("OGmap.txt", "text/plain", text)])
+}
+
+/// Points, way and walls as a submap.
+///
+/// # Errors    An empty map, or one of more points than a submap has.
+fn smap(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    let poses = slam.whole_trajectory().into_iter();
+    let way = poses.map(|(_, pose)| pose.position());
+    let smap = Smap::of_run(slam.grid(), way, &slam.vector_map().walls())?;
+    let name = format!("{stem}.smap");
+    Ok(vec![SavedFile::new(name, "text/plain", smap.write())])
 }
 
 /// The walls as a floor plan.
@@ -164,6 +183,17 @@ fn carmen(log: &CarmenLog, stem: &str) -> Result<Vec<SavedFile>, WebError> {
         return Err(ExportError::NoScans.into());
     }
     let name = format!("{stem}.clf");
+    Ok(vec![SavedFile::new(name, "text/plain", log.write())])
+}
+
+/// The scans without odometry: a log of revolutions.
+///
+/// # Errors    [`ExportError::NoScans`].
+fn revolutions(log: &RevolutionLog, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    if log.is_empty() {
+        return Err(ExportError::NoScans.into());
+    }
+    let name = format!("{stem}-revolutions.txt");
     Ok(vec![SavedFile::new(name, "text/plain", log.write())])
 }
 

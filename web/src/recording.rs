@@ -134,7 +134,7 @@ impl WebRun {
             return String::new();
         };
         let log = replay.log();
-        let (scans, seconds) = (log.scans(), log.duration());
+        let (scans, seconds) = (log.scans(), replay.duration());
         match log {
             Log::Carmen(carmen) => {
                 let beams = carmen.scans.first();
@@ -145,6 +145,9 @@ impl WebRun {
                 format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
             }
             Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
+            Log::Revolutions(_) => format!(
+                "{scans} revolutions of a lidar without wheels, {seconds:.0} s at the rate that is set"
+            ),
             Log::Recording(recording) => {
                 let messages = recording.len();
                 format!("{scans} scans and {messages} messages in {seconds:.0} s")

@@ -163,6 +163,16 @@ fn an_experiment_steps_and_has_frames() {
     assert!(String::from_utf8_lossy(&files[1].bytes).contains("arena.pgm"));
     let files = saved(&run, SavedKind::Carmen);
     assert!(slamlab_core::format::carmen::CarmenLog::parse(&files[0].bytes).is_ok());
+    let files = saved(&run, SavedKind::Smap);
+    let map = slamlab_core::format::smap::parse(&files[0].bytes).expect("a submap");
+    assert!(map.points.len() > 100 && map.path.len() as u32 == status.scans);
+    assert!(map.landmarks.len() > 2);
+    let mut reader = slamlab_core::replay::LogReader::default();
+    let files = saved(&run, SavedKind::Revolutions);
+    assert_eq!(files[0].name, "arena-revolutions.txt");
+    assert!(reader.push(&files[0].bytes).is_ok());
+    let scans = reader.finish().map(|log| log.scans() as u32);
+    assert_eq!(scans, Ok(status.scans));
 }
 
 fn saved(run: &WebRun, what: SavedKind) -> Vec<SavedFile> {

@@ -270,7 +270,7 @@ export class Client {
 
   /** Files that were dropped or chosen together. */
   async openAll(files: readonly File[]): Promise<void> {
-    const given = chosen(files);
+    const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "building") await this.#read("build", given.name, given.files);
     else if (given.kind === "file") await this.open(given.file);
@@ -278,7 +278,7 @@ export class Client {
 
   /** Restarts the run with a prior map, which may also be a world. */
   async openKnown(files: readonly File[]): Promise<void> {
-    const given = chosen(files);
+    const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
     else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);

@@ -20,8 +20,8 @@ export type LiveSetup = Pick<Setup, "method" | "priorMap" | "cycle" | "settings"
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
-  /** A building to drive in from files of others: a floor plan (.svg), OGmap.txt, or the YAML and
-      the image of a map of ROS. It is answered by `built`. */
+  /** A building to drive in from files of others: a floor plan (.svg), a submap (.smap),
+      OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
   /** The same, or a world, as a map to be found in; without files the map as the present run has
       drawn it. It is answered by `prior-map`. */
@@ -117,10 +117,12 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
   "map-scale": "Map for ROS, probabilities (PNG, YAML)",
   "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
   "og-map": "Map as text (OGmap.txt)",
+  smap: "Points, way and walls (.smap)",
   plan: "Walls (SVG, DXF, GeoJSON)",
   rooms: "Rooms and doors (GeoJSON)",
   tum: "Way of the robot (TUM)",
   carmen: "Scans and odometry (CARMEN log)",
+  revolutions: "Scans alone, a revolution a line (.txt)",
   slamlab: "Map to go on in later (.slamlab)",
 };
 

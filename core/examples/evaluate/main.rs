@@ -1,12 +1,14 @@
-//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers') and prints how well
-//! and how fast they were mapped. `--set log.odometry=0` maps one without its wheels.
+//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers', revolutions of a
+//! lidar) and prints how well and how fast they were mapped. `--set log.odometry=0` maps one
+//! without its wheels.
 //!
 //! One log by one method, as a JSON object:
 //! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
 //! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE]
-//! [--og-map OUT] [--carmen OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER]
-//! [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO]
-//! [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
+//! [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions OUT] [--g2o OUT] [--preset FILE]
+//! [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]]
+//! [--scans FROM..TO] [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save
+//! MAP.slamlab] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
 //! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
@@ -57,7 +59,8 @@ use serde_json::Value;
 )]
 struct Arguments {
     /// CARMEN logs (.log, .clf), recordings of the bridge (.mcap), logs of a rover with an RPLIDAR
-    /// (.log) or of four rangers (.csv); what they are shows in their first line.
+    /// (.log), of four rangers (.csv) or of an RPLIDAR alone, a revolution a line (.txt); what they
+    /// are shows in their first line.
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// One more of them; can be given several times.
@@ -87,7 +90,8 @@ struct Arguments {
     )]
     methods: Vec<String>,
     /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
-    /// the robot in: YAML of ROS map_server, OGmap.txt, floor plan (.svg) or world (.json).
+    /// the robot in: YAML of ROS map_server, OGmap.txt, submap (.smap), floor plan (.svg) or world
+    /// (.json).
     #[arg(long)]
     prior_map: Option<PathBuf>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.

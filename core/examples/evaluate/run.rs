@@ -30,7 +30,7 @@ pub(crate) fn evaluate(
     let references = References::read(arguments.relations.as_deref(), truth)?;
     let start = Instant::now();
     let log = log_file::read(log_path)?;
-    let (scans, log_seconds) = (log.scans(), log.duration());
+    let scans = log.scans();
     let mut settings = log.settings();
     let scope = Scope {
         source: Source::Recording,
@@ -44,6 +44,7 @@ pub(crate) fn evaluate(
     }
     arguments.changes.apply_to(&mut settings, &scope)?;
     let changes = settings.changes_from(&defaults);
+    let log_seconds = log.duration(&settings.log);
     match (&arguments.prior_map, method) {
         (Some(path), method) if method.needs_prior_map() => {
             settings.slam.prior_map = prior_map::read(path, arguments.svg_unit, &arguments.start)?;
@@ -184,9 +185,8 @@ fn save(
 ) -> anyhow::Result<()> {
     let poses = trajectory.iter().copied();
     let slam = replay.session().slam();
-    let mut files = arguments
-        .outputs
-        .files(slam, poses, || replay.carmen_log())?;
+    let (carmen, revolutions) = (|| replay.carmen_log(), || replay.revolution_log());
+    let mut files = arguments.outputs.files(slam, poses, carmen, revolutions)?;
     if let (Some(path), Some(fit)) = (&arguments.fit, fit) {
         let settings = fit.settings().into_iter();
         let preset = PresetFile {

@@ -6,6 +6,8 @@ use anyhow::{Context, Result, anyhow, bail};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::format::g2o::{self, G2oGraph};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
+use slamlab_core::format::revolution_log::RevolutionLog;
+use slamlab_core::format::smap::Smap;
 use slamlab_core::format::{og_map, preset, tum};
 use slamlab_core::geom::Pose2;
 use slamlab_core::settings::{Scope, Settings};
@@ -70,9 +72,17 @@ pub(crate) struct Outputs {
     /// Write the grid as text, the layout of OGmap.txt.
     #[arg(long, value_name = "FILE")]
     og_map: Option<PathBuf>,
+    /// Write the map as a submap of Pilch's program: the middles of occupied cells as points, where
+    /// the robot was, and walls as edges, of methods with lines.
+    #[arg(long, value_name = "FILE")]
+    smap: Option<PathBuf>,
     /// Write the scans with their odometry as a CARMEN log.
     #[arg(long, value_name = "FILE")]
     carmen: Option<PathBuf>,
+    /// Write the scans as a log of revolutions, without odometry and time: each a line of samples,
+    /// `__t:DEGREES_d:MILLIMETRES_q:QUALITY|`, as Pilch's program reads them.
+    #[arg(long, value_name = "FILE")]
+    revolutions: Option<PathBuf>,
     /// Write the pose graph as g2o text: submaps, and the motions measured between them. Only of
     /// methods that keep one.
     #[arg(long, value_name = "FILE")]
@@ -91,7 +101,9 @@ impl Outputs {
             ("--map", &self.map),
             ("the YAML of --map", &yaml),
             ("--og-map", &self.og_map),
+            ("--smap", &self.smap),
             ("--carmen", &self.carmen),
+            ("--revolutions", &self.revolutions),
             ("--g2o", &self.g2o),
         ];
         given(all)
@@ -111,6 +123,7 @@ impl Outputs {
         slam: &Slam,
         trajectory: impl IntoIterator<Item = (f64, Pose2)>,
         log: impl FnOnce() -> CarmenLog,
+        revolutions: impl FnOnce() -> RevolutionLog,
     ) -> Result<Vec<File>> {
         let mut files: Vec<File> = vec![];
         if let Some(path) = &self.tum {
@@ -130,8 +143,18 @@ impl Outputs {
             let map = og_map::of_grid(slam.grid())?;
             files.push((path.clone(), og_map::write(&map).into()));
         }
+        if let Some(path) = &self.smap {
+            let poses = slam.whole_trajectory().into_iter();
+            let way = poses.map(|(_, pose)| pose.position());
+            let smap = Smap::of_run(slam.grid(), way, &slam.vector_map().walls());
+            let smap = smap.with_context(|| format!("cannot write {}", path.display()))?;
+            files.push((path.clone(), smap.write().into()));
+        }
         if let Some(path) = &self.carmen {
             files.push((path.clone(), log().write().into()));
+        }
+        if let Some(path) = &self.revolutions {
+            files.push((path.clone(), revolutions().write().into()));
         }
         if let (Some(path), Some(graph)) = (&self.g2o, slam.view().graph) {
             files.push((path.clone(), g2o::write(&G2oGraph::from(graph)).into()));

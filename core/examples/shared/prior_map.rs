@@ -1,7 +1,8 @@
 //! A building in a file: to drive in, or to find a robot in.
 //!
-//! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a floor plan (SVG) or of a
-//! world (JSON). Out: what it shows. The programs that take `--prior-map` share this file.
+//! In: the path of a map's YAML (ROS map_server), of an `OGmap.txt`, of a submap (`.smap`), of a
+//! floor plan (SVG) or of a world (JSON). Out: what it shows. The programs that take `--prior-map`
+//! share this file.
 
 use std::path::Path;
 

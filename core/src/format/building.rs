@@ -1,5 +1,5 @@
-//! Buildings from files of others: a map of ROS map_server, or a floor plan drawn as SVG, becomes a
-//! [`World`] to drive in.
+//! Buildings from files of others: a map of ROS map_server, a submap of points, or a floor plan
+//! drawn as SVG, becomes a [`World`] to drive in.
 //!
 //! In: an [`OccupancyMap`], or the bytes of a drawing. Out: an [`Imported`] world. [`BuildingFile`]
 //! tells files apart by their names.
@@ -18,6 +18,7 @@ mod file;
 #[cfg(test)]
 mod file_tests;
 mod room;
+mod submap;
 mod svg;
 mod svg_copies;
 mod svg_shape;

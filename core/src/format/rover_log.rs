@@ -29,9 +29,10 @@ pub const BEAMS: usize = 360;
 const COUNTERS: usize = 3;
 /// Range at which an RPLIDAR A1 of the first series ends, m.
 const MAX_RANGE: f64 = 6.0;
-/// σ of a range, m: that of the A1 near by, and how it grows for each metre.
-const SIGMA: f64 = 0.01;
-const SIGMA_PER_METRE: f64 = 0.01;
+/// σ of a range, m: that of the A1 near by, and how it grows for each metre. Logs of revolutions
+/// are of the same sensor.
+pub(super) const SIGMA: f64 = 0.01;
+pub(super) const SIGMA_PER_METRE: f64 = 0.01;
 /// σ of a direction that is rounded to a degree, rad: the degree's width over √12.
 const BEARING_SIGMA: f64 = PI / 180.0 / 3.464_101_615_137_754_4;
 const EXPECTED: &str = "a rover's log, `left right t_ms d0 … d359` in each line";

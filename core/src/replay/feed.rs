@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use super::log::Log;
 use crate::format::carmen::CarmenLog;
 use crate::format::ranger_log::RangerLog;
+use crate::format::revolution_log::RevolutionLog;
 use crate::format::rover_log::RoverLog;
 use crate::geom::Pose2;
 use crate::robot::{Odometry, RobotModel, Scan, Stamp, TrackOdometry, Tracks};
@@ -56,6 +57,11 @@ impl Feed {
         }
     }
 
+    /// Whether a robot reports its motion, and is heard.
+    pub(super) fn has_robot(&self) -> bool {
+        self.has_robot
+    }
+
     /// The next scan; `None` behind the last.
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
         let mut step = match log {
@@ -63,6 +69,7 @@ impl Feed {
             Log::Carmen(log) => carmen_step(log, self.next, robot)?,
             Log::Rover(log) => self.rover_step(log, robot)?,
             Log::Rangers(log) => ranger_step(log, self.next, robot, self.figures.ranger_reach)?,
+            Log::Revolutions(log) => revolution_step(log, self.next, self.figures.revolution_rate)?,
         };
         if !self.has_robot {
             step.odometry.clear();
@@ -116,6 +123,18 @@ fn ranger_step(log: &RangerLog, index: usize, robot: &RobotModel, reach: f64) ->
         seconds: scan.seconds,
         odom_from_robot: scan.odom_from_robot,
         scan: log.scan(scan, reach),
+    })
+}
+
+/// A lidar alone: nobody knows how it was carried.
+fn revolution_step(log: &RevolutionLog, index: usize, rate: f64) -> Option<Step> {
+    let scan = log.scan(index, rate)?;
+    Some(Step {
+        odometry: vec![],
+        is_after_gap: false,
+        seconds: scan.stamp.seconds(),
+        odom_from_robot: Pose2::identity(),
+        scan,
     })
 }
 

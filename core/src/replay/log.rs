@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::format::carmen::CarmenLog;
 use crate::format::ranger_log::RangerLog;
+use crate::format::revolution_log::RevolutionLog;
 use crate::format::rover_log::RoverLog;
 use crate::robot::RobotModel;
 use crate::settings::{LogSettings, Settings};
@@ -22,6 +23,8 @@ pub enum Log {
     Rover(RoverLog),
     /// Of a robot with four rangers.
     Rangers(RangerLog),
+    /// Of an RPLIDAR alone, a revolution in each line.
+    Revolutions(RevolutionLog),
 }
 
 impl From<CarmenLog> for Log {
@@ -48,6 +51,12 @@ impl From<RangerLog> for Log {
     }
 }
 
+impl From<RevolutionLog> for Log {
+    fn from(log: RevolutionLog) -> Self {
+        Self::Revolutions(log)
+    }
+}
+
 impl Log {
     /// Scans in it.
     #[must_use]
@@ -57,17 +66,19 @@ impl Log {
             Self::Recording(recording) => recording.scans(),
             Self::Rover(log) => log.scans.len(),
             Self::Rangers(log) => log.scans.len(),
+            Self::Revolutions(log) => log.len(),
         }
     }
 
-    /// Seconds from its beginning to its end.
+    /// Seconds from its beginning to its end, with what it does not say of itself.
     #[must_use]
-    pub fn duration(&self) -> f64 {
+    pub fn duration(&self, figures: &LogSettings) -> f64 {
         match self {
             Self::Carmen(log) => log.duration(),
             Self::Recording(recording) => recording.duration(),
             Self::Rover(log) => log.duration(),
             Self::Rangers(log) => log.duration(),
+            Self::Revolutions(log) => log.duration(figures.revolution_rate),
         }
     }
 
@@ -112,6 +123,7 @@ impl Log {
             Self::Recording(recording) => recording.has_odometry(),
             Self::Rover(log) => log.has_odometry(),
             Self::Rangers(log) => log.has_odometry(),
+            Self::Revolutions(_) => false,
         }
     }
 
@@ -119,15 +131,15 @@ impl Log {
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         match self {
-            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) => &[],
             Self::Recording(recording) => recording.damage(),
+            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) | Self::Revolutions(_) => &[],
         }
     }
 
     fn figures(&self) -> Option<RobotFigures> {
         match self {
-            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) => None,
             Self::Recording(recording) => recording.robot(),
+            Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) | Self::Revolutions(_) => None,
         }
     }
 }

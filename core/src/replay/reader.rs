@@ -5,6 +5,7 @@
 //! | bytes of MCAP | a recording of the bridge |
 //! | line: a number | a rover's: counts and ranges, nothing else |
 //! | line: names apart by commas | four rangers' |
+//! | line: a sample of a turning lidar, `__t:` or `S_t:` | revolutions of an RPLIDAR |
 //! | line: anything else | CARMEN |
 //!
 //! Empty lines and comments (`#`) do not count.
@@ -19,6 +20,7 @@ use flate2::write::MultiGzDecoder;
 use super::log::Log;
 use crate::format::carmen::{CarmenError, CarmenReader};
 use crate::format::ranger_log::RangerLogReader;
+use crate::format::revolution_log::{self, RevolutionLogReader};
 use crate::format::rover_log::RoverLogReader;
 use crate::format::{TextLogError, is_empty_or_comment};
 use crate::wire::recording::{MAGIC, RecordingError, RecordingReader};
@@ -40,7 +42,7 @@ pub enum LogError {
     /// As a CARMEN log.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
-    /// As a rover's log, or one of four rangers.
+    /// As a rover's log, one of four rangers, or one of revolutions.
     #[error(transparent)]
     Text(#[from] TextLogError),
     /// As a recording.
@@ -159,6 +161,8 @@ enum PlainReader {
     Rover(RoverLogReader),
     /// Text of columns.
     Rangers(RangerLogReader),
+    /// Text of samples.
+    Revolutions(RevolutionLogReader),
     /// MCAP.
     Recording(RecordingReader),
 }
@@ -181,6 +185,7 @@ impl PlainReader {
             Self::Carmen(reader) => reader.push(bytes)?,
             Self::Rover(reader) => reader.push(bytes)?,
             Self::Rangers(reader) => reader.push(bytes)?,
+            Self::Revolutions(reader) => reader.push(bytes)?,
             Self::Recording(reader) => reader.push(bytes)?,
         }
         Ok(())
@@ -197,6 +202,7 @@ impl PlainReader {
             Kind::Carmen => Self::Carmen(CarmenReader::default()),
             Kind::Rover => Self::Rover(RoverLogReader::default()),
             Kind::Rangers => Self::Rangers(RangerLogReader::default()),
+            Kind::Revolutions => Self::Revolutions(RevolutionLogReader::default()),
         };
         self.push(without_mark(&begun))
     }
@@ -216,6 +222,7 @@ impl PlainReader {
             Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
             Self::Rover(reader) => Ok(Log::Rover(reader.finish()?)),
             Self::Rangers(reader) => Ok(Log::Rangers(reader.finish()?)),
+            Self::Revolutions(reader) => Ok(Log::Revolutions(reader.finish()?)),
             // Begun above.
             Self::Undecided(_) => Err(CarmenError::Empty.into()),
         }
@@ -234,6 +241,7 @@ enum Kind {
     Carmen,
     Rover,
     Rangers,
+    Revolutions,
 }
 
 impl Kind {
@@ -258,6 +266,9 @@ impl Kind {
             return end.then_some(Self::Carmen);
         };
         let word = first.trim_ascii_start();
+        if revolution_log::is_beginning(word) {
+            return Some(Self::Revolutions);
+        }
         let length = word
             .iter()
             .position(|b| *b == b',' || b.is_ascii_whitespace());

@@ -8,6 +8,7 @@ mod characteristic;
 mod command;
 pub mod controller;
 mod even;
+mod lost_readings;
 mod model;
 mod motor;
 mod odometry;
@@ -24,6 +25,7 @@ pub use characteristic::{
 };
 pub use command::Command;
 pub use even::EvenBeams;
+pub use lost_readings::{Place, places_of_revolution};
 pub use model::{BodyShape, OdometryBias, OdometryNoise, RobotModel};
 pub use motor::{DriveTrain, MotorError, MotorModel};
 pub use odometry::{Odometry, OdometryError, TrackNoise, TrackOdometry, Tracks};

@@ -61,9 +61,37 @@ pub(super) fn ranger_logs() -> Vec<Vec<u8>> {
     ]
 }
 
+/// As the paper prints a sample, and with blanks and digits of its own.
+pub(super) fn revolution_logs() -> Vec<Vec<u8>> {
+    let line = |from: u32| {
+        let samples: String = (from..from + 60)
+            .map(|k| format!("__t:{}.50_d:0{}.75_q:{}|", 6 * k % 360, 1400 + k, k % 64))
+            .collect();
+        samples.replacen('_', "S", 1) + "-END-\n"
+    };
+    vec![
+        (line(0) + "# a comment\n\n" + &line(2)).into_bytes(),
+        b"S_t:1.34_d:01495.75_q:29|__t: 2 _d:0 _q:0 | -END- \r\n__t:359.98_d:99999.99_q:63|-END-"
+            .to_vec(),
+    ]
+}
+
+pub(super) fn smaps() -> Vec<Vec<u8>> {
+    vec![
+        b"#points\n3\n-2110.33,-2760.47\n563.693,3974.48\n0,0\n#robot\n2\n0,0\n100,-5.5\n#landmarks\n3\n-2110.33, -2760.47, 5, 0\n563.693, 3974.48, 0, 0\n-5546.09, -3470.07, 2, 1\n".to_vec(),
+        b"\r\n#landmarks\r\n0\r\n#points\r\n1\r\n 1e3 , -2e3\r\n#robot\r\n0\r\n".to_vec(),
+    ]
+}
+
 /// Of every kind.
 pub(super) fn logs() -> Vec<Vec<u8>> {
-    let kinds = [carmen(), rover_logs(), ranger_logs(), recordings()];
+    let kinds = [
+        carmen(),
+        rover_logs(),
+        ranger_logs(),
+        revolution_logs(),
+        recordings(),
+    ];
     kinds.into_iter().flatten().collect()
 }
 

@@ -6,13 +6,13 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use slamlab_core::estimation::{SavedMap, ScanMatcherConfig, Start};
-use slamlab_core::format::building::{self, Imported};
+use slamlab_core::format::building::{self, BuildingFile, Imported};
 use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
 use slamlab_core::format::{
-    TextLogError, calibration, carmen, g2o, og_map, preset, ranger_log, relations, rover_log,
-    slamlab, tum, world,
+    TextLogError, calibration, carmen, g2o, og_map, preset, ranger_log, relations, revolution_log,
+    rover_log, slamlab, smap, tum, world,
 };
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::LogReader;
@@ -51,6 +51,11 @@ pub(super) const FILES: &[Target] = &[
         name: "ranger-log",
         seeds: seeds::ranger_logs,
         run: ranger_log_run,
+    },
+    Target {
+        name: "revolution-log",
+        seeds: seeds::revolution_logs,
+        run: revolution_log_run,
     },
     Target {
         name: "log",
@@ -104,6 +109,11 @@ pub(super) const FILES: &[Target] = &[
         name: "og-map",
         seeds: seeds::og_maps,
         run: og_map_run,
+    },
+    Target {
+        name: "smap",
+        seeds: seeds::smaps,
+        run: smap_run,
     },
     Target {
         name: "preset",
@@ -231,6 +241,27 @@ fn ranger_log_run(input: &[u8]) -> Result<u64, String> {
     };
     let scans = |log: &ranger_log::RangerLog| {
         let scans = log.scans.iter().map(|scan| log.scan(scan, 2.0));
+        scans.collect()
+    };
+    text_log(input, read, scans)
+}
+
+fn revolution_log_run(input: &[u8]) -> Result<u64, String> {
+    let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
+        let mut reader = revolution_log::RevolutionLogReader::default();
+        for piece in pieces {
+            reader.push(piece)?;
+        }
+        reader.finish()
+    };
+    if let Ok(log) = read(&mut std::iter::once(input)) {
+        let text = log.write();
+        let again = read(&mut std::iter::once(text.as_bytes()));
+        same(&Ok(log), &again)?;
+    }
+    let scans = |log: &revolution_log::RevolutionLog| {
+        let scans =
+            (0..log.len()).filter_map(|index| log.scan(index, revolution_log::NOMINAL_RATE));
         scans.collect()
     };
     text_log(input, read, scans)
@@ -366,6 +397,32 @@ fn og_map_run(input: &[u8]) -> Result<u64, String> {
         same(&text, &og_map::write(&again))?;
     }
     Ok(outcome(&map.map(|map| map.width.min(9)).map_err(words)))
+}
+
+/// What is read is written the same again, and is a building or says why not.
+fn smap_run(input: &[u8]) -> Result<u64, String> {
+    let map = match smap::parse(input) {
+        Ok(map) => map,
+        Err(error) => return Ok(outcome(&words(error))),
+    };
+    let text = map.write();
+    let again = smap::parse(text.as_bytes()).map_err(|e| format!("not read again: {e}"))?;
+    same(&text, &again.write())?;
+    let size = |axis: fn(&smap::Smap) -> Vec<f64>| {
+        let along = axis(&map);
+        along.iter().fold(0.0, |most: f64, at| most.max(at.abs()))
+    };
+    let x = size(|map| map.points.iter().chain(&map.path).map(|p| p.x).collect());
+    let y = size(|map| map.points.iter().chain(&map.path).map(|p| p.y).collect());
+    // That a large one takes long is no crash.
+    let built = match x * y < 100.0 {
+        true => BuildingFile::read(&[("a.smap", input)], None)
+            .map_err(words)
+            .and_then(|file| file.into_world("submap").map_err(words))
+            .map(|built| built.world.wall_count().ilog2()),
+        false => Err("large".to_owned()),
+    };
+    Ok(outcome(&(map.points.len().min(9), built)))
 }
 
 fn g2o_run(input: &[u8]) -> Result<u64, String> {

@@ -59,7 +59,8 @@ kinds! {
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
         crate::contest::AskError, crate::run::RunError;
     Save: crate::export::ExportError, slamlab_core::format::floor_plan::FloorPlanError,
-        slamlab_core::format::map_server::MapServerError, slamlab_core::format::rooms::NoRooms;
+        slamlab_core::format::map_server::MapServerError, slamlab_core::format::rooms::NoRooms,
+        slamlab_core::format::smap::SmapError;
     Connection: slamlab_core::wire::client::ClientError;
     Internal: slamlab_core::slam::SlamError, tsify::Error;
 }

@@ -122,8 +122,8 @@ names! {
     SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
     /// What can be saved.
     SavedKind {
-        Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Plan = "plan", Rooms = "rooms",
-        Tum = "tum", Carmen = "carmen", Slamlab = "slamlab",
+        Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Smap = "smap", Plan = "plan", Rooms = "rooms",
+        Tum = "tum", Carmen = "carmen", Revolutions = "revolutions", Slamlab = "slamlab",
     }
 }
 

@@ -134,8 +134,8 @@ impl Run {
             Log::Carmen(log) => Log::Carmen(damage.apply(log)),
             _ => bail!("{} is no CARMEN log", path.display()),
         };
-        let (scans, seconds) = (log.scans(), log.duration());
         let settings = log.settings();
+        let (scans, seconds) = (log.scans(), log.duration(&settings.log));
         let mut replay = Replay::new(log, Method::ScanMatching, &settings)?;
         let mut scan_ms = Vec::with_capacity(scans);
         let mut began = cpu_seconds();

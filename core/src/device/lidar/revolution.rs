@@ -20,14 +20,11 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::geom::{Pose2, wrap};
-use crate::robot::{Scan, Stamp};
+use crate::robot::{Place, Scan, Stamp, places_of_revolution};
 
 /// A reading farther on than this from the one before it must be confirmed, rad (10°); so must one
 /// farther back.
 const SURE_STEP: f64 = 10.0 * PI / 180.0;
-/// Readings were lost where one is this many times as far from the last as usual; less is the
-/// sensor's own unevenness.
-const GAP: f64 = 5.0;
 /// σ of the bearing, rad.
 const BEARING_SIGMA: f64 = 0.001;
 /// Readings of less quality are invalid; greater drops weak echoes, those of far and dark surfaces.
@@ -225,52 +222,20 @@ impl Revolutions {
     }
 }
 
-/// The beams of a turn, with invalid ones in the places of those that are missing between two, and
-/// at both ends.
+/// The beams of a turn, with invalid ones in the places of those that are missing.
 fn with_gaps_filled(beams: &[Beam]) -> Vec<Beam> {
-    let Some(spacing) = median_step(beams) else {
-        return beams.to_vec();
-    };
-    let mut filled = Vec::with_capacity(beams.len());
-    let mut before = -0.5 * spacing;
-    for beam in beams {
-        fill(&mut filled, before, beam.turned, spacing, beam);
-        filled.push(*beam);
-        before = beam.turned;
-    }
-    if let Some(last) = beams.last() {
-        fill(&mut filled, before, TAU, spacing, last);
-    }
-    filled
-}
-
-/// Puts invalid beams between two angles, where so much is missing that it is not the sensor's own
-/// unevenness.
-fn fill(filled: &mut Vec<Beam>, from: f64, to: f64, spacing: f64, like: &Beam) {
-    let steps = (to - from) / spacing;
-    if steps < GAP {
-        return;
-    }
-    let missing = steps.round() as usize - 1;
-    filled.extend((1..=missing).map(|k| Beam {
-        turned: from + (to - from) * k as f64 / (missing + 1) as f64,
-        range: f32::NAN,
-        quality: like.quality.map(|_| 0),
-        ..*like
-    }));
-}
-
-/// The usual angle from one reading to the next; `None` where the readings do not turn.
-fn median_step(beams: &[Beam]) -> Option<f64> {
-    let pairs = beams.iter().zip(beams.iter().skip(1));
-    let mut steps: Vec<f64> = pairs.map(|(a, b)| b.turned - a.turned).collect();
-    steps.sort_by(f64::total_cmp);
-    // A hundredth of a degree: no sensor is finer, and a turn has a bounded number of beams.
-    let least = 0.01 * PI / 180.0;
-    steps
-        .get(steps.len() / 2)
-        .copied()
-        .filter(|&step| step > least)
+    let turned: Vec<f64> = beams.iter().map(|beam| beam.turned).collect();
+    let places = places_of_revolution(&turned).into_iter();
+    let filled = places.filter_map(|place| match place {
+        Place::Taken(beam) => beams.get(beam).copied(),
+        Place::Lost(turned) => beams.last().map(|like| Beam {
+            turned,
+            range: f32::NAN,
+            quality: like.quality.map(|_| 0),
+            ..*like
+        }),
+    });
+    filled.collect()
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! Files that show a building, recognised by their names.
 //!
-//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a floor plan (SVG) or a
-//! world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in, or walls to find a
-//! robot by, or both.
+//! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a submap (`.smap`), a
+//! floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in,
+//! or walls to find a robot by, or both.
 
+use super::submap::map_of;
 use super::{BuildingError, FENCE_SIDES, Imported, of_map, of_svg, start_in_map, surfaces_of_map};
 use crate::format::map_server::{self, MapServerError, OccupancyMap};
+use crate::format::smap::{self, SmapError};
 use crate::format::world::{self, WorldFileError};
 use crate::format::{FieldError, og_map};
 use crate::geom::{Pose2, Segment};
@@ -20,7 +22,7 @@ const GRID_SIGMA: f64 = 1.0 / 3.0;
 /// A building that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BuildingFile {
-    /// A grid: of ROS, or an `OGmap.txt`.
+    /// A grid: of ROS, an `OGmap.txt`, or the cells of a submap.
     Map(OccupancyMap),
     /// A floor plan.
     Plan(Imported),
@@ -47,7 +49,7 @@ pub struct PriorWalls {
 pub enum BuildingFileError {
     /// Names that tell no format.
     #[error(
-        "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .svg or a world as .json"
+        "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .smap, .svg or a world as .json"
     )]
     Unknown(String),
     /// The YAML of a map without its image, or the other way round.
@@ -59,6 +61,9 @@ pub enum BuildingFileError {
     /// The map as text.
     #[error("{0} (a text is read as an OGmap.txt)")]
     Text(#[from] FieldError),
+    /// The submap.
+    #[error(transparent)]
+    Submap(#[from] SmapError),
     /// What the file holds is no building.
     #[error(transparent)]
     Building(#[from] BuildingError),
@@ -88,6 +93,7 @@ impl BuildingFile {
         let (name, bytes) = files.first().copied().unwrap_or_default();
         match extension(name).as_str() {
             "txt" => Ok(Self::Map(og_map::parse(bytes)?.into())),
+            "smap" => Ok(Self::Map(map_of(&smap::parse(bytes)?)?)),
             "svg" => Ok(Self::Plan(of_svg(bytes, svg_unit, name)?)),
             "json" => Ok(Self::World(world::read(bytes)?)),
             _ => Err(BuildingFileError::Unknown(name.to_owned())),

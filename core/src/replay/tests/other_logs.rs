@@ -142,6 +142,46 @@ fn four_rangers_are_mapped_by_their_odometry() {
     assert!(part(0.0, |p| p < 0.5) > 0.9 && part(0.4, |p| p > 0.5) == 0.0);
 }
 
+/// The same drive as a log of revolutions: no wheels and no time, and the room is mapped all the
+/// same. What is written of it is the log again.
+#[test]
+fn a_lidar_alone_is_mapped_without_wheels() {
+    let replay = replayed(rover(), &rover().settings());
+    let text = replay.revolution_log().write();
+    assert!(
+        text.starts_with("S_t:0.00_d:05000.00_q:63|__t:1.00_d:"),
+        "{text:.60}"
+    );
+    let log = read(&text);
+    assert!(matches!(log, Log::Revolutions(_)) && !log.has_odometry());
+    // The first line shows it behind comments too, and where it is the whole file.
+    assert_eq!(read(&format!("# a lidar\n\n{text}")).scans(), 41);
+    assert_eq!(read(text.lines().next().unwrap()).scans(), 1);
+    for (rate, seconds) in [(5.5, 41.0 / 5.5), (10.0, 4.1)] {
+        let mut settings = log.settings();
+        settings.take(&SCOPE, [("log.revolutions", rate)]).unwrap();
+        let mut replay = replayed(log.clone(), &settings);
+        assert!((replay.duration() - seconds).abs() < 1e-9);
+        let trajectory = replay.trajectory();
+        assert_eq!(trajectory.len(), 41);
+        assert!((trajectory[40].0 - seconds).abs() < 1e-6);
+        // The rover moved during no sweep of this log: what was seen at once is taken as swept.
+        let pose = replay.session().estimate().pose;
+        assert!(
+            (pose.x() - 2.0).abs() < 0.05 && pose.y().abs() < 0.05,
+            "{pose:?}"
+        );
+        assert_eq!(replay.revolution_log().write(), text);
+        let notes = replay.take_notes();
+        assert!(
+            notes[0].starts_with("No robot is in this recording"),
+            "{notes:?}"
+        );
+        // Nobody knows when it stood: its noise is not fitted to scans of a sensor on the move.
+        assert!(replay.standing_stretches().is_empty());
+    }
+}
+
 #[test]
 fn prior_maps_need_odometry_that_is_used() {
     let log = rover();

@@ -81,4 +81,6 @@ rows! { LOG = OF_LOG;
         "Of a rover's log: from the left wheels to the right ones. Larger: turns are smaller. Tracks that slip turn as if they lay wider apart.";
     "log.reach", "Rangers are believed up to", real([0.1, 20.0], METRES), [log.ranger_reach],
         "Of a log of rangers: a reading from here on says that nothing came back from nearer. Larger: more walls, and more that are none.";
+    "log.revolutions", "Revolutions of the lidar", real([0.1, 100.0], si("Hz")), [log.revolution_rate],
+        "Of a log of revolutions, which holds no time. Larger: it was over sooner, and what moves in it is faster.";
 }

@@ -3,6 +3,8 @@
 use super::*;
 use crate::device::lidar::LidarProtocol as _;
 use crate::device::rplidar::Rplidar;
+use crate::format::revolution_log::RevolutionLogReader;
+use crate::wire::rplidar::node::Node;
 
 const BEAMS: usize = 360;
 const INTERVAL: f64 = 0.0005;
@@ -180,4 +182,47 @@ fn numbers_that_are_none_are_counted_and_dropped() {
     };
     let scans = collect((0..3 * BEAMS).map(spoil));
     assert_eq!(scans.len(), 2);
+}
+
+/// The readings of a server of Pilch's are those that his program writes into its log.
+#[test]
+fn a_log_of_revolutions_shows_what_the_wire_shows() {
+    let reading = |k: usize| {
+        let part = (k % BEAMS) as f64 / BEAMS as f64;
+        let seen = if k % 9 == 4 { 0.0 } else { 1.0 + part };
+        Node::new(TAU * part, seen, 29)
+    };
+    let on_wire = |k: usize| {
+        let node = reading(k);
+        let (angle, range) = (node.radians(), node.metres());
+        let quality = Some(node.quality);
+        Sample {
+            angle,
+            range,
+            quality,
+            ..sample(k)
+        }
+    };
+    let live = &collect((0..3 * BEAMS).map(on_wire))[1];
+    let written = |k: usize| {
+        let (node, first) = (reading(k), if k == 0 { 'S' } else { '_' });
+        let (degrees, millimetres) = (node.radians().to_degrees(), 1e3 * node.metres());
+        let quality = node.quality;
+        format!("{first}_t:{degrees:.2}_d:{millimetres:08.2}_q:{quality}|")
+    };
+    let line: String = (0..BEAMS).map(written).collect();
+    let mut reader = RevolutionLogReader::default();
+    reader.push((line + "-END-\n").as_bytes()).unwrap();
+    let logged = reader.finish().unwrap().scan(0, 5.5).unwrap();
+    assert_eq!((logged.len(), live.len()), (BEAMS, BEAMS));
+    let half = BEAMS / 2;
+    for beam in 0..BEAMS {
+        // A line begins ahead, a revolution from the wire behind.
+        let other = (beam + half) % BEAMS;
+        let off = wrap(logged.bearings[beam] - live.bearings[other]);
+        assert!(off.abs() < 1e-4, "{beam}: {off}");
+        let [a, b] = [logged.ranges[beam], live.ranges[other]];
+        assert!(a.is_nan() == b.is_nan() && (a.is_nan() || (a - b).abs() < 1e-5));
+        assert_eq!(logged.qualities[beam], live.qualities[other]);
+    }
 }

@@ -1,0 +1,375 @@
+//! Revolution logs (`.txt`): a turn of an RPLIDAR in each line, sample by sample; what Pilch's
+//! program reads.
+//!
+//! In: bytes, in chunks of any size. Out: a [`RevolutionLog`]. And back: scans become a log
+//! ([`RevolutionLog::push`]), and a log lines of text ([`RevolutionLog::lines`]).
+//!
+//! A line is samples `__t:1.34_d:01495.75_q:29|` and then `-END-`:
+//!
+//! | part | meaning |
+//! |---|---|
+//! | first `_` | `S` in its place: the sample that begins a turn, by the sensor's own flag |
+//! | `t` | angle, degrees, 0 to 360, clockwise from ahead |
+//! | `d` | distance, mm, less than 100 000; 0 where nothing was measured |
+//! | `q` | quality of the echo, 0 to 63; 0 where nothing was measured |
+//!
+//! The file says nothing of time, and nothing of a robot: lines are taken to follow each other
+//! without a pause, at a rate that has to be said beside it (setting `log.revolutions`), and
+//! samples of a line to be evenly spaced in time, with places for those that were lost. The flag
+//! divides nothing: a line is a turn, as a bit may be damaged. Nor is there a reading that says
+//! that a beam met nothing.
+//!
+//! Source: Pilch 2016 §3.4.1, (3.3). It does not say which way angles run: they are those of the
+//! sensor, as its program `ultra_simple` prints them, and so are degrees, mm and quality (SLAMTEC
+//! interface protocol; `wire::rplidar` reads the same from the wire).
+
+use std::f64::consts::TAU;
+
+use super::FieldError;
+use super::carmen::CarmenLog;
+use super::field_error::read;
+use super::rover_log::{SIGMA, SIGMA_PER_METRE};
+use super::text_log::{Lines, TextLogError};
+use crate::geom::{Pose2, wrap};
+use crate::robot::{Place, Scan, Stamp, places_of_revolution};
+
+/// Turns a second of the source's sensor as it is delivered, Hz (Pilch 2016 §2.1).
+pub const NOMINAL_RATE: f64 = 5.5;
+/// The best quality.
+pub const MOST_QUALITY: u8 = 63;
+/// More samples in a line are no turn: no lidar of this kind takes as many. What is read can then
+/// be written in a line that is read again, whatever its numbers.
+pub const MOST_SAMPLES: usize = 8192;
+/// What a distance has to be less than, mm: five digits.
+const DISTANCE_END: f32 = 100_000.0;
+/// σ of a direction, rad: that of the sensor; directions are written to a sixth of it.
+const BEARING_SIGMA: f64 = 0.001;
+/// A line that begins with an angle above this began a little before the turn did, rad.
+const BEFORE_AHEAD: f64 = 350.0 * TAU / 360.0;
+/// How a line begins, by the flag of its first sample.
+const BEGINNINGS: [&[u8]; 2] = [b"__t:", b"S_t:"];
+const END: &str = "-END-";
+const EXPECTED: &str = "a log of revolutions, `__t:DEGREES_d:MILLIMETRES_q:QUALITY|` for each \
+    sample and `-END-` at the end of each line";
+
+/// One reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Whether the sensor says that a turn begins with it.
+    pub starts: bool,
+    /// Angle, degrees, clockwise from ahead, 0 to 360.
+    pub degrees: f32,
+    /// Distance, mm, at least 0 and less than 100 000; 0 where nothing was measured.
+    pub millimetres: f32,
+    /// Quality, 0 to [`MOST_QUALITY`]; 0 where nothing was measured.
+    pub quality: u8,
+}
+
+/// A log of revolutions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RevolutionLog {
+    samples: Vec<Sample>,
+    /// Of each revolution the end of its samples.
+    ends: Vec<usize>,
+}
+
+/// Reads a log of revolutions from chunks of bytes.
+#[derive(Clone, Debug)]
+pub struct RevolutionLogReader {
+    lines: Lines,
+    log: RevolutionLog,
+}
+
+impl Default for RevolutionLogReader {
+    fn default() -> Self {
+        Self {
+            lines: Lines::new(EXPECTED),
+            log: RevolutionLog::default(),
+        }
+    }
+}
+
+impl RevolutionLogReader {
+    /// Takes the next bytes.
+    ///
+    /// # Errors   [`TextLogError`], with line, sample and field; the reader is of no further use
+    /// then.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
+        let log = &mut self.log;
+        self.lines.push(bytes, |line, text| log.take(line, text))
+    }
+
+    /// The log is all there.
+    ///
+    /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
+    pub fn finish(mut self) -> Result<RevolutionLog, TextLogError> {
+        let has_scans = |log: &RevolutionLog| !log.is_empty();
+        self.lines
+            .finish(&mut self.log, RevolutionLog::take, has_scans)?;
+        Ok(self.log)
+    }
+}
+
+/// Whether a line that begins so is one of a log of revolutions.
+pub(crate) fn is_beginning(word: &[u8]) -> bool {
+    BEGINNINGS.iter().any(|begins| word.starts_with(begins))
+}
+
+impl RevolutionLog {
+    /// Number of revolutions.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Whether there is no revolution.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// The samples of a revolution, in the order in which they were taken.
+    #[must_use]
+    pub fn samples(&self, index: usize) -> Option<&[Sample]> {
+        let start = match index.checked_sub(1) {
+            Some(before) => *self.ends.get(before)?,
+            None => 0,
+        };
+        self.samples.get(start..*self.ends.get(index)?)
+    }
+
+    /// Seconds from the beginning of the first revolution to the end of the last, at so many a
+    /// second.
+    #[must_use]
+    pub fn duration(&self, rate: f64) -> f64 {
+        self.len() as f64 / rate
+    }
+
+    /// A revolution as a scan, robot frame, the sensor at the robot's centre; `rate` is that of the
+    /// revolutions, Hz, more than 0. The revolution ends at the stamp, counted from the beginning
+    /// of the log.
+    #[must_use]
+    pub fn scan(&self, index: usize, rate: f64) -> Option<Scan> {
+        let samples = self.samples(index)?;
+        let turned = turned_of(samples);
+        let places = places_of_revolution(&turned);
+        let period = 1.0 / rate;
+        let mut scan = Scan {
+            stamp: Stamp::from_seconds((index + 1) as f64 * period),
+            robot_from_sensor: Pose2::identity(),
+            bearings: Vec::with_capacity(places.len()),
+            ranges: Vec::with_capacity(places.len()),
+            sigmas: Vec::with_capacity(places.len()),
+            qualities: Vec::with_capacity(places.len()),
+            bearing_sigma: BEARING_SIGMA,
+            max_range: 1e-3 * f64::from(DISTANCE_END),
+            sweep: period * (places.len() - 1) as f64 / places.len() as f64,
+        };
+        for place in places {
+            let (turned, sample) = match place {
+                Place::Taken(i) => (turned.get(i).copied()?, samples.get(i)),
+                Place::Lost(turned) => (turned, None),
+            };
+            let range = sample.map_or(f32::NAN, Sample::range);
+            let seen = if range.is_nan() { 0.0 } else { range };
+            scan.bearings.push(wrap(-turned));
+            scan.ranges.push(range);
+            let sigma = SIGMA + SIGMA_PER_METRE * f64::from(seen);
+            scan.sigmas.push(sigma as f32);
+            let quality = sample.filter(|_| !range.is_nan()).map_or(0, |s| s.quality);
+            scan.qualities.push(quality);
+        }
+        Some(scan)
+    }
+
+    fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
+        let before = self.samples.len();
+        let taken = self.take_samples(line, text);
+        match taken {
+            Ok(()) => self.ends.push(self.samples.len()),
+            Err(_) => self.samples.truncate(before),
+        }
+        taken
+    }
+
+    fn take_samples(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
+        let (mut rest, mut count) = (text, 0);
+        while let Some((sample, behind)) = rest.split_once('|') {
+            count += 1;
+            if count > MOST_SAMPLES {
+                break;
+            }
+            self.samples.push(Sample::read(line, count, sample)?);
+            rest = behind;
+        }
+        if !(1..=MOST_SAMPLES).contains(&count) {
+            let found = match count {
+                0 => "0".to_owned(),
+                _ => format!("more than {MOST_SAMPLES}"),
+            };
+            let expected =
+                format_args!("1 to {MOST_SAMPLES}, each `__t:DEGREES_d:MILLIMETRES_q:QUALITY|`");
+            return Err(FieldError::new(
+                line,
+                "the number of samples",
+                &found,
+                expected,
+            ));
+        }
+        match rest.trim() {
+            END => Ok(()),
+            other => {
+                let field = format_args!("what follows sample {count}");
+                let expected = format_args!("`{END}`, or one more sample that ends with `|`");
+                Err(FieldError::new(line, field, other, expected))
+            }
+        }
+    }
+}
+
+impl Sample {
+    fn read(line: usize, number: usize, text: &str) -> Result<Self, FieldError> {
+        let text = text.trim();
+        let Some([starts, t, d, q]) = parts(text) else {
+            let expected = "`__t:DEGREES_d:MILLIMETRES_q:QUALITY`, or S for the first `_`";
+            let field = format_args!("sample {number}");
+            return Err(FieldError::new(line, field, text, expected));
+        };
+        let field = |name| format!("{name} of sample {number}");
+        let is_angle = |t: &f32| (0.0..=360.0).contains(t);
+        let is_distance = |d: &f32| (0.0..DISTANCE_END).contains(d);
+        let degrees: f32 = read(line, field("t"), t, "degrees, 0 to 360", is_angle)?;
+        let expected = "millimetres, at least 0 and less than 100000";
+        let millimetres: f32 = read(line, field("d"), d, expected, is_distance)?;
+        let is_quality = |q: &u8| *q <= MOST_QUALITY;
+        Ok(Self {
+            starts: starts == "S",
+            // A zero below zero is written as one.
+            degrees: degrees.abs(),
+            millimetres: millimetres.abs(),
+            quality: read(line, field("q"), q, "a whole number, 0 to 63", is_quality)?,
+        })
+    }
+
+    /// Range, m; NaN where nothing was measured.
+    fn range(&self) -> f32 {
+        match self.millimetres > 0.0 && self.quality > 0 {
+            true => 1e-3 * self.millimetres,
+            false => f32::NAN,
+        }
+    }
+}
+
+/// Flag, angle, distance and quality of a sample's text.
+fn parts(text: &str) -> Option<[&str; 4]> {
+    let (starts, rest) = text.split_at_checked(1)?;
+    let rest = rest.strip_prefix("_t:")?;
+    let (t, rest) = rest.split_once("_d:")?;
+    let (d, q) = rest.split_once("_q:")?;
+    matches!(starts, "_" | "S").then(|| [starts, t.trim(), d.trim(), q.trim()])
+}
+
+/// How far the sensor had turned at each sample of a line, rad, from ahead.
+fn turned_of(samples: &[Sample]) -> Vec<f64> {
+    let mut last: Option<f64> = None;
+    let turned = samples.iter().map(|sample| {
+        let angle = f64::from(sample.degrees).to_radians();
+        let turned = match last {
+            Some(last) => last + wrap(angle - last),
+            None if angle > BEFORE_AHEAD => angle - TAU,
+            None => angle,
+        };
+        last = Some(turned);
+        turned
+    });
+    turned.collect()
+}
+
+// Writing.
+
+impl RevolutionLog {
+    /// The scans of a CARMEN log, whose odometry and stamps a log of revolutions has no place for.
+    #[must_use]
+    pub fn of_carmen(log: &CarmenLog) -> Self {
+        let mut revolutions = Self::default();
+        for scan in &log.scans {
+            revolutions.push(&log.scan(scan));
+        }
+        revolutions
+    }
+
+    /// Adds a scan as the next revolution; one without beams is passed over, and so are beams
+    /// behind the first [`MOST_SAMPLES`].
+    ///
+    /// Angles are rounded to 0.01° and distances to 0.01 mm. What met nothing, or lies farther than
+    /// the format can say, is written as not measured. The quality is cut off above
+    /// [`MOST_QUALITY`], the best, and where the sensor tells none it is that.
+    pub fn push(&mut self, scan: &Scan) {
+        let columns = scan.bearings.iter().zip(&scan.ranges).enumerate();
+        let samples = columns.take(MOST_SAMPLES).map(|(beam, (bearing, range))| {
+            let degrees = (-bearing.to_degrees()).rem_euclid(360.0);
+            let millimetres = hundredths(1e3 * f64::from(*range));
+            let is_seen = millimetres > 0.0 && millimetres < DISTANCE_END;
+            let quality = scan.quality(beam).unwrap_or(MOST_QUALITY);
+            Sample {
+                starts: beam == 0,
+                degrees: match hundredths(degrees) {
+                    degrees if degrees < 360.0 => degrees,
+                    _ => 0.0,
+                },
+                millimetres: if is_seen { millimetres } else { 0.0 },
+                quality: if is_seen {
+                    quality.clamp(1, MOST_QUALITY)
+                } else {
+                    0
+                },
+            }
+        });
+        self.samples.extend(samples);
+        if self.ends.last().copied().unwrap_or(0) < self.samples.len() {
+            self.ends.push(self.samples.len());
+        }
+    }
+
+    /// The lines of the file, each with its end. Numbers have two digits behind the point, or as
+    /// many as they need to come back to the bit.
+    pub fn lines(&self) -> impl Iterator<Item = String> {
+        let revolutions = (0..self.len()).filter_map(|index| self.samples(index));
+        revolutions.map(|samples| {
+            let samples: String = samples.iter().map(Sample::text).collect();
+            format!("{samples}{END}\n")
+        })
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn write(&self) -> String {
+        self.lines().collect()
+    }
+}
+
+impl Sample {
+    fn text(&self) -> String {
+        let first = if self.starts { 'S' } else { '_' };
+        let (degrees, millimetres) = (text(self.degrees), text(self.millimetres));
+        format!(
+            "{first}_t:{degrees}_d:{millimetres:0>8}_q:{}|",
+            self.quality
+        )
+    }
+}
+
+fn hundredths(value: f64) -> f32 {
+    ((100.0 * value).round() / 100.0) as f32
+}
+
+fn text(value: f32) -> String {
+    let shortest = value.to_string();
+    match shortest.split_once('.') {
+        Some((_, behind)) if behind.len() >= 2 => shortest,
+        _ => format!("{value:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests;

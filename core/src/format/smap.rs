@@ -1,0 +1,188 @@
+//! Submaps as Pilch's program saves them (`.smap`): points, the robot's path and landmarks, as
+//! text.
+//!
+//! In: bytes. Out: an [`Smap`]. And back. From what a run has mapped: [`Smap::of_run`].
+//!
+//! ```text
+//! #points
+//! 2                            how many follow
+//! -2110.33, -2760.47           x, y
+//! 563.693, 3974.48
+//! #robot
+//! 1
+//! 0, 0                         x, y, in the order of the drive
+//! #landmarks
+//! 1
+//! -2110.33, -2760.47, 5, 0     x, y, confidence, type: 0 point or corner, 1 edge
+//! ```
+//!
+//! Numbers are millimetres. The confidence counts how often a landmark was found again.
+//!
+//! 1. Each section stands once, in any order, with as many lines as it says. Blanks, line ends and
+//!    empty lines are free.
+//! 2. The file's y axis points to the right. The source takes x = d cos θ and y = d sin θ (3.4) of
+//!    angles that an RPLIDAR counts clockwise, so its maps are seen from below; here y is turned
+//!    over on the way in and out, and a file of its program shows the building as it is.
+//! 3. More than [`MOST_POINTS`] points are refused: the source begins another submap there.
+//!
+//! Source: Pilch 2016 §3.4.2 and (3.5); the bound from fig. 3.24. What place of an edge `x, y` is
+//! it does not say: here the middle.
+
+mod read;
+#[cfg(test)]
+mod tests;
+
+use std::fmt::Write as _;
+
+use nalgebra::Point2;
+
+use super::FieldError;
+use super::map_server::{MapServerError, known_rect};
+use crate::map::{CellState, Grid, Wall};
+
+pub use self::read::parse;
+
+/// Most points of a submap.
+pub const MOST_POINTS: usize = 100_000;
+
+/// A submap, in a frame of its own: m, right-handed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Smap {
+    /// Where something was hit.
+    pub points: Vec<Point2<f64>>,
+    /// Where the robot was, in the order of the drive.
+    pub path: Vec<Point2<f64>>,
+    /// What can be recognised.
+    pub landmarks: Vec<SmapLandmark>,
+}
+
+/// A landmark of a submap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmapLandmark {
+    /// Where it is, m; of an edge its middle.
+    pub at: Point2<f64>,
+    /// How often it was found again.
+    pub confidence: u32,
+    /// What it is.
+    pub kind: LandmarkKind,
+}
+
+/// What a landmark of a submap is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LandmarkKind {
+    /// A point or a corner.
+    Point,
+    /// A straight piece of wall.
+    Edge,
+}
+
+/// Why a file is no submap, or a run no file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SmapError {
+    /// A line that is not what it should be, or another number of them.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// A section that does not stand there.
+    #[error("the section `{section}` is missing; the file ends after line {lines}")]
+    Missing {
+        /// Its first line.
+        section: &'static str,
+        /// Lines of the file.
+        lines: usize,
+    },
+    /// More points than a submap has, in a file.
+    #[error(
+        "line {line}: {found} points, expected at most {MOST_POINTS}: a larger map is saved as several submaps"
+    )]
+    TooManyPoints {
+        /// Line, from 1.
+        line: usize,
+        /// How many there are to be.
+        found: usize,
+    },
+    /// More points than a submap has, in a map to be saved.
+    #[error(
+        "the map has {found} occupied cells, and a submap (.smap) at most {MOST_POINTS} points: save it as a map for ROS"
+    )]
+    MapTooLarge {
+        /// Its occupied cells.
+        found: usize,
+    },
+    /// Nothing to save, or what there is lies too far apart.
+    #[error(transparent)]
+    Map(#[from] MapServerError),
+}
+
+impl Smap {
+    /// What a run has mapped: the middles of the occupied cells, where the robot was, and each wall
+    /// as an edge that was found again as often as it was seen after the first time. Only methods
+    /// with lines have walls.
+    ///
+    /// # Errors    [`SmapError::Map`], [`SmapError::MapTooLarge`].
+    pub fn of_run(
+        grid: &Grid,
+        path: impl IntoIterator<Item = Point2<f64>>,
+        walls: &[Wall],
+    ) -> Result<Self, SmapError> {
+        let is_occupied = |odds| grid.state_of(odds) == CellState::Occupied;
+        let rect = known_rect(grid, is_occupied)?;
+        let occupied = || rect.cells().filter(|&c| is_occupied(grid.log_odds(c)));
+        let found = occupied().count();
+        if found > MOST_POINTS {
+            return Err(SmapError::MapTooLarge { found });
+        }
+        let edge = |wall: &Wall| SmapLandmark {
+            at: nalgebra::center(&wall.segment.a, &wall.segment.b),
+            confidence: wall.sightings.saturating_sub(1),
+            kind: LandmarkKind::Edge,
+        };
+        Ok(Self {
+            points: occupied().map(|cell| grid.centre_of(cell)).collect(),
+            path: path.into_iter().collect(),
+            landmarks: walls.iter().map(edge).collect(),
+        })
+    }
+
+    /// The text of the file, to a micrometre.
+    #[must_use]
+    pub fn write(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string does not fail, here and below.
+        for (section, places) in [(POINTS, &self.points), (ROBOT, &self.path)] {
+            let _ = writeln!(text, "{section}\n{}", places.len());
+            for place in places {
+                let _ = writeln!(text, "{}", in_file(place));
+            }
+        }
+        let _ = writeln!(text, "{LANDMARKS}\n{}", self.landmarks.len());
+        for landmark in &self.landmarks {
+            let at = in_file(&landmark.at);
+            let kind = match landmark.kind {
+                LandmarkKind::Point => 0,
+                LandmarkKind::Edge => 1,
+            };
+            let _ = writeln!(text, "{at}, {}, {kind}", landmark.confidence);
+        }
+        text
+    }
+}
+
+const POINTS: &str = "#points";
+const ROBOT: &str = "#robot";
+const LANDMARKS: &str = "#landmarks";
+
+/// Millimetres, y to the right.
+fn in_file(place: &Point2<f64>) -> String {
+    let number = |metres: f64| {
+        let micrometres = (1e6 * metres).round();
+        // Without the sign of a zero.
+        (micrometres + 0.0) / 1e3
+    };
+    format!("{}, {}", number(place.x), number(-place.y))
+}
+
+/// m, y to the left.
+fn from_file([x, y]: [f64; 2]) -> Point2<f64> {
+    Point2::new(1e-3 * x, 0.0 - 1e-3 * y)
+}
