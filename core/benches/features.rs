@@ -1,7 +1,7 @@
 //! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use slamlab_core::features::{LineConfig, LineExtractor};
+use slamlab_core::features::{Hough, LineConfig, LineExtractor, Ransac, SplitRule};
 use slamlab_core::geom::Pose2;
 use slamlab_core::points::{PointConfig, Points, SegmentationConfig, SpacingModel, segment};
 use slamlab_core::robot::RobotModel;
@@ -27,12 +27,24 @@ fn extraction(c: &mut Criterion) {
     c.bench_function("breakpoints of 360 beams", |b| {
         b.iter(|| segment(&points, &SegmentationConfig::default(), &mut runs));
     });
+    let by = |split| LineConfig {
+        split,
+        ..LineConfig::default()
+    };
     let rules = [
         ("lines of 360 beams", LineConfig::default()),
         ("lines of 360 beams, classic", LineConfig::classic(0.1)),
         (
             "lines of 360 beams, Pilch",
             LineConfig::pilch(SpacingModel::even(360.0)),
+        ),
+        (
+            "lines of 360 beams, RANSAC",
+            by(SplitRule::Ransac(Ransac::default())),
+        ),
+        (
+            "lines of 360 beams, Hough",
+            by(SplitRule::Hough(Hough::default())),
         ),
     ];
     let mut lines = vec![];

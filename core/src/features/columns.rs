@@ -225,6 +225,13 @@ impl Columns {
         cos * cos * four.var_along[lane] + by_bearing + self.var_surface()
     }
 
+    /// The same for a line across the beam: variance of the range, with the roughness of the
+    /// surface.
+    pub(super) fn variance_along(&self, index: usize) -> f64 {
+        let (four, lane) = self.four(index);
+        four.var_along[lane] + self.var_surface()
+    }
+
     /// σ² of the roughness, m².
     #[inline]
     pub(super) fn var_surface(&self) -> f64 {

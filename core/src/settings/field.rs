@@ -168,5 +168,5 @@ choices!(
 choices! {
     BreakRule = 3, Self::all();
     Planner = Self::CHOOSABLE, Self::ALL;
-    SplitRule = 3, Self::all();
+    SplitRule = 5, Self::all();
 }

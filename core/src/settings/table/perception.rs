@@ -1,7 +1,7 @@
 //! What is made of scans: points, lines, and what is remembered in the blind zone.
 
 use super::{ANY, BY_LINES, Group};
-use crate::features::{LineConfig, SplitRule};
+use crate::features::{Hough, LineConfig, Ransac, SplitRule};
 use crate::points::{BreakRule, Growth, RangeSigma, SectorConfig, SectorRange};
 use crate::settings::Settings;
 use crate::settings::field::{Number, at, rows};
@@ -52,8 +52,8 @@ const SPLIT: &str = "lines.rule";
 const BREAKS: &str = "lines.breaks";
 
 rows! { LINES = OF_LINES;
-    "lines.rule", "Split-and-merge", one_of::<SplitRule>(), [slam.lines.split].basic(),
-        "When a run of points is split into two lines: beyond what noise explains, beyond a fixed distance, or where a regression gets worse.";
+    "lines.rule", "How lines are found", one_of::<SplitRule>(), [slam.lines.split].basic(),
+        "By splitting a run of points in two: beyond what noise explains, beyond a fixed distance, or where a regression gets worse. Or by looking for lines among its points: through random pairs of them, or by votes.";
     "lines.split_k", "Split at k standard deviations", real(LineConfig::SPLIT_K, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.split_k].needs(SPLIT, &["noise-aware"]),
         "A point farther off splits. Larger: fewer true walls are torn, shallow corners stay undetected.";
     "lines.max_residual", "Point left out beyond", real(LineConfig::MAX_RESIDUAL, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.max_residual].needs(SPLIT, &["noise-aware"]),
@@ -66,6 +66,18 @@ rows! { LINES = OF_LINES;
         "Part of the scatter (r²) that a line explains. Larger: straighter lines, in more pieces.";
     "lines.start_points", "Points that begin a line", whole([2.0, 50.0], NUMBER), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_points].needs(SPLIT, &["explained"]),
         "So many neighbours in a row begin a line that grows. Larger: fewer, surer lines.";
+    "lines.inlier_sigmas", "On a line within", real(LineConfig::INLIER_SIGMAS, SIGMAS), [SplitRule::Ransac(Ransac { inlier_sigmas, .. }) | SplitRule::Hough(Hough { inlier_sigmas, .. }) = slam.lines.split => inlier_sigmas].needs(SPLIT, &["ransac", "hough"]),
+        "A point nearer to a line is on it. Larger: shallow corners stay undetected.";
+    "lines.confidence", "Probability of the longest wall", real(LineConfig::CONFIDENCE, PERCENT), [SplitRule::Ransac(rule) = slam.lines.split => rule.confidence].needs(SPLIT, &["ransac"]),
+        "That two points of it at least are drawn together. Larger: more samples, fewer walls overlooked.";
+    "lines.max_samples", "Most samples for a line", whole(LineConfig::MAX_SAMPLES, NUMBER), [SplitRule::Ransac(rule) = slam.lines.split => rule.max_samples].needs(SPLIT, &["ransac"]),
+        "Larger: short walls among many points are found too; slower.";
+    "lines.seed", "Seed of the samples", whole([0.0, 1_000_000.0], NUMBER), [SplitRule::Ransac(rule) = slam.lines.split => rule.seed].needs(SPLIT, &["ransac"]),
+        "Another one draws other pairs of points: what changes with it was found by luck.";
+    "lines.alpha_step", "Step of the direction", real(LineConfig::ALPHA_STEP, DEGREES), [SplitRule::Hough(rule) = slam.lines.split => rule.alpha_step].needs(SPLIT, &["hough"]),
+        "Between two directions that are voted for. Larger: faster; long walls are torn.";
+    "lines.r_step", "Step of the distance", real(LineConfig::R_STEP, CENTIMETRES), [SplitRule::Hough(rule) = slam.lines.split => rule.r_step].needs(SPLIT, &["hough"]),
+        "Between two distances that are voted for. Larger: walls closer than that are one at first.";
     "lines.breaks", "Neighbours belong together", one_of::<BreakRule>(), [slam.lines.segmentation.rule],
         "When two neighbouring points may lie on one wall: by what a wall seen at a flat angle would give, by ν times the mean distance, or by the sensor's own spacing.";
     "lines.grazing_angle", "Flattest view of a wall", real(LineConfig::GRAZING_ANGLE, DEGREES), [BreakRule::Adaptive { grazing_angle, .. } = slam.lines.segmentation.rule => grazing_angle].needs(BREAKS, &["adaptive"]),
