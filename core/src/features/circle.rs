@@ -8,7 +8,8 @@
 //!    favour thin circles, whose arcs any surface touches for a cell's width), is a guess.
 //! 3. The guess is refined by a weighted fit ([`fit`]), with covariance, and its points anew.
 //! 4. It stays if an arc of at least `min_arc` was seen from outside, if the residuals are what noise
-//!    explains, and if its radius is surely not that of something flatter. Its points take back their
+//!    explains, if its radius is surely not that of something
+//!    flatter, and if a bend of two straight lines explains the points less well. Its points take back their
 //!    votes, and the next circle of the run is looked for (two legs beside each other).
 //!
 //! Source: Duda & Hart (1972); Pilch 2016 §1.2.1, eq. (1.9). Pilch solves the circle's equation for
@@ -51,6 +52,9 @@ config! {
         /// Least radius in its own standard deviations. Default 4: what is flat has a radius that is
         /// not known. Larger: fewer, better known circles.
         pub min_radius_sigmas: f64 = 4.0,
+        /// How much less χ² must be than that of a bend, two straight lines. Default 4, e² times
+        /// likelier. Larger: fewer boxes become circles, fewer thin posts are found.
+        pub min_gain: f64 = 4.0,
     }
 }
 
@@ -165,7 +169,8 @@ impl Round {
         let is_round = (config.min_radius..=config.max_radius).contains(&radius)
             && radius >= config.min_radius_sigmas * sigma
             && self.fit.chi2 <= chi2_quantile(degrees, config.max_chi2_sigmas)
-            && self.arc(columns) >= config.min_arc;
+            && self.arc(columns) >= config.min_arc
+            && self.fit.chi2 + config.min_gain <= fit::chi2_of_bend(columns, &self.points);
         is_round.then(|| PointFeature {
             position: middle,
             cov: self.fit.cov.fixed_view::<2, 2>(0, 0).into_owned(),

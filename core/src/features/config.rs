@@ -292,14 +292,14 @@ impl LineConfig {
     }
 }
 
-/// Why no lines can be extracted.
+/// Why no lines, or points, can be found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LineError {
     /// A beam whose numbers cannot be used.
     #[error(transparent)]
     Beam(#[from] BadBeam),
-    /// A figure of [`LineConfig`] out of its bounds.
+    /// A figure of [`LineConfig`] or [`super::PointFeatureConfig`] out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
 }

@@ -198,9 +198,11 @@ impl Finder<'_> {
             return None;
         }
         let (position, cov) = crossing([(a.line, a.cov), (b.line, b.cov)])?;
-        let near = self.config.max_stretch * self.config.half_window as f64;
-        let off = (position - self.columns.point(vertex)).length();
-        if off > near * self.expected_spacing(vertex) {
+        // No farther from the measured vertex than from one point to the next and noise: else
+        // something smaller stands between the legs, as the end of a thin wall.
+        let near = self.config.max_stretch * self.expected_spacing(vertex)
+            + LEG_SIGMAS * self.columns.variance_along(vertex).sqrt();
+        if (position - self.columns.point(vertex)).length() > near {
             return None;
         }
         let (angle, limits) = (

@@ -56,6 +56,8 @@ impl PointFeatureConfig {
     pub const CELL: Bounds = [0.005, 0.2];
     /// What [`CircleConfig::min_points`] may be.
     pub const CIRCLE_POINTS: Bounds = [4.0, 100.0];
+    /// What [`CircleConfig::min_gain`] may be.
+    pub const MIN_GAIN: Bounds = [0.0, 100.0];
     /// What [`CircleConfig::min_arc`] may be, rad.
     pub const MIN_ARC: Bounds = [0.1, 3.1];
 
@@ -118,6 +120,7 @@ impl PointFeatureConfig {
                 count(circles.min_points),
                 Self::CIRCLE_POINTS,
             ),
+            ("circles.min_gain", circles.min_gain, Self::MIN_GAIN),
             ("circles.min_arc", circles.min_arc, Self::MIN_ARC),
             (
                 "circles.max_chi2_sigmas",

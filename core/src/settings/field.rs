@@ -7,7 +7,7 @@ use super::setting::Named;
 use crate::association::AssociationMethod;
 use crate::control::Avoidance;
 use crate::estimation::Consistency;
-use crate::features::SplitRule;
+use crate::features::{SpikeForm, SplitRule};
 use crate::map::{FreeCells, Layer};
 use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::points::{BreakRule, SectorRange};
@@ -163,7 +163,8 @@ choices!(
     RegistrationMethod,
     SectorRange,
     Sharp,
-    Shortening
+    Shortening,
+    SpikeForm
 );
 choices! {
     BreakRule = 3, Self::all();

@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::Circle;
 use crate::features::columns::Columns;
+use crate::features::moments::Moments;
 use crate::geom::Length;
 
 /// A circle and how well it is known.
@@ -83,6 +84,28 @@ fn weight(columns: &Columns, index: usize, out: &Vector2<f64>) -> f64 {
     1.0 / columns
         .spread(index, out)
         .max(LEAST_COS2 * columns.variance_along(index))
+}
+
+/// χ² of the same points as two lines, the one through those up to the best border, the other
+/// through the rest; counted as that of the circle.
+pub(super) fn chi2_of_bend(columns: &Columns, points: &[usize]) -> f64 {
+    let line = |points: &[usize]| {
+        let sum = points.iter().fold(Moments::default(), |sum, &index| {
+            sum.plus(&columns.moments_of(index))
+        });
+        let (normal, r) = sum.line();
+        let square = |&index: &usize| {
+            let off = normal.dot(&columns.point(index).coords) - r;
+            weight(columns, index, &normal) * off * off
+        };
+        points.iter().map(square).sum::<f64>()
+    };
+    let borders = 2..points.len().saturating_sub(1);
+    let chi2 = borders.map(|border| {
+        let (before, after) = points.split_at(border);
+        line(before) + line(after)
+    });
+    chi2.fold(f64::INFINITY, f64::min)
 }
 
 /// Step 2.

@@ -71,7 +71,8 @@ fn polygon(corners: &[(f64, f64)]) -> Vec<Segment> {
 
 #[test]
 fn pillars_are_found_where_they_are_and_as_well_as_they_say() {
-    for (radius, least) in [(0.08, 0.6), (0.2, 0.9), (0.4, 0.9)] {
+    // A thin post is ten to twenty points, by which half of them might be the edge of a box.
+    for (radius, least) in [(0.08, 0.4), (0.2, 0.95), (0.4, 0.95)] {
         let (mut sum, mut radii, mut count) = (0.0, 0.0, 0.0);
         for seed in 0..300 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -89,7 +90,7 @@ fn pillars_are_found_where_they_are_and_as_well_as_they_say() {
                 };
                 let error = circle.position - middle;
                 sum += error.dot(&circle.cov.cholesky().unwrap().solve(&error));
-                radii += (r - radius).powi(2) / var_radius;
+                radii += (r - radius) * (r - radius) / var_radius;
                 count += 1.0;
                 assert!(
                     circle.confidence > 0.5 && error.length() < 0.1,

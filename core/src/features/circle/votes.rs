@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::{Circle, CircleConfig};
 use crate::features::columns::Columns;
-use crate::geom::{Length, sin_cos};
+use crate::geom::sin_cos;
 
 /// Cells of a layer at most; where the run is wider, they are larger.
 const MOST_CELLS: f64 = 65_536.0;
@@ -147,7 +147,7 @@ fn spacing(columns: &Columns, run: &Range<usize>) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::features::columns::Noise;
-    use crate::geom::unit_vector;
+    use crate::geom::{Length, unit_vector};
     use crate::points::fixture::hit;
 
     use super::*;

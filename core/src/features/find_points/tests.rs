@@ -84,7 +84,10 @@ proptest! {
                 0 => range,
                 // Rooms with corners, and rows of round things.
                 1 => 1.0 / libm::cos(bearing % 1.4 - 0.7) + 0.001 * range,
-                _ => 1.5 - (0.09 - (bearing % 0.6 - 0.3).powi(2)).max(0.0).sqrt() + 0.001 * range,
+                _ => {
+                    let beside = bearing % 0.6 - 0.3;
+                    1.5 - (0.09 - beside * beside).max(0.0).sqrt() + 0.001 * range
+                }
             };
             crate::points::Beam { sigma, ..beam_along(i, unit_vector(bearing), range, is_hit) }
         });
