@@ -38,6 +38,7 @@ mod ekf_consistency;
 mod ekf_cost;
 mod errand;
 mod explore;
+mod features;
 mod graphs;
 mod grid;
 mod heading;
@@ -89,6 +90,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
+    ("features", features::measure),
     ("graphs", graphs::measure),
     ("grid", grid::measure),
     ("kidnap", kidnap::measure),
@@ -124,7 +126,7 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd`, `look-alikes` and `ekf-consistency`: only in this world;
+    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features` and `ekf-consistency`: only in this world;
     /// can be given several times. Default all. For `kidnap`: in these logs. Default `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,

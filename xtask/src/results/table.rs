@@ -86,6 +86,8 @@ pub(super) const TABLE: &[Entry] = &[
         "Fitted lines are as uncertain as they claim."),
     entry("split-merge", Report, Slow, FEATURES,
         "How well split-and-merge finds the walls of random rooms, rule by rule."),
+    entry("features", Report, Quick, &["core/src/geom", "core/src/points", "core/src/features", "core/src/association", "core/src/sim"],
+        "Corners, crossings and circles of a scan stand where something is, and are found again in the next."),
     entry("affine", Report, Quick, &["core/src/registration"],
         "The affine map between two clouds is found without a start and without pairs, where one is a copy of the other."),
     entry("graphs", Report, Quick, &["core/src/lanes", "core/src/estimation", "core/src/format"],
