@@ -9,8 +9,8 @@
 //! | `far` | 0.5 to 1.5 m, any turn | nothing: odometry says that the robot stood still |
 //!
 //! Truth: a point is of the true corner (or pillar) that is nearest to it in the simulator's world,
-//! within 10 cm; of two scans, points of one kind at one true thing are the same. Spikes are
-//! left out: the edge of what hides something stands elsewhere in each scan, so there is no truth.
+//! within 10 cm; of two scans, points of one kind at one true thing are the same. Spikes are left
+//! out: the edge of what hides something stands elsewhere in each scan, so there is no truth.
 //!
 //! Out, for each move and way of matching (Pilch 2016 §1.2.3, eq. 1.13-1.16), by the points of the
 //! second scan: TPR, those of the first found again as what they are; FPR, those that the first
@@ -19,10 +19,10 @@
 //! 100 points stand at a true thing, with the NEES of those.
 //!
 //! It holds if a near move leaves TPR ≥ 0.9 and PPV ≥ 0.95 by both ways that know the motion, if
-//! TPR and FPR grow with the gate, and if relations find the far move with TPR ≥ 0.5 and PPV ≥ 0.95;
-//! if 95 % of the corners, crossings and circles stand where something is, with a median NEES from 1
-//! to 2 (1.39 is honest), and at most 10 % beyond the 99 % of their covariance. The corners beyond
-//! are those of things narrower than the window, such as the end of a thin wall.
+//! TPR and FPR grow with the gate, and if relations find the far move with TPR ≥ 0.5 and PPV ≥
+//! 0.95; if 95 % of the corners, crossings and circles stand where something is, with a median NEES
+//! from 1 to 2 (1.39 is honest), and at most 10 % beyond the 99 % of their covariance. The corners
+//! beyond are those of things narrower than the window, such as the end of a thin wall.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

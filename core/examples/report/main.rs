@@ -126,8 +126,9 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features` and `ekf-consistency`: only in this world;
-    /// can be given several times. Default all. For `kidnap`: in these logs. Default `intel`.
+    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features` and `ekf-consistency`: only in
+    /// this world; can be given several times. Default all. For `kidnap`: in these logs. Default
+    /// `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

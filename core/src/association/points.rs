@@ -7,8 +7,8 @@
 //! | [`PointMatching::Relations`] | nothing: any move | n⁴ at worst ([`relations`]) |
 //!
 //! Points of different kinds, and circles of different size, are never the same. A pair is as far
-//! apart as the squared Mahalanobis distance d² says, with the covariances of both points and of the
-//! motion; it is one within a gate.
+//! apart as the squared Mahalanobis distance d² says, with the covariances of both points and of
+//! the motion; it is one within a gate.
 //!
 //! Source: Pilch 2016 §1.2.3, who names exhaustive search, nearest neighbours by an index, and
 //! cross-correlation of the relations among the points for large moves.

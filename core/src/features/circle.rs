@@ -7,10 +7,10 @@
 //!    each counted as a part of those that the circle's width and a cell would give (less would
 //!    favour thin circles, whose arcs any surface touches for a cell's width), is a guess.
 //! 3. The guess is refined by a weighted fit ([`fit`]), with covariance, and its points anew.
-//! 4. It stays if an arc of at least `min_arc` was seen from outside, if the residuals are what noise
-//!    explains, if its radius is surely not that of something
-//!    flatter, and if a bend of two straight lines explains the points less well. Its points take back their
-//!    votes, and the next circle of the run is looked for (two legs beside each other).
+//! 4. It stays if an arc of at least `min_arc` was seen from outside, if the residuals are what
+//!    noise explains, if its radius is surely not that of something flatter, and if a bend of two
+//!    straight lines explains the points less well. Its points take back their votes, and the next
+//!    circle of the run is looked for (two legs beside each other).
 //!
 //! Source: Duda & Hart (1972); Pilch 2016 §1.2.1, eq. (1.9). Pilch solves the circle's equation for
 //! one coordinate in each column; here votes go along the arc, equally dense everywhere.
@@ -49,8 +49,8 @@ config! {
         /// Largest χ² of the residuals, in standard deviations above its mean. Default 2.5. Larger:
         /// boxes become circles.
         pub max_chi2_sigmas: f64 = 2.5,
-        /// Least radius in its own standard deviations. Default 4: what is flat has a radius that is
-        /// not known. Larger: fewer, better known circles.
+        /// Least radius in its own standard deviations. Default 4: what is flat has a radius that
+        /// is not known. Larger: fewer, better known circles.
         pub min_radius_sigmas: f64 = 4.0,
         /// How much less χ² must be than that of a bend, two straight lines. Default 4, e² times
         /// likelier. Larger: fewer boxes become circles, fewer thin posts are found.

@@ -4,18 +4,18 @@
 //!
 //! 1. Of 11, 13 or 15 neighbours the middle one is a vertex if the vectors u and v to the first and
 //!    the last of them make an angle θ = acos(u·v / |u||v|) from 40° to 143°.
-//! 2. Both are no longer than so many k per point (the paper: 1.5), k being the spacing of beams at that range
-//!    ([`SpacingModel`]): else something is missing between them.
+//! 2. Both are no longer than so many k per point (the paper: 1.5), k being the spacing of beams at
+//!    that range ([`SpacingModel`]): else something is missing between them.
 //! 3. Checked backwards: the angles to the 1st to 4th neighbours on both sides are within the same
 //!    limits. Where ranges are as uncertain as points are apart, those angles are anything; so the
 //!    limits are widened by n σ of each angle. With n = 0 it is the paper's check.
-//! 4. Of vertices in one window, that of the smallest angle stays: beside the true vertex one of the
-//!    vectors crosses the corner, which opens the angle.
+//! 4. Of vertices in one window, that of the smallest angle stays: beside the true vertex one of
+//!    the vectors crosses the corner, which opens the angle.
 //! 5. The paper's corner is the measured point. Here it is where the legs cross: each leg is the
 //!    weighted line through the neighbours on its side ([`super::consensus`]), the border between
 //!    them is where their squares are least, and the covariance is that of the crossing
-//!    ([`super::crossing`]). So the corner is not where a beam happened to hit, and knows how well it
-//!    is placed.
+//!    ([`super::crossing`]). So the corner is not where a beam happened to hit, and knows how well
+//!    it is placed.
 
 use std::ops::Range;
 
@@ -46,17 +46,17 @@ config! {
         pub max_angle: f64 = 2.496,
         /// Neighbours for which the angle is checked again. Default 4.
         pub back_checks: usize = 4,
-        /// By how many standard deviations of its own an angle may miss the limits there. Default 2.
-        /// Larger: more corners, more wrong ones. 0 is the paper's.
+        /// By how many standard deviations of its own an angle may miss the limits there. Default
+        /// 2. Larger: more corners, more wrong ones. 0 is the paper's.
         pub back_check_sigmas: f64 = 2.0,
         /// Longest vector per point, in spacings of the beams. Default 3, legs seen at up to 70°.
-        /// The paper's 1.5 is 48°, and the legs of a right angle are seen at i and 90° - i: it loses
-        /// two of three corners of a room. Larger: corners across gaps.
+        /// The paper's 1.5 is 48°, and the legs of a right angle are seen at i and 90° - i: it
+        /// loses two of three corners of a room. Larger: corners across gaps.
         pub max_stretch: f64 = 3.0,
         /// Neighbours of a leg at most. Default 20. Larger: better placed, in straight walls.
         pub leg_points: usize = 20,
-        /// Largest standard deviation of a leg's direction, rad. Default 0.1: what is linear there is
-        /// not at 0.2.
+        /// Largest standard deviation of a leg's direction, rad. Default 0.1: what is linear there
+        /// is not at 0.2.
         pub max_alpha_sigma: f64 = 0.1,
     }
 }

@@ -4,9 +4,9 @@
 //!
 //! 1. p solves nᵢ · p = rᵢ with nᵢ = (cos αᵢ, sin αᵢ): p = (r₁ sin α₂ - r₂ sin α₁, r₂ cos α₁ - r₁
 //!    cos α₂) / sin(α₂ - α₁).
-//! 2. From nᵢ · dp = drᵢ - (tᵢ · p) dαᵢ, tᵢ = dnᵢ/dα: an error of a line acts on p as a shift of its
-//!    foot by vᵢ = drᵢ - (tᵢ · p) dαᵢ, along a column of the inverse of (n₁, n₂)ᵀ. So cov = var(v₁) a
-//!    aᵀ + var(v₂) b bᵀ, for both lines have no beam in common.
+//! 2. From nᵢ · dp = drᵢ - (tᵢ · p) dαᵢ, tᵢ = dnᵢ/dα: an error of a line acts on p as a shift of
+//!    its foot by vᵢ = drᵢ - (tᵢ · p) dαᵢ, along a column of the inverse of (n₁, n₂)ᵀ. So cov =
+//!    var(v₁) a aᵀ + var(v₂) b bᵀ, for both lines have no beam in common.
 //! 3. Pilch keeps all crossings. Those far from where either wall was seen are a matter of the
 //!    walls' directions more than of a place, so their distance is limited; `reach` says how.
 

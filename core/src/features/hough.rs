@@ -168,8 +168,8 @@ impl Accumulator {
         }
     }
 
-    /// Step 3, for a peak of which nothing came. Columns are a ring: after the last comes the first,
-    /// turned round.
+    /// Step 3, for a peak of which nothing came. Columns are a ring: after the last comes the
+    /// first, turned round.
     fn clear_around(&mut self, cell: usize) {
         let (n_columns, n_rows) = (self.normals.len(), self.n_rows);
         let (column, row) = (cell / n_rows, cell % n_rows);

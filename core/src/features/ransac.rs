@@ -10,9 +10,9 @@
 //!    after it are intervals of their own.
 //!
 //! Source: Fischler & Bolles (1981), "Random sample consensus"; Pilch 2016 §1.2.1, eq. (1.2)-(1.3),
-//! with m = 2. Pilch notes that data must hold one model only; removal, and intervals that end where
-//! neighbours do not belong together, do away with that. The generator is seeded anew for each scan,
-//! so that a scan gives the same lines whenever it comes.
+//! with m = 2. Pilch notes that data must hold one model only; removal, and intervals that end
+//! where neighbours do not belong together, do away with that. The generator is seeded anew for
+//! each scan, so that a scan gives the same lines whenever it comes.
 
 use std::ops::Range;
 

@@ -13,8 +13,9 @@
 //! 1. A beam without a return says nothing of what stands there, so it makes no jump.
 //! 2. An edge lies between the near beam and the far one: the position is half a step of bearing
 //!    beyond the near end, its variance across that of a uniform distribution, step²/12. Along the
-//!    beam it is that of the range and of a surface that goes on to the edge at 45°. What only one beam hit is narrower than two steps, and its
-//!    middle is within half a step of the beam: the same variance, no shift.
+//!    beam it is that of the range and of a surface that goes on to the edge at 45°. What only one
+//!    beam hit is narrower than two steps, and its middle is within half a step of the beam: the
+//!    same variance, no shift.
 //! 3. Neighbours that are spikes by one form are one where they are one thing: nearer than half the
 //!    threshold to each other.
 

@@ -5,14 +5,14 @@
 //! 2. Its support is the number of points that lie on one of their kind then, one to one, within
 //!    the gate. Such a placement errs, by the noise of its two points; the farther they are apart
 //!    the less, so that of all pairs that belong together the best support it fully.
-//! 3. The placement with most support wins (of equal ones that with the smaller sum of d²), is fitted
-//!    to all points that support it, and supported anew.
-//! 4. Where another placement, which puts the points elsewhere, has as much support, nothing is found
-//!    again: in a row of equal pillars any shift by one is as good.
+//! 3. The placement with most support wins (of equal ones that with the smaller sum of d²), is
+//!    fitted to all points that support it, and supported anew.
+//! 4. Where another placement, which puts the points elsewhere, has as much support, nothing is
+//!    found again: in a row of equal pillars any shift by one is as good.
 //!
 //! Source: Pilch 2016 §1.2.3 (relations among the points); the search is that of Grimson &
-//! Lozano-Pérez (1987), "Localizing overlapping parts by searching the interpretation tree", cut off
-//! at pairs.
+//! Lozano-Pérez (1987), "Localizing overlapping parts by searching the interpretation tree", cut
+//! off at pairs.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 

@@ -1,5 +1,6 @@
-// Points found in the last scan, each with the ellipse in which it lies with 95 % probability: squares
-// are corners, triangles spikes, crosses crossings of lines, rings circles at their true size.
+// Points found in the last scan, each with the ellipse in which it lies with 95 % probability:
+// squares are corners, triangles spikes, crosses crossings of lines, rings circles at their true
+// size.
 
 import { POINT, POINT_STRIDE, type PointName } from "../../protocol/module.js";
 import { type Brush, stroke } from "./layer.js";
