@@ -9,4 +9,8 @@ test('corners and crossings are shown while their layer is, and only those that 
   await lab.show('layers');
   await lab.at('layer-points').check();
   await expect.poll(points, 'the robot stands in an office').toBeGreaterThan(3);
+  await lab.show('settings');
+  await lab.at('settings-search').fill('look for');
+  for (const kind of ['corners', 'crossings', 'spikes', 'circles']) await lab.at(`s-features.${kind}`).uncheck();
+  await expect.poll(points, 'nothing is looked for any more').toBe(0);
 });
