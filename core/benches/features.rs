@@ -1,7 +1,9 @@
-//! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
+//! Lines and points from one revolution of the simulated lidar in the office: 360 beams.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use slamlab_core::features::{Hough, LineConfig, LineExtractor, Ransac, SplitRule};
+use slamlab_core::features::{
+    Hough, LineConfig, LineExtractor, PointFeatureConfig, Ransac, SplitRule, find_points,
+};
 use slamlab_core::geom::Pose2;
 use slamlab_core::points::{PointConfig, Points, SegmentationConfig, SpacingModel, segment};
 use slamlab_core::robot::RobotModel;
@@ -54,6 +56,10 @@ fn extraction(c: &mut Criterion) {
             b.iter(|| extractor.extract(&points, &mut lines));
         });
     }
+    let (line_config, config) = (LineConfig::default(), PointFeatureConfig::default());
+    c.bench_function("corners, spikes, crossings and circles of 360 beams", |b| {
+        b.iter(|| find_points(&points, &lines, &line_config, &config));
+    });
 }
 
 criterion_group!(benches, extraction);

@@ -61,7 +61,7 @@ config! {
 /// A point is on a circle within so many standard deviations.
 const ON_IT_SIGMAS: f64 = 3.0;
 /// Guesses of a run that are looked at.
-const MOST_GUESSES: usize = 16;
+const MOST_GUESSES: usize = 8;
 /// Times that points and circle are found anew.
 const MOST_STEPS: usize = 5;
 
@@ -72,7 +72,7 @@ pub(super) fn circles(
     config: &CircleConfig,
     found: &mut Vec<PointFeature>,
 ) {
-    let mut votes = Votes::default();
+    let mut votes = Votes::new(config);
     for run in runs {
         if run.len() < config.min_points || width(columns, &run) > 2.5 * config.max_radius {
             continue;

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector2};
 
 use super::{Circle, CircleConfig};
 use crate::features::columns::Columns;
-use crate::geom::sin_cos;
+use crate::geom::unit_vector;
 
 /// Cells of a layer at most; where the run is wider, they are larger.
 const MOST_CELLS: f64 = 65_536.0;
@@ -29,12 +29,54 @@ pub(super) struct Votes {
 #[derive(Clone, Debug)]
 struct Layer {
     radius: f64,
+    /// The half circle ahead of a beam along the x axis, a step at least for each cell, m.
+    arc: Vec<Vector2<f64>>,
     votes: Vec<u32>,
     /// As many votes as beams would hit something of this width and a cell more.
     expected: f64,
+    /// The first of the cells with most votes, and these; `None` once votes have changed.
+    most: Option<(usize, u32)>,
+}
+
+impl Layer {
+    fn most(&mut self) -> (usize, u32) {
+        let votes = &self.votes;
+        *self.most.get_or_insert_with(|| {
+            let most = votes.iter().copied().max().unwrap_or(0);
+            (votes.iter().position(|v| *v == most).unwrap_or(0), most)
+        })
+    }
+}
+
+impl Layer {
+    fn new(radius: f64, cell: f64) -> Self {
+        let n = (PI * radius / cell).ceil().max(2.0);
+        let steps = 0..=n as u32;
+        Self {
+            radius,
+            arc: steps
+                .map(|step| unit_vector(PI * (f64::from(step) / n - 0.5)) * radius)
+                .collect(),
+            votes: vec![],
+            expected: 0.0,
+            most: None,
+        }
+    }
 }
 
 impl Votes {
+    /// Room for runs of any size.
+    pub(super) fn new(config: &CircleConfig) -> Self {
+        let span = config.max_radius - config.min_radius;
+        let n_layers = (span / config.cell).ceil().clamp(1.0, MOST_LAYERS);
+        let radius = |i: u32| config.min_radius + span * f64::from(i) / n_layers;
+        let layers = (0..=n_layers as u32).map(|i| Layer::new(radius(i), config.cell));
+        Self {
+            layers: layers.collect(),
+            ..Self::default()
+        }
+    }
+
     pub(super) fn begin(&mut self, columns: &Columns, run: &Range<usize>, config: &CircleConfig) {
         let reach = config.max_radius;
         let (mut low, mut high) = (Point2::from([f64::MAX; 2]), Point2::from([f64::MIN; 2]));
@@ -46,18 +88,12 @@ impl Votes {
         self.cell = config.cell.max((size.x * size.y / MOST_CELLS).sqrt());
         [self.n_columns, self.n_rows] =
             [size.x, size.y].map(|side| (side / self.cell) as usize + 1);
-        let span = config.max_radius - config.min_radius;
-        let n_layers = (span / config.cell).ceil().clamp(1.0, MOST_LAYERS);
         let spacing = spacing(columns, run);
-        self.layers.clear();
-        self.layers.extend((0..=n_layers as u32).map(|i| {
-            let radius = config.min_radius + span * f64::from(i) / n_layers;
-            Layer {
-                radius,
-                votes: vec![0; self.n_columns * self.n_rows],
-                expected: 2.0 * (radius + self.cell) / spacing,
-            }
-        }));
+        for layer in &mut self.layers {
+            layer.votes.clear();
+            layer.votes.resize(self.n_columns * self.n_rows, 0);
+            layer.expected = 2.0 * (layer.radius + self.cell) / spacing;
+        }
         self.free.clear();
         self.free.resize(run.len(), true);
         for index in run.clone() {
@@ -70,13 +106,12 @@ impl Votes {
     fn vote(&mut self, columns: &Columns, index: usize, count: fn(u32, u32) -> u32) {
         let (p, ahead) = (columns.point(index), columns.direction(index));
         let across = Vector2::new(-ahead.y, ahead.x);
+        let per_cell = 1.0 / self.cell;
         for layer in &mut self.layers {
-            let n = (PI * layer.radius / self.cell).ceil().max(2.0);
+            layer.most = None;
             let mut last = usize::MAX;
-            for step in 0..=n as u32 {
-                let (sin, cos) = sin_cos(PI * (f64::from(step) / n - 0.5));
-                let middle = p + (ahead * cos + across * sin) * layer.radius;
-                let at = (middle - self.low) / self.cell;
+            for step in &layer.arc {
+                let at = (p + ahead * step.x + across * step.y - self.low) * per_cell;
                 let (column, row) = (at.x as usize, at.y as usize);
                 let cell = row * self.n_columns + column;
                 let is_inside = column < self.n_columns && row < self.n_rows;
@@ -93,14 +128,13 @@ impl Votes {
 
     /// The circle for which the greatest part of its points voted, and where its votes are; of
     /// equal ones the first.
-    pub(super) fn highest(&self, few: usize) -> Option<([usize; 2], Circle)> {
+    pub(super) fn highest(&mut self, few: usize) -> Option<([usize; 2], Circle)> {
         let mut best = (0.0, None);
-        for (place, layer) in self.layers.iter().enumerate() {
-            for (cell, &votes) in layer.votes.iter().enumerate() {
-                let part = f64::from(votes) / layer.expected;
-                if votes as usize >= few && part > best.0 {
-                    best = (part, Some((place, layer.radius, cell)));
-                }
+        for (place, layer) in self.layers.iter_mut().enumerate() {
+            let (cell, votes) = layer.most();
+            let part = f64::from(votes) / layer.expected;
+            if votes as usize >= few && part > best.0 {
+                best = (part, Some((place, layer.radius, cell)));
             }
         }
         let (place, radius, cell) = best.1?;
@@ -112,9 +146,11 @@ impl Votes {
 
     /// Nothing came of these votes.
     pub(super) fn clear(&mut self, [place, cell]: [usize; 2]) {
-        let layer = self.layers.get_mut(place);
-        if let Some(votes) = layer.and_then(|layer| layer.votes.get_mut(cell)) {
-            *votes = 0;
+        let Some(layer) = self.layers.get_mut(place) else {
+            return;
+        };
+        if let Some(votes) = layer.votes.get_mut(cell) {
+            (*votes, layer.most) = (0, None);
         }
     }
 
@@ -147,7 +183,7 @@ fn spacing(columns: &Columns, run: &Range<usize>) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::features::columns::Noise;
-    use crate::geom::{Length, unit_vector};
+    use crate::geom::Length;
     use crate::points::fixture::hit;
 
     use super::*;
@@ -168,7 +204,7 @@ mod tests {
     #[test]
     fn most_votes_are_for_the_true_circle() {
         let columns = columns();
-        let mut votes = Votes::default();
+        let mut votes = Votes::new(&CircleConfig::default());
         votes.begin(&columns, &(0..15), &CircleConfig::default());
         let (at, found) = votes.highest(6).unwrap();
         assert!(
@@ -184,7 +220,7 @@ mod tests {
     #[test]
     fn a_point_votes_only_for_middles_at_its_radius_behind_it() {
         let columns = columns();
-        let mut votes = Votes::default();
+        let mut votes = Votes::new(&CircleConfig::default());
         votes.begin(&columns, &(0..15), &CircleConfig::default());
         let mut alone = votes.clone();
         alone
