@@ -66,11 +66,28 @@ const LEG_SIGMAS: f64 = 3.0;
 /// Fewest points of a leg.
 const FEW: usize = 4;
 
-/// The corners of the runs, which stand one after the other in the columns; added to `found`.
+/// Neighbours in the columns.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    /// Where they stand.
+    pub(super) range: Range<usize>,
+    /// How many of the first stand at the end once more, because the row is a ring: without them no
+    /// window would have its first and last points in the middle, and they begin at a corner.
+    pub(super) n_repeated: usize,
+}
+
+impl CornerConfig {
+    /// So many points of a ring must stand at its end once more.
+    pub(super) fn overlap(&self) -> usize {
+        2 * self.half_window + self.leg_points
+    }
+}
+
+/// The corners of the rows; added to `found`.
 pub(super) fn corners(
     columns: &Columns,
     points: &Points,
-    runs: impl IntoIterator<Item = Range<usize>>,
+    rows: &[Row],
     config: &CornerConfig,
     found: &mut Vec<PointFeature>,
 ) {
@@ -80,9 +97,9 @@ pub(super) fn corners(
         config,
         spacing: SpacingModel::of(points),
     };
-    for run in runs {
-        for vertex in finder.vertices(&run) {
-            found.extend(finder.corner(&run, vertex));
+    for row in rows {
+        for vertex in finder.vertices(row) {
+            found.extend(finder.corner(&row.range, vertex));
         }
     }
 }
@@ -96,10 +113,17 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     /// Steps 1 to 4, in order.
-    fn vertices(&self, run: &Range<usize>) -> Vec<usize> {
-        let half = self.config.half_window;
-        let candidates = (run.start + half..run.end.saturating_sub(half))
-            .filter_map(|vertex| Some((vertex, self.angle_of_vertex(vertex)?)));
+    fn vertices(&self, row: &Row) -> Vec<usize> {
+        let (half, range) = (self.config.half_window, &row.range);
+        let first = range.start + half;
+        let n_points = range.len() - row.n_repeated;
+        let end = match row.n_repeated {
+            0 => range.end.saturating_sub(half),
+            // Each point of a ring once.
+            _ => first + n_points,
+        };
+        let candidates =
+            (first..end).filter_map(|vertex| Some((vertex, self.angle_of_vertex(vertex)?)));
         let mut best: Vec<(usize, f64)> = vec![];
         for (vertex, angle) in candidates {
             match best.last_mut() {
@@ -109,6 +133,16 @@ impl Finder<'_> {
                     }
                 }
                 _ => best.push((vertex, angle)),
+            }
+        }
+        // A ring ends where it began.
+        if let (true, [first, .., last]) = (row.n_repeated > 0, best.as_slice())
+            && first.0 + n_points - last.0 <= half
+        {
+            if last.1 < first.1 {
+                best.remove(0);
+            } else {
+                best.pop();
             }
         }
         best.into_iter().map(|(vertex, _)| vertex).collect()

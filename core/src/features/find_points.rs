@@ -3,12 +3,10 @@
 //! Corners and circles are looked for in runs of neighbours, as lines are; spikes at the borders
 //! between them; crossings among the lines. What is round has no corners.
 
-use std::ops::Range;
-
 use super::circle::{CircleConfig, circles};
 use super::columns::{Columns, Noise};
 use super::config::{LineConfig, LineError};
-use super::corner::{CornerConfig, corners};
+use super::corner::{CornerConfig, Row, corners};
 use super::crossing::{CrossingConfig, crossings};
 use super::feature::LineFeature;
 use super::fit::check_beams;
@@ -16,7 +14,7 @@ use super::point::{PointFeature, PointKind};
 use super::spike::{SpikeConfig, spikes};
 use crate::bounds::{self, Bounds, NOT_NEGATIVE, OutOfBounds, check};
 use crate::geom::Length;
-use crate::points::{Points, segment};
+use crate::points::{Beam, Points, Run, SpacingModel, segment};
 
 /// Which points of a scan are looked for, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -158,35 +156,22 @@ pub fn find_points(
         bearing_sigma: points.bearing_sigma,
         surface_sigma: line_config.accept.surface_sigma,
     };
-    let n_beams = points.beams.len();
-    columns.load(
-        &points.beams,
-        runs.iter().flat_map(|run| run.ranges(n_beams)),
-        noise,
-    );
-    let mut start = 0;
-    let ranges: Vec<Range<usize>> = runs
-        .iter()
-        .map(|run| {
-            start += run.len;
-            start - run.len..start
-        })
-        .collect();
+    let overlap = config.corners.overlap();
+    let rows = load(points, &runs, overlap, noise, &mut columns);
     let (mut found, mut round) = (vec![], vec![]);
     if !columns.is_usable() {
         // So far or so sure that sums overflow.
         return Ok(found);
     }
     if config.circles.is_on {
-        circles(
-            &columns,
-            ranges.iter().cloned(),
-            &config.circles,
-            &mut round,
-        );
+        let runs = rows.iter().map(|row| {
+            let end = row.range.end - row.n_repeated;
+            row.range.start..end
+        });
+        circles(&columns, runs, &config.circles, &mut round);
     }
     if config.corners.is_on {
-        corners(&columns, points, ranges, &config.corners, &mut found);
+        corners(&columns, points, &rows, &config.corners, &mut found);
         found.retain(|corner| !round.iter().any(|circle| lies_on(circle, corner)));
     }
     if config.spikes.is_on {
@@ -197,6 +182,49 @@ pub fn find_points(
     }
     found.append(&mut round);
     Ok(found)
+}
+
+/// Fills the columns with the runs one after the other; a ring goes on with its first beams.
+fn load(
+    points: &Points,
+    runs: &[Run],
+    overlap: usize,
+    noise: Noise,
+    columns: &mut Columns,
+) -> Vec<Row> {
+    let n_beams = points.beams.len();
+    let (mut ranges, mut rows, mut start) = (vec![], vec![], 0);
+    for run in runs {
+        // A short one has no window twice.
+        let is_ring = run.len > overlap && is_ring(points, run);
+        let n_repeated = if is_ring { overlap } else { 0 };
+        let again = Run {
+            first: run.first,
+            len: n_repeated,
+        };
+        ranges.extend(run.ranges(n_beams).into_iter().chain(again.ranges(n_beams)));
+        let end = start + run.len + n_repeated;
+        rows.push(Row {
+            range: start..end,
+            n_repeated,
+        });
+        start = end;
+    }
+    columns.load(&points.beams, ranges, noise);
+    rows
+}
+
+/// Whether a run goes all round, so that its last beam and its first are neighbours: seen from one
+/// place, and no farther from each other in bearing than others.
+fn is_ring(points: &Points, run: &Run) -> bool {
+    let beams = &points.beams;
+    let (Some(first), Some(last)) = (beams.first(), beams.last()) else {
+        return false;
+    };
+    let ray = |beam: &Beam| beam.end_in_robot - beam.origin_in_robot;
+    let step = libm::atan2(ray(last).perp(&ray(first)), ray(last).dot(&ray(first)));
+    let stood = (last.origin_in_robot - first.origin_in_robot).length() < 1e-3;
+    run.len == beams.len() && stood && step.abs() <= 2.0 * SpacingModel::of(points).slope
 }
 
 /// Whether a corner is on something round: to a window of a few points, a thin pillar is bent.

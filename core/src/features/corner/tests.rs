@@ -191,7 +191,10 @@ fn check_backwards_takes_out_vertices_that_only_the_window_sees() {
                 offset: 0.0,
             },
         };
-        finder.vertices(&(0..50))
+        finder.vertices(&Row {
+            range: 0..50,
+            n_repeated: 0,
+        })
     };
     let unchecked = CornerConfig {
         back_checks: 0,

@@ -52,6 +52,33 @@ fn each_kind_is_found_where_it_is_asked_for() {
 }
 
 #[test]
+fn no_corner_of_a_closed_room_is_lost_where_the_scan_begins_and_ends() {
+    let side = |i: i32| Point2::from(unit_vector(std::f64::consts::FRAC_PI_2 * f64::from(i)) * 2.5);
+    let walls: Vec<_> = (0..4).map(|i| Segment::new(side(i), side(i + 1))).collect();
+    for turn in 0..90 {
+        // The first beam looks into a corner, then beside it.
+        let robot = Pose2::new(0.01, -0.02, f64::from(turn).to_radians());
+        let points = look(&walls, &robot, 12.0);
+        let found = find_points(
+            &points,
+            &[],
+            &LineConfig::default(),
+            &PointFeatureConfig::default(),
+        );
+        let corners = found
+            .unwrap()
+            .into_iter()
+            .filter(|f| f.kind == PointKind::Corner);
+        let places: Vec<_> = corners.map(|f| robot * f.position).collect();
+        assert_eq!(places.len(), 4, "{turn}°: {places:?}");
+        for corner in (0..4).map(side) {
+            let is_there = places.iter().any(|place| (place - corner).length() < 0.01);
+            assert!(is_there, "{turn}°: {corner} is not among {places:?}");
+        }
+    }
+}
+
+#[test]
 fn settings_out_of_range_are_named() {
     let mut config = PointFeatureConfig::default();
     assert_eq!(config.validate(), Ok(()));
