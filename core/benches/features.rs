@@ -1,7 +1,9 @@
-//! Line extraction from one revolution of the simulated lidar in the office: 360 beams.
+//! Lines and points from one revolution of the simulated lidar in the office: 360 beams.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use slamlab_core::features::{LineConfig, LineExtractor};
+use slamlab_core::features::{
+    Hough, LineConfig, LineExtractor, PointFeatureConfig, Ransac, SplitRule, find_points,
+};
 use slamlab_core::geom::Pose2;
 use slamlab_core::points::{PointConfig, Points, SegmentationConfig, SpacingModel, segment};
 use slamlab_core::robot::RobotModel;
@@ -27,12 +29,24 @@ fn extraction(c: &mut Criterion) {
     c.bench_function("breakpoints of 360 beams", |b| {
         b.iter(|| segment(&points, &SegmentationConfig::default(), &mut runs));
     });
+    let by = |split| LineConfig {
+        split,
+        ..LineConfig::default()
+    };
     let rules = [
         ("lines of 360 beams", LineConfig::default()),
         ("lines of 360 beams, classic", LineConfig::classic(0.1)),
         (
             "lines of 360 beams, Pilch",
             LineConfig::pilch(SpacingModel::even(360.0)),
+        ),
+        (
+            "lines of 360 beams, RANSAC",
+            by(SplitRule::Ransac(Ransac::default())),
+        ),
+        (
+            "lines of 360 beams, Hough",
+            by(SplitRule::Hough(Hough::default())),
         ),
     ];
     let mut lines = vec![];
@@ -42,6 +56,10 @@ fn extraction(c: &mut Criterion) {
             b.iter(|| extractor.extract(&points, &mut lines));
         });
     }
+    let (line_config, config) = (LineConfig::default(), PointFeatureConfig::default());
+    c.bench_function("corners, spikes, crossings and circles of 360 beams", |b| {
+        b.iter(|| find_points(&points, &lines, &line_config, &config));
+    });
 }
 
 criterion_group!(benches, extraction);

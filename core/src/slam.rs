@@ -120,6 +120,7 @@ impl Slam {
         if config.saved_map.is_some() && method != Method::ScanMatching {
             return Err(SlamError::NoSavedMap);
         }
+        (config.point_features.validate()).map_err(LineError::from)?;
         let estimator = method.begin(&config)?;
         // It is the estimator's from here on.
         config.saved_map = None;
@@ -223,6 +224,7 @@ impl Slam {
     /// stay.
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
         config.lines.validate()?;
+        (config.point_features.validate()).map_err(LineError::from)?;
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid_particles: self.config.grid_particles,

@@ -1,8 +1,9 @@
 //! What a person sees of a map, flattened for the page.
 
-use nalgebra::Point2;
+use nalgebra::{Matrix2, Point2, Vector2};
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Localisation, PoseQuality};
+use slamlab_core::features::{PointFeature, PointKind};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::{CellState, Grid};
 use slamlab_core::pilot::Stage;
@@ -14,8 +15,8 @@ use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LineRow, Typed, Uint8Array,
-    flat, typed,
+    BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LineRow, PointName, PointRow,
+    Typed, Uint8Array, WebError, flat, typed,
 };
 use crate::run::WebRun;
 
@@ -56,6 +57,24 @@ impl WebRun {
         let update = self.slam().view().update;
         let merged = update.into_iter().flat_map(|report| &report.merged);
         merged.flat_map(|m| [m.kept.0, m.gone.0]).collect()
+    }
+
+    /// Corners, spikes, crossings and circles of the last scan, see `POINT`. Costs more than a look
+    /// at what is there.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn points_found(&self) -> Result<Vec<f32>, WebError> {
+        let session = self.session();
+        if session.stages().awaits(Stage::Lines) {
+            return Ok(vec![]);
+        }
+        let map_from_robot = map_from_robot_at_scan(session);
+        let found = session.slam().point_features()?;
+        Ok(flat(
+            found
+                .iter()
+                .map(|point| PointRow::of(point, &map_from_robot)),
+        ))
     }
 
     /// x1 y1 x2 y2 of the walls of the prior map, m; empty for other methods.
@@ -237,6 +256,30 @@ fn found(session: &Session) -> Float32Array {
     ends.flat_map(|end| pair(map_from_robot * end)).collect()
 }
 
+impl PointRow {
+    fn of(point: &PointFeature, map_from_robot: &Pose2) -> Self {
+        let at = *map_from_robot * point.position;
+        // Columns of the rotation.
+        let turn = Matrix2::from_columns(
+            &[Vector2::x(), Vector2::y()].map(|axis| map_from_robot.rotate(axis)),
+        );
+        let cov = turn * point.cov * turn.transpose();
+        Self {
+            x: at.x as f32,
+            y: at.y as f32,
+            var_x: cov[(0, 0)] as f32,
+            cov_xy: cov[(0, 1)] as f32,
+            var_y: cov[(1, 1)] as f32,
+            kind: f32::from(PointName::from(&point.kind) as u8),
+            radius: match point.kind {
+                PointKind::Circle { radius, .. } => radius as f32,
+                _ => 0.0,
+            },
+            confidence: point.confidence as f32,
+        }
+    }
+}
+
 /// A number for yes or no.
 pub(crate) fn flag(yes: bool) -> f64 {
     f64::from(u8::from(yes))
@@ -291,6 +334,28 @@ fn pair(point: Point2<f64>) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn covariance_of_a_point_turns_with_the_robot() {
+        let point = PointFeature {
+            position: Point2::new(1.0, 0.0),
+            cov: Matrix2::new(4.0, 1.0, 1.0, 9.0),
+            kind: PointKind::Circle {
+                radius: 0.25,
+                var_radius: 0.01,
+            },
+            confidence: 0.75,
+            beams: [0, 3],
+        };
+        let quarter = Pose2::new(2.0, 3.0, std::f64::consts::FRAC_PI_2);
+        let row: [f32; PointRow::STRIDE] = PointRow::of(&point, &quarter).into();
+        // x becomes y, y becomes -x.
+        let expected = [2.0, 4.0, 9.0, -1.0, 4.0, 3.0, 0.25, 0.75];
+        assert!(
+            row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{row:?}"
+        );
+    }
 
     #[test]
     fn nothing_known_is_not_as_likely_as_not() {

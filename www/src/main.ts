@@ -4,7 +4,7 @@ import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { download, mapPicture } from "./save.js";
-import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, type FieldName } from "./protocol/module.js";
+import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
@@ -84,13 +84,15 @@ store.on("tab", () => {
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
-/** And of rooms, and of fields of the grid, only while they are shown. */
+/** And of rooms, points of the scan and fields of the grid, only while they are shown. */
 let showsRooms = false;
+let showsPoints = false;
 let shownField: FieldName | null = null;
 store.on("view", () => {
   const { gridView: view, layers } = store;
   const field = view === "continuous" || view === "three" || !layers.grid ? null : view;
   if (field !== shownField) client.send({ kind: "field", name: (shownField = field) });
+  if (layers.points !== showsPoints) client.send({ kind: "points", on: (showsPoints = layers.points) });
   if (store.layers.rooms === showsRooms) return;
   showsRooms = store.layers.rooms;
   if (!showsRooms) store.set("rooms", { rooms: null, roomSpot: null });
@@ -156,6 +158,7 @@ const figures = {
   get blocks() { return scene.tiles.size; },
   get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
   /** Places where the robot may be; 0 where it knows. */
+  get points() { return scene.points.length / POINT_STRIDE; },
   get hypotheses() { return scene.hypotheses.length / HYPOTHESIS_STRIDE; },
   /** Sides of what was changed by hand. */
   get edits() { return scene.edits.length / EDIT_STRIDE; },

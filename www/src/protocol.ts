@@ -47,6 +47,8 @@ export type Command =
   | { kind: "inspect"; on: boolean; matrix: boolean }
   /** Whether frames carry rooms and doors. */
   | { kind: "rooms"; on: boolean }
+  /** Whether frames carry corners, spikes, crossings and circles of the last scan. */
+  | { kind: "points"; on: boolean }
   /** Which field of the grid frames carry; null: none. */
   | { kind: "field"; name: FieldName | null }
   /** Drive by the cycle, or continuously. */

@@ -177,6 +177,7 @@ const handlers: Handlers<Command> = {
   },
   inspect: attend,
   rooms: attend,
+  points: attend,
   field: attend,
   drawn: () => player.drawn(),
 };

@@ -39,6 +39,7 @@ mod ekf_consistency;
 mod ekf_cost;
 mod errand;
 mod explore;
+mod features;
 mod gauss_transform;
 mod graphs;
 mod grid;
@@ -93,6 +94,7 @@ const REPORTS: &[Entry] = &[
     ("ekf-consistency", ekf_consistency::measure),
     ("ekf-cost", ekf_cost::measure),
     ("explore", explore::measure),
+    ("features", features::measure),
     ("gauss-transform", gauss_transform::measure),
     ("graphs", graphs::measure),
     ("grid", grid::measure),
@@ -130,8 +132,9 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd`, `look-alikes` and `ekf-consistency`: only in this world;
-    /// can be given several times. Default all. For `kidnap`: in these logs. Default `intel`.
+    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features` and `ekf-consistency`: only in
+    /// this world; can be given several times. Default all. For `kidnap`: in these logs. Default
+    /// `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

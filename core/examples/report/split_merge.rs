@@ -10,6 +10,8 @@
 //! | `classic` | end-point line, threshold 0.1 m whatever the noise |
 //! | `classic_3_sigma` | the same with a threshold of 3 σ: it is given the noise |
 //! | `pilch` | Pilch 2016 §3.5.1 |
+//! | `ransac` | random samples, several lines by removal, 3 σ |
+//! | `hough` | votes over (α, r) with steps of 1.5° and 5 cm, 3 σ |
 //! | `noise_aware_gated` | the first with the gates that SLAM uses: two points off each end, bent and unsure lines refused |
 //!
 //! All but the last keep every line of at least 7 points and 0.5 m (`pilch`: 6 points), and all but
@@ -21,7 +23,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use serde_json::json;
-use slamlab_core::features::{AcceptConfig, LineConfig, LineExtractor};
+use slamlab_core::features::{AcceptConfig, Hough, LineConfig, LineExtractor, Ransac, SplitRule};
 use slamlab_core::points::SpacingModel;
 
 use crate::Args;
@@ -31,7 +33,7 @@ use crate::score::{Scene, Score};
 
 const CENTIMETRES: std::ops::RangeInclusive<u32> = 1..=10;
 /// So many rules of [`rules`] keep the same lines.
-const N_ALIKE: usize = 4;
+const N_ALIKE: usize = 6;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     let seeds = args.seeds.unwrap_or(1_000);
@@ -83,19 +85,22 @@ fn is_better(quantity: &str, ours: f64, theirs: f64) -> bool {
     }
 }
 
-/// The first four share what they keep; the first is ours.
-fn rules(sigma: f64) -> [(&'static str, LineConfig); 5] {
-    let noise_aware = LineConfig {
+/// The first six share what they keep; the first is ours.
+fn rules(sigma: f64) -> [(&'static str, LineConfig); 7] {
+    let by = |split| LineConfig {
+        split,
         accept: AcceptConfig::all(7, 0.5),
         ..LineConfig::default()
     };
     let mut pilch = LineConfig::pilch(SpacingModel::even(BEAMS as f64));
     pilch.accept.min_length = 0.5;
     [
-        ("noise_aware", noise_aware),
+        ("noise_aware", by(SplitRule::default())),
         ("classic", LineConfig::classic(0.1)),
         ("classic_3_sigma", LineConfig::classic(3.0 * sigma)),
         ("pilch", pilch),
+        ("ransac", by(SplitRule::Ransac(Ransac::default()))),
+        ("hough", by(SplitRule::Hough(Hough::default()))),
         ("noise_aware_gated", LineConfig::default()),
     ]
 }

@@ -168,6 +168,12 @@ impl Columns {
         Point2::new(four.x[lane], four.y[lane])
     }
 
+    /// Direction of a point's beam.
+    pub(super) fn direction(&self, index: usize) -> Vector2<f64> {
+        let (four, lane) = self.four(index);
+        Vector2::new(four.ux[lane], four.uy[lane])
+    }
+
     /// Number of a point's beam in the scan.
     pub(super) fn number(&self, index: usize) -> usize {
         let (four, lane) = self.four(index);
@@ -214,15 +220,27 @@ impl Columns {
     /// Variance of a point's distance from a line with this normal; with the roughness of the
     /// surface.
     pub(super) fn variance(&self, index: usize, normal: &Vector2<f64>) -> f64 {
+        self.spread(index, normal) + self.var_surface()
+    }
+
+    /// Variance of g · p for a point p and any vector g, by the noise of its beam.
+    pub(super) fn spread(&self, index: usize, g: &Vector2<f64>) -> f64 {
         let (four, lane) = self.four(index);
-        let along = Vector2::new(four.ux[lane], four.uy[lane]);
-        let (cos, sin) = (normal.dot(&along), normal.perp(&along));
+        let along = self.direction(index);
+        let (cos, sin) = (g.dot(&along), g.perp(&along));
         let by_bearing = if self.bearings_are_exact() {
             0.0
         } else {
             sin * sin * four.var_across[lane]
         };
-        cos * cos * four.var_along[lane] + by_bearing + self.var_surface()
+        cos * cos * four.var_along[lane] + by_bearing
+    }
+
+    /// The same for a line across the beam: variance of the range, with the roughness of the
+    /// surface.
+    pub(super) fn variance_along(&self, index: usize) -> f64 {
+        let (four, lane) = self.four(index);
+        four.var_along[lane] + self.var_surface()
     }
 
     /// σ² of the roughness, m².

@@ -2,18 +2,23 @@
 
 use super::classic::Classic;
 use super::fit::BadBeam;
+use super::hough::Hough;
 use super::noise_aware::NoiseAware;
 use super::pilch::Pilch;
+use super::ransac::Ransac;
 use crate::bounds::{Bounds, OutOfBounds, PART, check, config, or_no_limit};
 use crate::points::{BreakRule, SegmentationConfig, SpacingModel};
 
-/// How a run of points is split into lines.
+/// How a run of points is split into lines. The first three follow the points one after the other,
+/// the last two look for lines among them in any order.
 ///
 /// | rule | one line while | needs to know |
 /// |---|---|---|
 /// | [`NoiseAware`] | Σ\|d\| is what noise explains | σ of each beam |
 /// | [`Classic`] | no point is farther than a threshold from the end-point line | a threshold that suits the noise |
 /// | [`Pilch`] | S_E and r² of a growing line hold | a largest error that suits noise and length |
+/// | [`Ransac`] | its points are within n σ of a line through two of them | σ of each beam |
+/// | [`Hough`] | its points are within n σ of a line that many voted for | σ of each beam |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SplitRule {
     /// TDK 2016 §4.2.
@@ -22,20 +27,28 @@ pub enum SplitRule {
     Classic(Classic),
     /// Pilch 2016 §3.5.1.
     Pilch(Pilch),
+    /// Pilch 2016 §1.2.1: random sample consensus.
+    Ransac(Ransac),
+    /// Pilch 2016 §1.2.1: the Hough transform.
+    Hough(Hough),
 }
 
 impl SplitRule {
     /// All rules with their default figures, with the names used by settings, and what a person
     /// calls them.
     #[must_use]
-    pub fn all() -> [(&'static str, Self, &'static str); 3] {
+    pub fn all() -> [(&'static str, Self, &'static str); 5] {
         let noise_aware = Self::NoiseAware(NoiseAware::default());
         let classic = Self::Classic(Classic::default());
         let pilch = Self::Pilch(Pilch::default());
+        let ransac = Self::Ransac(Ransac::default());
+        let hough = Self::Hough(Hough::default());
         [
             ("noise-aware", noise_aware, "noise-aware (TDK 2016)"),
             ("classic", classic, "classic"),
             ("explained", pilch, "by explained scatter (Pilch 2016)"),
+            ("ransac", ransac, "random samples (RANSAC)"),
+            ("hough", hough, "votes (Hough transform)"),
         ]
     }
 }
@@ -183,6 +196,16 @@ impl LineConfig {
     pub const MAX_ERROR: Bounds = [0.0001, 1.0];
     /// What [`Pilch::min_r2`] may be.
     pub const MIN_R2: Bounds = PART;
+    /// What [`Ransac::inlier_sigmas`] and [`Hough::inlier_sigmas`] may be.
+    pub const INLIER_SIGMAS: Bounds = [0.5, 10.0];
+    /// What [`Ransac::confidence`] may be.
+    pub const CONFIDENCE: Bounds = [0.5, 0.9999];
+    /// What [`Ransac::max_samples`] may be.
+    pub const MAX_SAMPLES: Bounds = [10.0, 10_000.0];
+    /// What [`Hough::alpha_step`] may be, rad.
+    pub const ALPHA_STEP: Bounds = [0.005, 0.2];
+    /// What [`Hough::r_step`] may be, m.
+    pub const R_STEP: Bounds = [0.005, 0.5];
     /// What [`MergeConfig::gap`] may be, m.
     pub const GAP: Bounds = [0.0, 2.0];
     /// What [`AcceptConfig::min_length`] may be, m.
@@ -223,6 +246,28 @@ impl LineConfig {
                 ("split.max_error", rule.max_error, Self::MAX_ERROR),
                 ("split.min_r2", rule.min_r2, Self::MIN_R2),
             ])?,
+            SplitRule::Ransac(rule) => check(&[
+                (
+                    "split.inlier_sigmas",
+                    rule.inlier_sigmas,
+                    Self::INLIER_SIGMAS,
+                ),
+                ("split.confidence", rule.confidence, Self::CONFIDENCE),
+                (
+                    "split.max_samples",
+                    rule.max_samples.into(),
+                    Self::MAX_SAMPLES,
+                ),
+            ])?,
+            SplitRule::Hough(rule) => check(&[
+                (
+                    "split.inlier_sigmas",
+                    rule.inlier_sigmas,
+                    Self::INLIER_SIGMAS,
+                ),
+                ("split.alpha_step", rule.alpha_step, Self::ALPHA_STEP),
+                ("split.r_step", rule.r_step, Self::R_STEP),
+            ])?,
         }
         Ok(match self.segmentation.rule {
             BreakRule::Adaptive {
@@ -247,14 +292,14 @@ impl LineConfig {
     }
 }
 
-/// Why no lines can be extracted.
+/// Why no lines, or points, can be found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LineError {
     /// A beam whose numbers cannot be used.
     #[error(transparent)]
     Beam(#[from] BadBeam),
-    /// A figure of [`LineConfig`] out of its bounds.
+    /// A figure of [`LineConfig`] or [`super::PointFeatureConfig`] out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
 }

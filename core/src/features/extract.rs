@@ -9,11 +9,15 @@
 
 use std::ops::Range;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use super::accept::accept;
 use super::columns::{Columns, Noise};
 use super::config::{LineConfig, LineError, SplitRule};
 use super::feature::LineFeature;
 use super::fit::{check_beams, is_usable};
+use super::hough::Accumulator;
 use super::merge::merge;
 use super::moments::Moments;
 use super::piece::Piece;
@@ -32,6 +36,7 @@ pub struct LineExtractor {
     /// Room for the rules.
     stack: Vec<Piece>,
     sums: Vec<Moments>,
+    accumulator: Accumulator,
 }
 
 impl LineExtractor {
@@ -119,14 +124,23 @@ impl LineExtractor {
             pieces,
             stack,
             sums,
+            accumulator,
             ..
         } = self;
+        let few = self.config.accept.min_points.max(3);
+        let seed = match &self.config.split {
+            SplitRule::Ransac(rule) => rule.seed,
+            _ => 0,
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed.into());
         for (&start, run) in self.run_starts.iter().zip(&self.runs) {
             let range: Range<usize> = start..start + run.len;
             match &self.config.split {
                 SplitRule::NoiseAware(rule) => rule.split(columns, range, stack, pieces),
                 SplitRule::Classic(rule) => rule.split(columns, range, stack, pieces),
                 SplitRule::Pilch(rule) => rule.split(columns, range, sums, pieces),
+                SplitRule::Ransac(rule) => rule.split(columns, range, few, &mut rng, pieces),
+                SplitRule::Hough(rule) => rule.split(columns, range, few, accumulator, pieces),
             }
         }
     }

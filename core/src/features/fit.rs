@@ -127,7 +127,8 @@ pub(super) struct Fit {
     by_heading: [Vector2<f64>; 2],
     /// Index of the first point.
     pub(super) first: usize,
-    last: usize,
+    /// Index of the last point.
+    pub(super) last: usize,
 }
 
 impl Fit {

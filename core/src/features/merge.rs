@@ -11,8 +11,11 @@ use nalgebra::Vector2;
 
 use super::columns::Columns;
 use super::config::{MergeConfig, SplitRule};
+use super::consensus;
 use super::fit::fit_columns;
+use super::hough::Hough;
 use super::piece::Piece;
+use super::ransac::Ransac;
 use crate::geom::{CHI2_2DOF_99, Length, wrap};
 
 /// Merges from left to right, in place. `run_starts`: where runs begin in the columns, in order.
@@ -74,6 +77,10 @@ fn union(columns: &Columns, a: &Piece, b: &Piece, rule: &SplitRule) -> Option<Pi
     let is_line = match rule {
         SplitRule::NoiseAware(rule) => rule.allows(columns, &union, gap) && agree(columns, a, b),
         SplitRule::Classic(rule) => rule.allows(columns, &union, gap),
+        SplitRule::Ransac(Ransac { inlier_sigmas, .. })
+        | SplitRule::Hough(Hough { inlier_sigmas, .. }) => {
+            consensus::allows(columns, &union, &gap, *inlier_sigmas) && agree(columns, a, b)
+        }
         // The paper's lines have grown as far as they go.
         SplitRule::Pilch(_) => false,
     };

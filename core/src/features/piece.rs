@@ -62,7 +62,7 @@ impl Piece {
     }
 
     /// The points of a range that are not skipped.
-    fn kept_of(columns: &Columns, range: Range<usize>) -> Self {
+    pub(super) fn kept_of(columns: &Columns, range: Range<usize>) -> Self {
         let mut part = Self::whole(columns, range.clone());
         if columns.all_kept() {
             return part;

@@ -7,7 +7,7 @@ use super::setting::Named;
 use crate::association::AssociationMethod;
 use crate::control::Avoidance;
 use crate::estimation::Consistency;
-use crate::features::SplitRule;
+use crate::features::{SpikeForm, SplitRule};
 use crate::map::{FreeCells, Layer};
 use crate::plan::{FrontierChoice, Planner, Shortening};
 use crate::points::{BreakRule, SectorRange};
@@ -163,10 +163,11 @@ choices!(
     RegistrationMethod,
     SectorRange,
     Sharp,
-    Shortening
+    Shortening,
+    SpikeForm
 );
 choices! {
     BreakRule = 3, Self::all();
     Planner = Self::CHOOSABLE, Self::ALL;
-    SplitRule = 3, Self::all();
+    SplitRule = 5, Self::all();
 }

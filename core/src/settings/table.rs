@@ -38,7 +38,7 @@ const ANY: Group = Group {
 /// The methods that look for lines, and draw a grid as each scan comes.
 const BY_LINES: &[Method] = &[Method::LineEkf, Method::PriorMap];
 /// All settings, each group in one piece, a choice before the settings that depend on it.
-const TABLE: [&[Setting]; 17] = [
+const TABLE: [&[Setting]; 18] = [
     sensor::LIDAR,
     sensor::RANGERS,
     sensor::SONAR,
@@ -49,6 +49,7 @@ const TABLE: [&[Setting]; 17] = [
     robot::LOG,
     perception::POINTS,
     perception::LINES,
+    perception::POINT_FEATURES,
     perception::BLIND_ZONE,
     estimation::FILTER,
     estimation::SCAN_MATCHING,

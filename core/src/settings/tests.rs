@@ -101,6 +101,7 @@ fn every_setting_reads_what_was_written_and_leaves_the_others_alone() {
 fn validated(settings: &Settings) -> Result<(), String> {
     let slam = &settings.slam;
     slam.lines.validate().map_err(|e| e.to_string())?;
+    slam.point_features.validate().map_err(|e| e.to_string())?;
     slam.ekf.validate().map_err(|e| e.to_string())?;
     slam.grid.validate().map_err(|e| e.to_string())?;
     slam.matcher.grid.validate().map_err(|e| e.to_string())?;
@@ -110,13 +111,23 @@ fn validated(settings: &Settings) -> Result<(), String> {
 
 #[test]
 fn a_configuration_allows_just_what_the_table_does() {
-    // Groups whose configurations check themselves, but for these: any number of points is one.
-    let checked = ["Sensor", "Lines", "Filter", "Scan matching", "Map"];
+    // Groups whose configurations check themselves, but for these: any number of points is one,
+    // and any number a seed.
+    let checked = [
+        "Sensor",
+        "Lines",
+        "Corners and posts",
+        "Filter",
+        "Scan matching",
+        "Map",
+    ];
     let unchecked = [
         "evidence.sigmas",
         "evidence.margin",
+        "features.back_checks",
         "lines.gap_points",
         "lines.min_points",
+        "lines.seed",
         "lines.start_points",
         "lines.trim",
         "match.no_return_clears",
@@ -217,7 +228,7 @@ fn a_setting_that_would_have_no_effect_is_refused_in_words() {
     );
     assert_eq!(
         said("lines.threshold", 0.1),
-        "Split beyond has no effect unless \"Split-and-merge\" is classic"
+        "Split beyond has no effect unless \"How lines are found\" is classic"
     );
     assert_eq!(said("ekf.gates", 0.1), "there is no setting `ekf.gates`");
     assert_eq!(settings, untouched);

@@ -7,7 +7,7 @@ use crate::estimation::{
     EkfConfig, GridParticlesConfig, HistogramConfig, MonteCarloConfig, SavedMap, ScanMatcherConfig,
     Start,
 };
-use crate::features::LineConfig;
+use crate::features::{LineConfig, PointFeatureConfig};
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
 
@@ -22,6 +22,8 @@ pub struct SlamConfig {
     pub blind_zone: BlindZoneConfig,
     /// How lines are found.
     pub lines: LineConfig,
+    /// Which points are found beside them: to be looked at, no method uses them yet.
+    pub point_features: PointFeatureConfig,
     /// The filter over lines.
     pub ekf: EkfConfig,
     /// The scan matcher, with the grid that it redraws after closing a loop.

@@ -2,8 +2,9 @@
 
 use nalgebra::Point2;
 
-use super::{Method, OwnMap, Slam, SlamConfig, View};
+use super::{Method, OwnMap, Slam, SlamConfig, SlamError, View};
 use crate::estimation::SavedMap;
+use crate::features::{LineExtractor, PointFeature, find_points};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
@@ -52,6 +53,24 @@ impl Slam {
     #[must_use]
     pub fn points(&self) -> Option<&Points> {
         self.points.as_ref()
+    }
+
+    /// Corners, spikes, crossings and circles of the last scan, in the robot frame when it came.
+    /// They are found when they are asked for, for no method uses them.
+    ///
+    /// # Errors    [`SlamError::Lines`] for a beam with a number that is not finite.
+    pub fn point_features(&self) -> Result<Vec<PointFeature>, SlamError> {
+        let Some(points) = &self.points else {
+            return Ok(vec![]);
+        };
+        let SlamConfig {
+            lines: line_config,
+            point_features: config,
+            ..
+        } = &self.config;
+        let mut lines = vec![];
+        LineExtractor::new(*line_config).extract(points, &mut lines)?;
+        Ok(find_points(points, &lines, line_config, config)?)
     }
 
     /// The same points and, beside them, what was seen before and stands nearer now than the sensor

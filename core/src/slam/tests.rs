@@ -68,3 +68,59 @@ fn only_the_map_of_scan_matching_is_changed_by_hand() {
         assert_eq!(slam.grid().state(wall), CellState::Unknown);
     }
 }
+
+#[test]
+fn points_of_the_scan_are_found_by_every_method_and_only_those_asked_for() {
+    use crate::features::PointKind;
+    use crate::geom::Segment;
+    use crate::robot::Scan;
+
+    // A square room, 2 m from the middle to each wall.
+    let corner = |i: i32| {
+        let side = crate::geom::unit_vector(std::f64::consts::FRAC_PI_2 * (f64::from(i) + 0.5));
+        Point2::from(side * 2.0 * std::f64::consts::SQRT_2)
+    };
+    let walls: Vec<_> = (0..4)
+        .map(|i| Segment::new(corner(i), corner(i + 1)))
+        .collect();
+    // None into a corner itself, which a ray may slip through.
+    let bearing = |i: i32| f64::from(i).to_radians() + 0.003;
+    let bearings: Vec<f64> = (0..360).map(bearing).collect();
+    let ranges = bearings.iter().map(|&bearing| {
+        let along = crate::geom::unit_vector(bearing);
+        crate::points::fixture::range_to(&walls, &Pose2::identity(), along) as f32
+    });
+    let scan = Scan {
+        ranges: ranges.collect(),
+        sigmas: vec![0.01; 360],
+        qualities: vec![],
+        bearings,
+        stamp: Stamp(0),
+        robot_from_sensor: Pose2::identity(),
+        bearing_sigma: 0.0,
+        max_range: 12.0,
+        sweep: 0.0,
+    };
+    for method in Method::ALL {
+        let name = method.name();
+        let mut config = prior_map_tests::config();
+        config.point_features.spikes.is_on = false;
+        let mut slam = Slam::new(method, config.clone()).unwrap();
+        assert_eq!(slam.point_features(), Ok(vec![]), "{name}");
+        slam.scan(&scan).unwrap();
+        let found = slam.point_features().unwrap();
+        let count = |kind| found.iter().filter(|found| found.kind == kind).count();
+        assert_eq!(count(PointKind::Corner), 4, "{name}: {found:?}");
+        assert_eq!(count(PointKind::Crossing), 4, "{name}: {found:?}");
+        config.point_features.corners.is_on = false;
+        slam.reconfigure(&config).unwrap();
+        assert_eq!(slam.point_features().unwrap().len(), 4, "{name}");
+        config.point_features.corners.half_window = 9;
+        let refused = slam.reconfigure(&config).unwrap_err().to_string();
+        assert_eq!(
+            refused, "corners.half_window is 9, expected 5 to 7",
+            "{name}"
+        );
+        assert!(Slam::new(method, config).is_err(), "{name}");
+    }
+}

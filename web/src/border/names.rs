@@ -101,6 +101,10 @@ names! {
     }
     /// Inside which gate a candidate lies.
     Gate of slamlab_core::estimation::Gate { Match = "match", Near = "near", Far = "far", Beyond = "beyond" }
+    /// What a point of a scan is.
+    PointName of slamlab_core::features::PointKind {
+        Corner = "corner", Spike = "spike", Crossing = "crossing", Circle = "circle",
+    }
     /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room
     /// around the robot's centre.
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }

@@ -62,6 +62,10 @@ rows! {
     /// A side of what a person changed on the map: its ends, m, the place of its kind among the
     /// names of `EditName` (erased, wall, glass), and the number of the change.
     "EDIT": EditRow of f32 { x1, y1, x2, y2, kind, number }
+    /// A point found in the last scan: where, map frame (m), its covariance (m²), the place of its
+    /// kind among the names of `PointName` (corner, spike, crossing, circle), the radius of a
+    /// circle (m, else 0), and the confidence, 0 to 1.
+    "POINT": PointRow of f32 { x, y, var_x, cov_xy, var_y, kind, radius, confidence }
     /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
     /// and the ranges' (m).
     "TWIN": TwinRow of f64 { time, x, y, heading, position_off, position_sigma3, heading_off, heading_sigma3, ranges }

@@ -96,6 +96,8 @@ export interface Requested {
   /** The inside of the filter; null also where there is no line filter. */
   inspection: Inspection | null;
   rooms: Rooms | null;
+  /** Points found in the last scan, see POINT. */
+  points: Float32Array | null;
   field: (FieldChange & { reset: boolean }) | null;
 }
 

@@ -1,4 +1,5 @@
-// What is computed only while it is shown: the filter's state, rooms, a field of the grid.
+// What is computed only while it is shown: the filter's state, rooms, points of the scan, a field
+// of the grid.
 
 import type { Command } from "../protocol.js";
 import type { Requested } from "../protocol/frame.js";
@@ -10,7 +11,7 @@ import type { Run } from "./run.js";
     faster. */
 const INSPECT_MILLIS = 200;
 
-export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "field" }>;
+export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "points" | "field" }>;
 
 export class Extras {
   #inspecting = { on: false, matrix: false };
@@ -19,12 +20,15 @@ export class Extras {
   #inspected = -1;
   #showsRooms = false;
   readonly #rooms = new Sparing();
+  #showsPoints = false;
+  /** The version of the run whose points were sent last. */
+  #pointsOf = -1;
   #field: FieldName | null = null;
   readonly #fields = new Sparing();
 
   /** Another run: everything is due. */
   reset(): void {
-    this.#inspected = -1;
+    this.#inspected = this.#pointsOf = -1;
     this.#rooms.refresh();
     this.#fields.refresh();
   }
@@ -41,6 +45,10 @@ export class Extras {
         this.#showsRooms = what.on;
         this.#rooms.refresh();
         return what.on;
+      case "points":
+        this.#showsPoints = what.on;
+        this.#pointsOf = -1;
+        return what.on;
       case "field":
         this.#field = what.name;
         this.#fields.refresh();
@@ -54,6 +62,7 @@ export class Extras {
     return {
       inspection: this.#inspect(run, now, playing),
       rooms: this.#showsRooms ? this.#rooms.ask(playing, (known) => module.rooms(known.generation, known.revision)) : null,
+      points: this.#showsPoints ? this.#pointsFound(run) : null,
       field: this.#field ? this.#fieldOf(module, this.#field, playing) : null,
     };
   }
@@ -65,6 +74,13 @@ export class Extras {
       return { ...found, reset: found.generation !== generation };
     });
     return field && (field.grid || field.reset) ? field : null;
+  }
+
+  /** After a scan. */
+  #pointsFound(run: Run): Float32Array | null {
+    if (this.#pointsOf === run.version) return null;
+    this.#pointsOf = run.version;
+    return run.module.points_found();
   }
 
   /** After a scan, but a few times a second at most. */

@@ -41,6 +41,8 @@ const ENTRIES: readonly Entry[] = [
   { name: "scan", label: "Current scan", meaning: "What the sensor sees just now.",
     sign: svg`<path d="M4 14h.01M8 10h.01M13 7h.01M18 6h.01M23 8h.01" stroke="var(--map-scan)" stroke-width="3.4"/>` },
   { name: "found", label: "Lines found", meaning: "Straight pieces of the last scan, before they are compared with the walls.", sign: stroke("found", "", 3.5) },
+  { name: "points", label: "Points found", meaning: "Of the last scan: squares are corners, triangles spikes, crosses crossings of lines, rings posts and pillars. Each lies in its ellipse with 95 % probability. Settings say which are looked for.",
+    sign: svg`<path d="M3 6h6v6H3z" stroke="var(--map-points)" stroke-width="1.8"/><circle cx="14" cy="9" r="3.5" stroke="var(--map-points)" stroke-width="1.8"/><path d="m19 12 3.5-7 3.5 7z" stroke="var(--map-points)" stroke-width="1.8"/>` },
   { name: "walls", label: "Walls", meaning: "Segments of the line map: the walls the filter believes in.", sign: stroke("walls", "", 3) },
   { name: "lines", label: "Line uncertainty", meaning: "The wall lies in this band with 95 % probability; it narrows as the wall is seen again.",
     sign: svg`<path d="M2 3c8 4 16 4 24 0v12c-8-4-16-4-24 0z" fill="var(--map-lines)" fill-opacity=".35" stroke="var(--map-lines)" stroke-width="1"/>` },

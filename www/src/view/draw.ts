@@ -12,6 +12,7 @@ import * as graph from "./layers/graph.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
 import * as hypotheses from "./layers/hypotheses.js";
+import * as points from "./layers/points.js";
 import * as priorMap from "./layers/prior_map.js";
 import * as lines from "./layers/lines.js";
 import * as path from "./layers/path.js";
@@ -52,6 +53,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["tree", tree.draw],
   ["scan", scan.draw],
   ["found", found.draw],
+  ["points", points.draw],
   ["rawPath", path.drawRaw],
   ["path", path.draw],
   ["submaps", submaps.drawWalls],
@@ -82,7 +84,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
 }
 
 /** What stands on the newest submap, and glides with it. */
-const WITH_ROBOT: ReadonlySet<LayerName> = new Set(["scan", "found", "robot"]);
+const WITH_ROBOT: ReadonlySet<LayerName> = new Set(["scan", "found", "points", "robot"]);
 
 function withRobot(brush: Brush, draw: (brush: Brush) => void): void {
   const { submaps } = brush.scene;

@@ -4,7 +4,7 @@ use nalgebra::{Point2, Vector2};
 use proptest::prelude::*;
 
 use super::*;
-use crate::features::{AcceptConfig, BadBeam, MergeConfig, fit_line};
+use crate::features::{AcceptConfig, BadBeam, Hough, MergeConfig, Ransac, fit_line};
 use crate::geom::Length;
 use crate::points::fixture::{hit, scan_of};
 use crate::points::{Beam, SpacingModel};
@@ -28,7 +28,10 @@ fn configs() -> Vec<LineConfig> {
         },
         ..LineConfig::default()
     };
+    let by = |split| LineConfig { split, ..open };
     vec![
+        by(SplitRule::Ransac(Ransac::default())),
+        by(SplitRule::Hough(Hough::default())),
         LineConfig::default(),
         LineConfig::short_range(),
         LineConfig::classic(0.05),
@@ -127,12 +130,12 @@ fn settings_out_of_range_are_named() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
     fn any_cloud_gives_lines_with_finite_positive_definite_covariances_or_a_typed_error(
         ranges in prop::collection::vec((0.05..12.0_f64, 1e-4..0.3_f64, prop::bool::weighted(0.95)), 0..150),
-        flat in 0..2_u8, bearing_sigma in prop::sample::select(vec![0.0, 0.002, 0.1]), which in 0..5_usize, step in 0.0..0.1_f64,
+        flat in 0..2_u8, bearing_sigma in prop::sample::select(vec![0.0, 0.002, 0.1]), which in 0..7_usize, step in 0.0..0.1_f64,
     ) {
         let beams = ranges.iter().enumerate().map(|(i, &(range, sigma, is_hit))| {
             let bearing = step * i as f64;

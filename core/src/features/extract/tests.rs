@@ -114,10 +114,27 @@ fn box_room_has_four_walls_with_their_corners() {
     assert!(refused <= 8, "{refused} of 80 walls refused");
 }
 
+/// The rules that know of noise.
+fn by_noise() -> [(&'static str, LineConfig); 3] {
+    let [noise_aware, _, _, ransac, hough] = SplitRule::all();
+    [noise_aware, ransac, hough].map(|(name, split, _)| {
+        let config = LineConfig {
+            split,
+            ..LineConfig::default()
+        };
+        (name, config)
+    })
+}
+
 #[test]
 fn features_of_a_furnished_flat_are_as_good_as_they_say() {
+    for (name, config) in by_noise() {
+        check_flat(name, config);
+    }
+}
+
+fn check_flat(name: &str, config: LineConfig) {
     let walls = flat();
-    let config = LineConfig::default();
     let (mut sum, mut count, mut gross, mut scans) = (0.0, 0_u32, 0_u32, 0_u32);
     for seed in 0..400_u64 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -147,12 +164,18 @@ fn features_of_a_furnished_flat_are_as_good_as_they_say() {
         f64::from(gross) / f64::from(count),
     );
     println!(
-        "{scans} scans, {:.1} features a scan, NEES {mean:.2}, {gross} of {count} beyond 1e-4",
+        "{name}: {scans} scans, {:.1} features a scan, NEES {mean:.2}, {gross} of {count} beyond 1e-4",
         f64::from(count) / f64::from(scans)
     );
-    assert!(mean < 2.4, "mean NEES {mean}");
-    assert!(gross_share < 0.004, "{gross} of {count} features are wrong");
-    assert!(count > 4 * scans, "{count} features in {scans} scans");
+    assert!(mean < 2.4, "{name}: mean NEES {mean}");
+    assert!(
+        gross_share < 0.004,
+        "{name}: {gross} of {count} features are wrong"
+    );
+    assert!(
+        count > 4 * scans,
+        "{name}: {count} features in {scans} scans"
+    );
 }
 
 #[test]
@@ -160,27 +183,32 @@ fn recess_of_fifteen_centimetres_is_not_part_of_the_wall() {
     let walls = flat();
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let robot = Pose2::new(0.0, 0.5, 0.0);
-    for feature in lines(&look(&walls, &robot, 720, &mut rng), LineConfig::default()) {
-        assert!(nees(&feature, &walls, &robot) < 18.4, "{feature:?}");
+    let points = look(&walls, &robot, 720, &mut rng);
+    for (name, config) in by_noise() {
+        for feature in lines(&points, config) {
+            assert!(nees(&feature, &walls, &robot) < 18.4, "{name}: {feature:?}");
+        }
     }
 }
 
 #[test]
 fn people_and_pillars_are_not_walls() {
+    for (name, config) in by_noise() {
+        check_round(name, config);
+    }
+}
+
+fn check_round(name: &str, config: LineConfig) {
     let mut found = 0;
     for seed in 0..200 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut scene = circle(1.5, 0.0, 0.2);
         scene.extend(circle(-1.2, 1.0, 0.35));
         scene.extend(circle(0.0, -2.0, 0.15));
-        found += lines(
-            &look(&scene, &Pose2::identity(), 360, &mut rng),
-            LineConfig::default(),
-        )
-        .len();
+        found += lines(&look(&scene, &Pose2::identity(), 360, &mut rng), config).len();
     }
-    println!("{found} lines on 600 round things");
-    assert!(found < 12, "{found} lines on 600 round things");
+    println!("{name}: {found} lines on 600 round things");
+    assert!(found < 12, "{name}: {found} lines on 600 round things");
 }
 
 #[test]
@@ -213,22 +241,23 @@ fn lost_and_wild_beams_do_not_tear_a_wall() {
 #[test]
 fn walls_on_both_sides_of_a_door_stay_two() {
     let walls = [wall(1.5, -2.0, 1.5, -0.45), wall(1.5, 0.45, 1.5, 2.0)];
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let found = lines(
-        &look(&walls, &Pose2::identity(), 360, &mut rng),
-        LineConfig::default(),
-    );
-    assert_eq!(found.len(), 2);
+    for (name, config) in by_noise() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let points = look(&walls, &Pose2::identity(), 360, &mut rng);
+        assert_eq!(lines(&points, config).len(), 2, "{name}");
+    }
 }
 
 #[test]
 fn extraction_repeats_to_the_bit_with_used_buffers() {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let points = look(&flat(), &Pose2::new(0.3, 0.5, 1.0), 360, &mut rng);
-    let mut extractor = LineExtractor::new(LineConfig::default());
-    let (mut first, mut second) = (vec![], vec![]);
-    extractor.extract(&points, &mut first).unwrap();
-    extractor.extract(&points, &mut second).unwrap();
-    assert!(!first.is_empty());
-    assert_eq!(first, second);
+    for (name, config) in by_noise() {
+        let mut extractor = LineExtractor::new(config);
+        let (mut first, mut second) = (vec![], vec![]);
+        extractor.extract(&points, &mut first).unwrap();
+        extractor.extract(&points, &mut second).unwrap();
+        assert!(!first.is_empty(), "{name}");
+        assert_eq!(first, second, "{name}");
+    }
 }

@@ -1,7 +1,7 @@
 //! What is made of scans: points, lines, and what is remembered in the blind zone.
 
 use super::{ANY, BY_LINES, Group};
-use crate::features::{LineConfig, SplitRule};
+use crate::features::{Hough, LineConfig, PointFeatureConfig, Ransac, SpikeForm, SplitRule};
 use crate::points::{BreakRule, Growth, RangeSigma, SectorConfig, SectorRange};
 use crate::settings::Settings;
 use crate::settings::field::{Number, at, rows};
@@ -52,8 +52,8 @@ const SPLIT: &str = "lines.rule";
 const BREAKS: &str = "lines.breaks";
 
 rows! { LINES = OF_LINES;
-    "lines.rule", "Split-and-merge", one_of::<SplitRule>(), [slam.lines.split].basic(),
-        "When a run of points is split into two lines: beyond what noise explains, beyond a fixed distance, or where a regression gets worse.";
+    "lines.rule", "How lines are found", one_of::<SplitRule>(), [slam.lines.split].basic(),
+        "By splitting a run of points in two: beyond what noise explains, beyond a fixed distance, or where a regression gets worse. Or by looking for lines among its points: through random pairs of them, or by votes.";
     "lines.split_k", "Split at k standard deviations", real(LineConfig::SPLIT_K, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.split_k].needs(SPLIT, &["noise-aware"]),
         "A point farther off splits. Larger: fewer true walls are torn, shallow corners stay undetected.";
     "lines.max_residual", "Point left out beyond", real(LineConfig::MAX_RESIDUAL, SIGMAS), [SplitRule::NoiseAware(rule) = slam.lines.split => rule.max_residual].needs(SPLIT, &["noise-aware"]),
@@ -66,6 +66,18 @@ rows! { LINES = OF_LINES;
         "Part of the scatter (r²) that a line explains. Larger: straighter lines, in more pieces.";
     "lines.start_points", "Points that begin a line", whole([2.0, 50.0], NUMBER), [SplitRule::Pilch(rule) = slam.lines.split => rule.min_points].needs(SPLIT, &["explained"]),
         "So many neighbours in a row begin a line that grows. Larger: fewer, surer lines.";
+    "lines.inlier_sigmas", "On a line within", real(LineConfig::INLIER_SIGMAS, SIGMAS), [SplitRule::Ransac(Ransac { inlier_sigmas, .. }) | SplitRule::Hough(Hough { inlier_sigmas, .. }) = slam.lines.split => inlier_sigmas].needs(SPLIT, &["ransac", "hough"]),
+        "A point nearer to a line is on it. Larger: shallow corners stay undetected.";
+    "lines.confidence", "Probability of the longest wall", real(LineConfig::CONFIDENCE, PERCENT), [SplitRule::Ransac(rule) = slam.lines.split => rule.confidence].needs(SPLIT, &["ransac"]),
+        "That two points of it at least are drawn together. Larger: more samples, fewer walls overlooked.";
+    "lines.max_samples", "Most samples for a line", whole(LineConfig::MAX_SAMPLES, NUMBER), [SplitRule::Ransac(rule) = slam.lines.split => rule.max_samples].needs(SPLIT, &["ransac"]),
+        "Larger: short walls among many points are found too; slower.";
+    "lines.seed", "Seed of the samples", whole([0.0, 1_000_000.0], NUMBER), [SplitRule::Ransac(rule) = slam.lines.split => rule.seed].needs(SPLIT, &["ransac"]),
+        "Another one draws other pairs of points: what changes with it was found by luck.";
+    "lines.alpha_step", "Step of the direction", real(LineConfig::ALPHA_STEP, DEGREES), [SplitRule::Hough(rule) = slam.lines.split => rule.alpha_step].needs(SPLIT, &["hough"]),
+        "Between two directions that are voted for. Larger: faster; long walls are torn.";
+    "lines.r_step", "Step of the distance", real(LineConfig::R_STEP, CENTIMETRES), [SplitRule::Hough(rule) = slam.lines.split => rule.r_step].needs(SPLIT, &["hough"]),
+        "Between two distances that are voted for. Larger: walls closer than that are one at first.";
     "lines.breaks", "Neighbours belong together", one_of::<BreakRule>(), [slam.lines.segmentation.rule],
         "When two neighbouring points may lie on one wall: by what a wall seen at a flat angle would give, by ν times the mean distance, or by the sensor's own spacing.";
     "lines.grazing_angle", "Flattest view of a wall", real(LineConfig::GRAZING_ANGLE, DEGREES), [BreakRule::Adaptive { grazing_angle, .. } = slam.lines.segmentation.rule => grazing_angle].needs(BREAKS, &["adaptive"]),
@@ -100,6 +112,69 @@ rows! { LINES = OF_LINES;
         "More bent ones are pillars. Larger: round things become lines.";
     "lines.surface_sigma", "Roughness of walls", real(LineConfig::SURFACE_SIGMA, CENTIMETRES), [slam.lines.accept.surface_sigma],
         "How far from flat a wall may be, one standard deviation. Larger: lines are trusted less.";
+}
+
+const OF_POINT_FEATURES: Group = Group {
+    name: "Corners and posts",
+    ..ANY
+};
+const CORNERS: &str = "features.corners";
+const CROSSINGS: &str = "features.crossings";
+const SPIKES: &str = "features.spikes";
+const CIRCLES: &str = "features.circles";
+const ON: &[&str] = &["on"];
+
+rows! { POINT_FEATURES = OF_POINT_FEATURES;
+    "features.corners", "Look for corners", switch(), [slam.point_features.corners.is_on],
+        "Where a row of neighbouring points bends (Pilch 2016: sliding window). They are shown on the map; no method uses them.";
+    "features.half_window", "Points on either side", whole(PointFeatureConfig::HALF_WINDOW, NUMBER), [slam.point_features.corners.half_window].needs(CORNERS, ON),
+        "5, 6 or 7: windows of 11, 13 and 15 points. Larger: less noise, larger corners.";
+    "features.min_angle", "Sharpest corner", real(PointFeatureConfig::CORNER_ANGLE, DEGREES), [slam.point_features.corners.min_angle].needs(CORNERS, ON),
+        "Smaller angles are no corners (Pilch 2016: 40°).";
+    "features.max_angle", "Flattest corner", real(PointFeatureConfig::CORNER_ANGLE, DEGREES), [slam.point_features.corners.max_angle].needs(CORNERS, ON),
+        "Larger angles are no corners (Pilch 2016: 143°). Larger: walls become corners by noise.";
+    "features.back_checks", "Neighbours checked again", whole(PointFeatureConfig::BACK_CHECKS, NUMBER), [slam.point_features.corners.back_checks].needs(CORNERS, ON),
+        "The angles to the nearest neighbours must be within the limits too (Pilch 2016: 4).";
+    "features.back_check_sigmas", "Slack of that check", real(PointFeatureConfig::BACK_CHECK_SIGMAS, SIGMAS), [slam.point_features.corners.back_check_sigmas].needs(CORNERS, ON),
+        "By so much of its own noise an angle may miss the limits; 0 is the paper's. Larger: more corners, more wrong ones.";
+    "features.max_stretch", "Longest vector per point", real(PointFeatureConfig::MAX_STRETCH, si("×")), [slam.point_features.corners.max_stretch].needs(CORNERS, ON),
+        "In spacings of the beams (Pilch 2016: 1.5, which loses most corners of rooms). Larger: corners across gaps.";
+    "features.leg_points", "Points of a leg at most", whole(PointFeatureConfig::LEG_POINTS, NUMBER), [slam.point_features.corners.leg_points].needs(CORNERS, ON),
+        "The corner is where lines through its legs cross. Larger: better placed, where walls are straight.";
+    "features.leg_sigma", "Largest σ of a leg's direction", real(LineConfig::MAX_ALPHA_SIGMA, DEGREES), [slam.point_features.corners.max_alpha_sigma].needs(CORNERS, ON),
+        "Less certain corners are left out. Larger: more corners, less honest ellipses.";
+    "features.crossings", "Look for crossings of lines", switch(), [slam.point_features.crossings.is_on],
+        "Where lines found in a scan cross near both of them.";
+    "features.crossing_angle", "Least angle of a crossing", real(PointFeatureConfig::CROSSING_ANGLE, DEGREES), [slam.point_features.crossings.min_angle].needs(CROSSINGS, ON),
+        "Larger: fewer crossings, better placed.";
+    "features.reach", "Crossing beside a line", real(PointFeatureConfig::REACH, CENTIMETRES), [slam.point_features.crossings.reach].needs(CROSSINGS, ON),
+        "At most so far from where either wall was seen. Larger: also hidden corners, and places where nothing is.";
+    "features.spikes", "Look for spikes", switch(), [slam.point_features.spikes.is_on],
+        "What stands out in range: table legs, posts, edges; and whoever walks by.";
+    "features.spike_form", "A spike is", one_of::<SpikeForm>(), [slam.point_features.spikes.form].needs(SPIKES, ON),
+        "Both of Pilch's forms: one neighbour ends far behind it, or of three neighbours the middle one is nearest.";
+    "features.spike_size", "Least spike", real(PointFeatureConfig::THRESHOLD, CENTIMETRES), [slam.point_features.spikes.threshold].needs(SPIKES, ON),
+        "Jump of the range, or sum of both distances. Larger: fewer, clearer ones.";
+    "features.spike_step", "Widest step beside a spike", real(LineConfig::MAX_STEP, DEGREES), [slam.point_features.spikes.max_step].needs(SPIKES, ON),
+        "Points farther apart in bearing are no neighbours. Larger: spikes beside lost beams too.";
+    "features.circles", "Look for circles", switch(), [slam.point_features.circles.is_on],
+        "Posts and pillars that stand free (Hough transform).";
+    "features.min_radius", "Smallest radius", real(PointFeatureConfig::RADIUS, CENTIMETRES), [slam.point_features.circles.min_radius].needs(CIRCLES, ON),
+        "Thinner things are no circles.";
+    "features.max_radius", "Largest radius", real(PointFeatureConfig::RADIUS, CENTIMETRES), [slam.point_features.circles.max_radius].needs(CIRCLES, ON),
+        "Larger: slower, and bent walls become circles.";
+    "features.cell", "Cell of the votes", real(PointFeatureConfig::CELL, CENTIMETRES), [slam.point_features.circles.cell].needs(CIRCLES, ON),
+        "Larger: faster, coarser guesses.";
+    "features.circle_points", "Fewest points of a circle", whole(PointFeatureConfig::CIRCLE_POINTS, NUMBER), [slam.point_features.circles.min_points].needs(CIRCLES, ON),
+        "Larger: fewer, safer circles.";
+    "features.min_arc", "Least arc seen", real(PointFeatureConfig::MIN_ARC, DEGREES), [slam.point_features.circles.min_arc].needs(CIRCLES, ON),
+        "Larger: fewer, safer circles.";
+    "features.circle_chi2", "Largest misfit of a circle", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.point_features.circles.max_chi2_sigmas].needs(CIRCLES, ON),
+        "χ² of the residuals above its mean, in standard deviations. Larger: boxes become circles.";
+    "features.radius_sigmas", "Least radius in its σ", real(LineConfig::MAX_SIGMAS, SIGMAS), [slam.point_features.circles.min_radius_sigmas].needs(CIRCLES, ON),
+        "What is flat has a radius that is not known. Larger: fewer, better known circles.";
+    "features.circle_gain", "Circle better than a bend by", real(PointFeatureConfig::MIN_GAIN, si("χ²")), [slam.point_features.circles.min_gain].needs(CIRCLES, ON),
+        "By how much two straight lines must explain the points less well. Larger: fewer boxes become circles, fewer thin posts are found.";
 }
 
 const OF_BLIND_ZONE: Group = Group {

@@ -1,0 +1,73 @@
+//! Something that stands in one place, as one scan shows it.
+
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{Matrix2, Point2};
+
+/// Something that stands in one place, as one scan shows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointFeature {
+    /// Where it is, robot frame, m.
+    pub position: Point2<f64>,
+    /// Covariance of the position, m².
+    pub cov: Matrix2<f64>,
+    /// What it is.
+    pub kind: PointKind,
+    /// The probability, by the noise of the beams alone, that the figure by which it was found
+    /// (angle, jump, radius) is truly within its limits; 0 to 1.
+    pub confidence: f64,
+    /// Numbers of the first and the last beam that it was found by, as in the scan; the first may
+    /// be greater where it lies across the end of the scan.
+    pub beams: [usize; 2],
+}
+
+/// What a point of a scan is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointKind {
+    /// Where a row of neighbours bends ([`super::CornerConfig`]).
+    Corner,
+    /// What stands out in range: a post, a table leg, an edge ([`super::SpikeConfig`]).
+    Spike,
+    /// Where the lines of two walls cross ([`super::CrossingConfig`]).
+    Crossing,
+    /// The middle of something round ([`super::CircleConfig`]).
+    Circle {
+        /// Its radius, m.
+        radius: f64,
+        /// Variance of the radius, m².
+        var_radius: f64,
+    },
+}
+
+impl PointKind {
+    /// Whether both are of one kind, whatever their figures.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other)
+    }
+}
+
+/// The probability that a normal number with this mean and standard deviation is within the limits.
+pub(super) fn probability_within(mean: f64, sigma: f64, [low, high]: [f64; 2]) -> f64 {
+    if sigma <= 0.0 {
+        return f64::from(u8::from((low..=high).contains(&mean)));
+    }
+    // Φ(b) - Φ(a), by the tails so that nothing is lost where both are near 1.
+    let upper_tail = |limit: f64| 0.5 * libm::erfc((limit - mean) / (sigma * SQRT_2));
+    (upper_tail(low) - upper_tail(high)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probability_is_that_of_the_tables() {
+        let within = |n: f64| probability_within(0.0, 2.0, [-2.0 * n, 2.0 * n]);
+        assert!((within(1.0) - 0.682_689_492).abs() < 1e-9);
+        assert!((within(1.959_963_985) - 0.95).abs() < 1e-9);
+        assert!((probability_within(3.0, 1.0, [3.0, f64::INFINITY]) - 0.5).abs() < 1e-15);
+        assert_eq!(probability_within(3.0, 0.0, [1.0, 3.0]), 1.0);
+        assert_eq!(probability_within(3.1, 0.0, [1.0, 3.0]), 0.0);
+    }
+}
