@@ -28,6 +28,14 @@ test('a map is judged when its recording ends, and again when somebody asks', as
   await expect(lab.at('tears')).toHaveCount(0);
 });
 
+test('of a single scan nothing good is said', async ({ lab }) => {
+  await open(lab, record(1).text);
+  await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
+  await expect(lab.at('caption')).toContainText('nothing can be said of the map');
+  await lab.show('status');
+  await expect(lab.at('quality')).toHaveText(/^There is one scan/);
+});
+
 test('methods that keep no submaps have no such figure', async ({ lab }) => {
   await lab.open();
   await lab.show('status');

@@ -6,7 +6,7 @@ use slamlab_core::robot::Stamp;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{MapVerdictName, TearName, WebError, typed};
+use crate::border::{MapVerdictName, TearName, UnjudgeableName, WebError, typed};
 use crate::run::WebRun;
 
 /// What a map is worth.
@@ -16,6 +16,8 @@ use crate::run::WebRun;
 pub struct Quality {
     /// In a word.
     pub verdict: MapVerdictName,
+    /// Why nothing can be said of it, where that is so.
+    pub unjudgeable: Option<UnjudgeableName>,
     /// Of what was seen twice, the part that agrees, 0 to 1.
     pub agreement: Option<f64>,
     /// The same of each stretch of the way, in the order of time.
@@ -97,6 +99,7 @@ impl From<&MapQuality> for Quality {
     fn from(quality: &MapQuality) -> Self {
         Self {
             verdict: (&quality.verdict).into(),
+            unjudgeable: quality.unjudgeable.as_ref().map(Into::into),
             agreement: quality.agreement,
             over_time: quality.stretches.iter().map(Into::into).collect(),
             tears: quality.tears.iter().map(Into::into).collect(),

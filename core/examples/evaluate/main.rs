@@ -17,9 +17,9 @@
 //! Or solves a pose graph, from the file's own poses:
 //! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated, 3 where a map is torn or the robot is
-//! lost in the one that was given, and 1 where something failed. The core has no files and no
-//! clock; this program does the reading, the writing and the timing.
+//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, nothing was matched
+//! to it or the robot is lost in the one that was given, and 1 where something failed. The core has
+//! no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files and the clock are here and nowhere below"
@@ -55,7 +55,7 @@ use serde_json::Value;
 /// Replays recorded logs and measures the result.
 #[derive(Parser)]
 #[command(
-    after_help = "Exit status: 0, 3 where a map is torn or the robot lost in it, 1 where something failed."
+    after_help = "Exit status: 0, 3 where a map is torn, nothing was matched to it or the robot is lost in it, 1 where something failed."
 )]
 struct Arguments {
     /// CARMEN logs (.log, .clf), recordings of the bridge (.mcap), logs of a rover with an RPLIDAR

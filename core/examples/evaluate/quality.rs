@@ -3,15 +3,23 @@
 use serde_json::{Value, json};
 use slamlab_core::estimation::{
     ClosureFate, ClosureRecord, MapQuality, MapVerdict, Refusal, ScanMatcher, Tear, TearKind,
+    Unjudgeable,
 };
 use slamlab_core::robot::Stamp;
 
-/// The exit status where what came of a log is not to be believed: the map is torn, or the robot is
-/// lost in the map that it was given. 2 is that of a wrong command line.
+/// The exit status where what came of a log is not to be believed: the map is torn, nothing was
+/// matched to it, or the robot is lost in the map that it was given. 2 is that of a wrong command
+/// line.
 pub(crate) const NOT_BELIEVED: u8 = 3;
 
 /// Tears that are told in words, at most.
 const MOST_TOLD: usize = 10;
+
+/// Whether map and poses are to be believed. One scan lies where it lies.
+pub(crate) fn is_believed(quality: &MapQuality) -> bool {
+    let is_founded = matches!(quality.unjudgeable, None | Some(Unjudgeable::OneScan));
+    is_founded && quality.verdict != MapVerdict::Torn
+}
 
 /// The fields of the JSON.
 pub(crate) fn figures(quality: &MapQuality) -> Value {
@@ -30,6 +38,7 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
     let stretches = quality.stretches.iter();
     json!({
         "verdict": quality.verdict.name(),
+        "unjudgeable": quality.unjudgeable.map(Unjudgeable::name),
         "agreement": quality.agreement,
         "torn": quality.tears.iter().map(tear).collect::<Vec<_>>(),
         "over_time": stretches
@@ -71,6 +80,14 @@ pub(crate) fn words(quality: &MapQuality) -> Vec<String> {
         MapVerdict::Doubtful => vec!["the map is doubtful".to_owned()],
         MapVerdict::Torn => vec!["the map is torn".to_owned()],
     };
+    let why = quality.unjudgeable.map(|why| match why {
+        Unjudgeable::NoSurfaces => "no scan showed a surface that others could be matched to",
+        Unjudgeable::OneScan => "there is one scan",
+        Unjudgeable::Unmatched => {
+            "only the first scan was drawn, and the last could not be matched to it"
+        }
+    });
+    lines.extend(why.map(|why| format!("{why}: nothing can be said of the map")));
     lines.extend(quality.tears.iter().take(MOST_TOLD).map(told));
     if let Some(more) = quality
         .tears

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, FittedParameter, Localisation, MapVerdict, ScanMatcher};
+use slamlab_core::estimation::{DriveFit, FittedParameter, Localisation, ScanMatcher};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -18,7 +18,7 @@ use crate::accuracy::References;
 use crate::peak_memory::peak_memory_mb;
 use crate::{Arguments, log_file, options, print, prior_map, quality};
 
-/// The exit status says whether the map is torn, or the robot lost in it.
+/// The exit status says whether map and poses are to be believed.
 pub(crate) fn evaluate(
     log_path: &Path,
     method: &str,
@@ -153,8 +153,8 @@ pub(crate) fn evaluate(
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
     print(&figures, arguments.json)?;
-    let is_torn = quality.is_some_and(|quality| quality.verdict == MapVerdict::Torn);
-    Ok(match is_torn || is_lost || is_misfit {
+    let is_believed = quality.as_ref().is_none_or(quality::is_believed);
+    Ok(match !is_believed || is_lost || is_misfit {
         true => ExitCode::from(quality::NOT_BELIEVED),
         false => ExitCode::SUCCESS,
     })

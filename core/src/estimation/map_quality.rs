@@ -18,6 +18,8 @@
 //!    by themselves: no furniture moves them.
 //! 5. Parts of the way that no loop holds to one another are as far off as the way between them may
 //!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
+//! 6. Where no scan was matched to another, nothing could contradict: that is no good map either,
+//!    and it is said why ([`Unjudgeable`]).
 //!
 //! None of this asks how closures were found, so that it tells also of what nobody thought of. What
 //! it does not see: a part that was seen only once, and lies wrong.
@@ -51,7 +53,8 @@ const DOUBTFUL_BEYOND: f64 = 1.0;
 pub enum MapVerdict {
     /// Wherever a place was seen twice, both agree.
     Good,
-    /// Nothing contradicts, but the way to some parts is known badly, and nothing else holds them.
+    /// Nothing contradicts, but the way to some parts is known badly, and nothing else holds them;
+    /// or nothing can be said at all.
     Doubtful,
     /// At some places it contradicts itself, or falls apart.
     Torn,
@@ -65,6 +68,29 @@ impl MapVerdict {
             Self::Good => "good",
             Self::Doubtful => "doubtful",
             Self::Torn => "torn",
+        }
+    }
+}
+
+/// Why nothing can be said of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unjudgeable {
+    /// No scan showed a surface to which others could be matched.
+    NoSurfaces,
+    /// There was one scan.
+    OneScan,
+    /// One scan was drawn, and the last one could not be matched to it.
+    Unmatched,
+}
+
+impl Unjudgeable {
+    /// Its name in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoSurfaces => "no-surfaces",
+            Self::OneScan => "one-scan",
+            Self::Unmatched => "unmatched",
         }
     }
 }
@@ -128,6 +154,8 @@ pub struct Stretch {
 pub struct MapQuality {
     /// In a word.
     pub verdict: MapVerdict,
+    /// Why nothing can be said of it, where that is so; it is doubtful then.
+    pub unjudgeable: Option<Unjudgeable>,
     /// Of all that stretches of the way say of each other's walls, the part that agrees; `None`
     /// where no place was seen twice.
     pub agreement: Option<f64>,
@@ -174,6 +202,7 @@ pub struct MapJudgement {
     pub(super) places: Vec<(Pose2, [Stamp; 2])>,
     pub(super) untied: Vec<Untied>,
     parted: Vec<Parted>,
+    unjudgeable: Option<Unjudgeable>,
     pairs: Pairs,
 }
 
@@ -183,11 +212,13 @@ impl MapJudgement {
         places: Vec<(Pose2, [Stamp; 2])>,
         untied: Vec<Untied>,
         parted: Vec<Parted>,
+        unjudgeable: Option<Unjudgeable>,
     ) -> Self {
         Self {
             places,
             untied,
             parted,
+            unjudgeable,
             pairs: Pairs::default(),
         }
     }
@@ -210,7 +241,15 @@ impl MapJudgement {
 
     /// What the submaps asked so far make of the map.
     pub(super) fn quality(&self, placed: &[Placed<'_>]) -> MapQuality {
-        MapQuality::of(&self.pairs.found, placed, &self.untied, &self.parted)
+        let quality = MapQuality::of(&self.pairs.found, placed, &self.untied, &self.parted);
+        MapQuality {
+            verdict: match (quality.verdict, self.unjudgeable) {
+                (MapVerdict::Good, Some(_)) => MapVerdict::Doubtful,
+                (verdict, _) => verdict,
+            },
+            unjudgeable: self.unjudgeable,
+            ..quality
+        }
     }
 }
 
@@ -246,6 +285,7 @@ impl MapQuality {
         };
         Self {
             verdict,
+            unjudgeable: None,
             agreement: agreement(pairs.iter()),
             stretches: (placed.iter().zip(agreements))
                 .map(|(placed, agreement)| Stretch {

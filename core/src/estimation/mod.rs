@@ -36,7 +36,7 @@ pub use ekf_slam::{
 };
 pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
 pub use line_localisation::LineLocaliser;
-pub use map_quality::{MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind};
+pub use map_quality::{MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind, Unjudgeable};
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{

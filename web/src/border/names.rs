@@ -112,6 +112,10 @@ names! {
     RegionName of slamlab_core::map::RegionKind { Room = "room", Corridor = "corridor" }
     /// What is to be thought of a map.
     MapVerdictName of slamlab_core::estimation::MapVerdict { Good = "good", Doubtful = "doubtful", Torn = "torn" }
+    /// Why nothing can be said of a map.
+    UnjudgeableName of slamlab_core::estimation::Unjudgeable {
+        NoSurfaces = "no-surfaces", OneScan = "one-scan", Unmatched = "unmatched",
+    }
     /// Why a map is torn at a place.
     TearName of slamlab_core::estimation::TearKind {
         Doubled = "doubled", Contradicted = "contradicted", Loose = "loose", Unproven = "unproven",

@@ -5,7 +5,7 @@
 import { fail, post } from "../answer.js";
 import type { Answer } from "../protocol.js";
 import { transferables } from "../protocol/frame.js";
-import type { MapVerdictName, WebJudgement } from "../protocol/module.js";
+import type { MapVerdictName, Quality, WebJudgement } from "../protocol/module.js";
 import { Extras } from "./extras.js";
 import { Pace } from "./pace.js";
 import type { Run } from "./run.js";
@@ -26,6 +26,9 @@ const TOLD: Readonly<Record<MapVerdictName, string>> = {
   doubtful: "Parts of the map may lie elsewhere: Status says which",
   torn: "The map is torn: Status says where and why",
 };
+
+const told = ({ verdict, unjudgeable, tears }: Quality): string =>
+  unjudgeable && tears.length === 0 ? "Nothing can be said of the map: Status says why" : TOLD[verdict];
 
 type Started = Extract<Answer, { kind: "started" }>;
 
@@ -162,7 +165,7 @@ export class Player {
     }
     const quality = judgement.quality(run.module) ?? null;
     post({ kind: "quality", run: this.#number, quality });
-    const text = quality && isWarned ? TOLD[quality.verdict] : "";
+    const text = quality && isWarned ? told(quality) : "";
     if (text !== "") post({ kind: "event", run: this.#number, time: run.time, level: "warn", text, topic: "quality" });
     // The run's clock stood still meanwhile.
     this.#rebase();

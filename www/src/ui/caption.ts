@@ -55,6 +55,7 @@ function doubtOf({ localisation, placed }: Status): string {
 function worthOf({ quality, judging }: Store): string {
   if (judging !== null) return `judging the map, ${percent(judging)}`;
   if (!quality) return "";
+  if (quality.unjudgeable && quality.tears.length === 0) return "nothing can be said of the map";
   const count = quality.tears.length;
   const places = count === 1 ? "one place" : `${count} places`;
   const good = quality.agreement === null ? "no place was seen twice" : "the map agrees with itself";

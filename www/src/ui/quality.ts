@@ -1,7 +1,7 @@
 // What the map is worth: whether it agrees with itself, and where not and why.
 
 import { css, html, nothing, type TemplateResult } from "lit";
-import type { MapVerdictName, Quality, Tear } from "../protocol/module.js";
+import type { MapVerdictName, Quality, Tear, UnjudgeableName } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { fixed, percent } from "./format.js";
 import { apart, seen, WHY } from "./tears.js";
@@ -10,6 +10,13 @@ const VERDICTS: Readonly<Record<MapVerdictName, string>> = {
   good: "Wherever a place was seen again, both agree.",
   doubtful: "Nothing contradicts, but parts of it may lie elsewhere.",
   torn: "This map is torn.",
+};
+
+/** Why nothing can be said. */
+const NOTHING_SAID: Readonly<Record<UnjudgeableName, string>> = {
+  "no-surfaces": "No scan showed a surface that others could be matched to: nothing can be said of this map, nor of where the robot was.",
+  "one-scan": "There is one scan: nothing can be said of this map yet.",
+  unmatched: "Only the first scan was drawn, and the last could not be matched to it: nothing can be said of this map, nor of where the robot was.",
 };
 
 /** The worst places, told in words. */
@@ -36,7 +43,8 @@ export class SlamQuality extends SlamElement {
     `;
   }
 
-  #judged({ verdict, agreement, tears }: Quality): TemplateResult {
+  #judged({ verdict, unjudgeable, agreement, tears }: Quality): TemplateResult {
+    if (unjudgeable && tears.length === 0) return html`<p class=${verdict} data-testid="quality">${NOTHING_SAID[unjudgeable]}</p>`;
     return html`
       <p class=${verdict} data-testid="quality">${VERDICTS[verdict]}
         ${agreement === null ? "No place was seen twice yet." : `${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>

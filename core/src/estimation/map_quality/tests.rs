@@ -73,7 +73,8 @@ fn judged_on_its_way(
         .collect();
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let places = placed.iter().map(|p| (p.map_from_submap, p.seen));
-    let mut judgement = MapJudgement::new(places.collect(), untied.to_vec(), parted.to_vec());
+    let (untied, parted) = (untied.to_vec(), parted.to_vec());
+    let mut judgement = MapJudgement::new(places.collect(), untied, parted, None);
     assert_eq!(judgement.progress(), 0.0);
     while judgement.step(&placed, &surfels, &matching) {
         assert!(judgement.progress() < 1.0);

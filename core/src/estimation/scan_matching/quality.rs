@@ -5,7 +5,9 @@
 //! wait meanwhile ([`MapJudgement`]).
 
 use super::ScanMatcher;
-use crate::estimation::map_quality::{MapJudgement, MapQuality, Parted, Placed, Untied};
+use crate::estimation::map_quality::{
+    MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied,
+};
 use crate::geom::Length;
 use crate::robot::Stamp;
 
@@ -30,7 +32,25 @@ impl ScanMatcher {
         let closed = self.submaps.len().saturating_sub(1);
         let poses = self.submaps.iter().map(|submap| submap.map_from_submap);
         let places = poses.zip(self.seen(closed)).collect();
-        MapJudgement::new(places, self.untied(closed), self.parted(closed))
+        let (untied, parted) = (self.untied(closed), self.parted(closed));
+        MapJudgement::new(places, untied, parted, self.unjudgeable())
+    }
+
+    /// Why nothing can be said of the map, the running submap included: no scan was matched to
+    /// another, so that nothing could contradict.
+    fn unjudgeable(&self) -> Option<Unjudgeable> {
+        let closed = self.submaps.iter().map(|submap| &submap.closed);
+        let has_surfaces = !self.running.surfels().is_empty()
+            || closed.into_iter().any(|closed| closed.surfaces().len() > 0);
+        if !has_surfaces {
+            Some(Unjudgeable::NoSurfaces)
+        } else if self.trajectory.len() < 2 {
+            Some(Unjudgeable::OneScan)
+        } else if self.keyframes.len() < 2 && self.is_blind {
+            Some(Unjudgeable::Unmatched)
+        } else {
+            None
+        }
     }
 
     /// Judges on, by one submap; `false` when there is none left.

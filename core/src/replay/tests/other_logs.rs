@@ -1,7 +1,7 @@
 //! Logs of a rover and of rangers, with and without odometry.
 
 use super::*;
-use crate::estimation::MapVerdict;
+use crate::estimation::{MapVerdict, Unjudgeable};
 use crate::format::rover_log::BEAMS;
 
 /// Millimetres to the walls of a room of 8 m x 4 m, straight ahead in its middle line, from `x`.
@@ -124,6 +124,7 @@ fn four_rangers_are_mapped_by_their_odometry() {
     // As spreadsheets write it.
     assert_eq!(read(&format!("\u{feff}{text}")).scans(), 101);
     let replay = replayed(log.clone(), &log.settings());
+    assert_eq!(worth(&replay).1, None);
     let pose = replay.session().estimate().pose;
     assert!(
         (pose.x() - 5.0).abs() < 0.05 && pose.y().abs() < 0.05,
@@ -140,6 +141,18 @@ fn four_rangers_are_mapped_by_their_odometry() {
         assert!(part(side, |p| p > 0.5) > 0.5, "{}", part(side, |p| p > 0.5));
     }
     assert!(part(0.0, |p| p < 0.5) > 0.9 && part(0.4, |p| p > 0.5) == 0.0);
+    // Four readings show no surface, and without odometry they cannot be gathered: the robot seems
+    // to stand, and nothing is on the map that could contradict.
+    let mut settings = log.settings();
+    settings.take(&SCOPE, [("log.odometry", 0.0)]).unwrap();
+    let why = Some(Unjudgeable::NoSurfaces);
+    let replay = replayed(log, &settings);
+    assert_eq!(worth(&replay), (MapVerdict::Doubtful, why));
+}
+
+fn worth(replay: &Replay) -> (MapVerdict, Option<Unjudgeable>) {
+    let quality = replay.session().slam().view().map.unwrap().quality();
+    (quality.verdict, quality.unjudgeable)
 }
 
 /// The same drive as a log of revolutions: no wheels and no time, and the room is mapped all the

@@ -1,6 +1,6 @@
 //! Where a map is said to be torn.
 
-use super::super::super::map_quality::{MapVerdict, Tear, TearKind};
+use super::super::super::map_quality::{MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
 use super::super::super::pose_graph::Edge;
 use super::*;
 
@@ -64,4 +64,39 @@ fn a_map_that_goes_on_in_another_building_is_torn_where_that_begins() {
         let is_told = |tear: &Tear| tear.kind == TearKind::Loose && tear.later[0] == carried;
         assert!(quality.tears.iter().any(is_told), "{:?}", quality.tears);
     }
+}
+
+/// What is said of the map of these scans of a robot that stands in the ring, as its odometry says;
+/// of those that are not `seen` nothing came back.
+fn standing(seen: &[bool]) -> (MapVerdict, Option<Unjudgeable>) {
+    let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let pose = Pose2::new(-5.0, -4.0, 0.0);
+    for (second, is_seen) in (0..).zip(seen) {
+        let mut scan = scan_at(&ring(), &pose, Stamp(1_000_000 * second), &mut rng);
+        if !is_seen {
+            scan.ranges.fill(f32::INFINITY);
+        }
+        matcher.odometry(&Odometry::standing(scan.stamp));
+        update(&mut matcher, &points_of(&scan));
+    }
+    let on_the_way = matcher.quality();
+    matcher.finish();
+    let quality = matcher.quality();
+    let said = |quality: &MapQuality| (quality.verdict, quality.unjudgeable);
+    assert_eq!(said(&on_the_way), said(&quality), "{seen:?}");
+    said(&quality)
+}
+
+#[test]
+fn of_a_map_in_which_nothing_was_matched_nothing_good_is_said() {
+    let doubtful = |why| (MapVerdict::Doubtful, Some(why));
+    assert_eq!(standing(&[]), doubtful(Unjudgeable::NoSurfaces));
+    assert_eq!(standing(&[false; 9]), doubtful(Unjudgeable::NoSurfaces));
+    assert_eq!(standing(&[true]), doubtful(Unjudgeable::OneScan));
+    let covered = [true, false, false, false];
+    assert_eq!(standing(&covered), doubtful(Unjudgeable::Unmatched));
+    // Scans that were matched to one another are as good as any others.
+    assert_eq!(standing(&[true; 2]), (MapVerdict::Good, None));
+    assert_eq!(standing(&[true; 9]), (MapVerdict::Good, None));
 }
