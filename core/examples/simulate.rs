@@ -1,5 +1,8 @@
 //! Runs one experiment in the simulated world and prints its figures.
 //!
+//! The exit status is 0, or 3 where the map is torn, nothing was matched to it or the robot is lost
+//! in the one that was given, and 1 where something failed.
+//!
 //! ```text
 //! cargo run --release -p slamlab-core --example simulate -- --world office --sensor lidar --seed 7 --mode explore --json
 //! ```
@@ -13,8 +16,12 @@
 mod options;
 #[path = "shared/prior_map.rs"]
 mod prior_map;
+#[path = "shared/quality.rs"]
+mod quality;
 #[path = "shared/saved_map.rs"]
 mod saved_map;
+#[path = "shared/worth.rs"]
+mod worth;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,7 +31,8 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
-use serde_json::json;
+use serde_json::{Value, json};
+use slamlab_core::estimation::MapQuality;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::{floor_plan, tum};
@@ -38,6 +46,9 @@ use prior_map::{Start, load};
 
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
+#[command(
+    after_help = "Exit status: 0, 3 where the map is torn, nothing was matched to it or the robot is lost in it, 1 where something failed."
+)]
 struct Args {
     /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml),
     /// of an OGmap.txt, of a submap (.smap) or of a floor plan (.svg).
@@ -110,7 +121,7 @@ fn duration(text: &str) -> Result<f64, &'static str> {
 
 fn main() -> ExitCode {
     match run(&Args::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("simulate: {error:#}");
             ExitCode::FAILURE
@@ -118,7 +129,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(args: &Args) -> Result<()> {
+fn run(args: &Args) -> Result<ExitCode> {
     let method: Method = args.method.parse().context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
     let mut read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
@@ -232,7 +243,29 @@ fn run(args: &Args) -> Result<()> {
     if let Err(full) = experiment.session().slam().grid().is_whole() {
         eprintln!("simulate: {full}");
     }
-    print(&report, args.json).context("cannot write to standard output")
+    let quality = judged(&experiment);
+    report["quality"] = quality.as_ref().map(quality::figures).into();
+    let map = experiment.session().slam().view().map;
+    report["closures"] = map.map(worth::closures).into();
+    let lost = worth::lost(experiment.session().slam());
+    let doubts = quality.iter().flat_map(quality::words);
+    for line in doubts.chain(lost.map(str::to_owned)) {
+        eprintln!("simulate: {line}");
+    }
+    print(&report, args.json).context("cannot write to standard output")?;
+    let is_believed = quality.as_ref().is_none_or(worth::is_believed);
+    Ok(match is_believed && lost.is_none() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(worth::NOT_BELIEVED),
+    })
+}
+
+/// What the map is worth, all that was seen included, of the method that is judged. The run may go
+/// on in a saved map, so a copy of its map is completed for that.
+fn judged(experiment: &Experiment) -> Option<MapQuality> {
+    let mut map = experiment.session().slam().view().map?.clone();
+    map.finish();
+    Some(map.quality())
 }
 
 /// Writes what was asked for.
@@ -269,13 +302,17 @@ fn write_files(
     options::write(&files)
 }
 
-fn print(report: &serde_json::Value, json: bool) -> std::io::Result<()> {
+fn print(report: &Value, json: bool) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     if json {
         return writeln!(out, "{report}");
     }
     for (key, value) in report.as_object().into_iter().flatten() {
-        writeln!(out, "{key:>20}  {value}")?;
+        match (key.as_str(), &value["verdict"]) {
+            ("quality", Value::String(verdict)) => writeln!(out, "{key:>20}  {verdict}")?,
+            ("quality", _) => writeln!(out, "{key:>20}  {}", worth::NOT_JUDGED)?,
+            _ => writeln!(out, "{key:>20}  {value}")?,
+        }
     }
     Ok(())
 }

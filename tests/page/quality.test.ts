@@ -36,9 +36,10 @@ test('of a single scan nothing good is said', async ({ lab }) => {
   await expect(lab.at('quality')).toHaveText(/^There is one scan/);
 });
 
-test('methods that keep no submaps have no such figure', async ({ lab }) => {
+test('of methods that keep no submaps it is said that their map is not judged', async ({ lab }) => {
   await lab.open();
   await lab.show('status');
+  await expect(lab.at('quality')).toHaveText(/^Not judged/);
   await expect(lab.at('judge')).toHaveCount(0);
 });
 

@@ -37,12 +37,15 @@ mod options;
 mod peak_memory;
 #[path = "../shared/prior_map.rs"]
 mod prior_map;
+#[path = "../shared/quality.rs"]
 mod quality;
 mod run;
 #[path = "../shared/saved_map.rs"]
 mod saved_map;
 mod several;
 mod table;
+#[path = "../shared/worth.rs"]
+mod worth;
 
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
 use serde_json::{Value, json};
-use slamlab_core::estimation::{DriveFit, FittedParameter, Localisation, ScanMatcher};
+use slamlab_core::estimation::{DriveFit, FittedParameter, ScanMatcher};
 use slamlab_core::format::preset::{self, FittedLine, PresetFile};
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
@@ -16,7 +16,7 @@ use slamlab_core::slam::{Method, PriorMapFit};
 
 use crate::accuracy::References;
 use crate::peak_memory::peak_memory_mb;
-use crate::{Arguments, log_file, options, print, prior_map, quality};
+use crate::{Arguments, log_file, options, print, prior_map, quality, worth};
 
 /// The exit status says whether map and poses are to be believed.
 pub(crate) fn evaluate(
@@ -93,13 +93,10 @@ pub(crate) fn evaluate(
     }
     let view = replay.session().slam().view();
     let (fits, pose_quality) = (view.prior_map_fit, view.pose_quality);
-    let is_lost = pose_quality.is_some_and(|q| q.localisation == Localisation::Lost);
-    let is_misfit = fits.is_some_and(PriorMapFit::is_misfit);
+    let lost = worth::lost(replay.session().slam());
     let log = log_path.display();
-    if is_lost {
-        eprintln!("{log}: at its end, the robot is lost in the map");
-    } else if is_misfit {
-        eprintln!("{log}: at its end, what is seen does not stand in the prior map");
+    if let Some(line) = lost {
+        eprintln!("{log}: {line}");
     }
     let prior_map_overlap = fits.and_then(PriorMapFit::part);
     let wall_seconds = start.elapsed().as_secs_f64();
@@ -141,7 +138,7 @@ pub(crate) fn evaluate(
         },
         "peak_memory_mb": peak_memory_mb(),
         "loop_closures": replay.session().slam().view().loop_closures,
-        "closures": map.map(quality::closures),
+        "closures": map.map(worth::closures),
         "placed_after_scans": placed_after.filter(|_| goes_on),
         "false_closures": false_closures.map(|closures| closures.len()),
         "prior_map_overlap": prior_map_overlap,
@@ -153,10 +150,10 @@ pub(crate) fn evaluate(
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
     print(&figures, arguments.json)?;
-    let is_believed = quality.as_ref().is_none_or(quality::is_believed);
-    Ok(match !is_believed || is_lost || is_misfit {
-        true => ExitCode::from(quality::NOT_BELIEVED),
-        false => ExitCode::SUCCESS,
+    let is_believed = quality.as_ref().is_none_or(worth::is_believed);
+    Ok(match is_believed && lost.is_none() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(worth::NOT_BELIEVED),
     })
 }
 

@@ -13,8 +13,8 @@ use clap::{ArgMatches, CommandFactory as _};
 use serde_json::{Value, json};
 use slamlab_core::slam::Method;
 
-use crate::quality::NOT_BELIEVED;
 use crate::table::Table;
+use crate::worth::NOT_BELIEVED;
 use crate::{Arguments, print};
 
 /// Options that [`Run`] has of its own.

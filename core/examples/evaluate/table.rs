@@ -5,6 +5,8 @@ use std::io::Write as _;
 use anyhow::Context;
 use serde_json::Value;
 
+use crate::worth::NOT_JUDGED;
+
 /// What stands where a run has no such figure.
 const NOTHING: &str = "–";
 
@@ -58,7 +60,9 @@ impl Table {
             }),
             column("x real time", |f| number(f, "/real_time_factor", 0)),
             column("memory, MB", |f| number(f, "/peak_memory_mb", 0)),
-            column("map", |f| text(f, "/quality/verdict")),
+            column("map", |f| {
+                Some(text(f, "/quality/verdict").unwrap_or_else(|| NOT_JUDGED.to_owned()))
+            }),
         ]);
         Self { columns }
     }

@@ -33,9 +33,12 @@ export class SlamQuality extends SlamElement {
 
   protected override readonly topics = ["quality", "run"] as const;
 
-  override render(): TemplateResult | typeof nothing {
+  override render(): TemplateResult {
     const { quality, judging, method } = this.store;
-    if (method !== "scan-matching") return nothing;
+    if (method !== "scan-matching") return html`
+      <h2>Quality of the map</h2>
+      <p data-testid="quality">Not judged: only the map of scan matching is.</p>
+    `;
     return html`
       <h2>Quality of the map</h2>
       ${quality ? this.#judged(quality) : html`<p>It is judged while a recording is mapped and when it ends, or now.</p>`}

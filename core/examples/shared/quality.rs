@@ -1,25 +1,11 @@
-//! What the map is worth that came of a log: for JSON, in words, and as an exit status.
+//! What a map is worth: for JSON, and in words.
 
 use serde_json::{Value, json};
-use slamlab_core::estimation::{
-    ClosureFate, ClosureRecord, MapQuality, MapVerdict, Refusal, ScanMatcher, Tear, TearKind,
-    Unjudgeable,
-};
+use slamlab_core::estimation::{MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
 use slamlab_core::robot::Stamp;
-
-/// The exit status where what came of a log is not to be believed: the map is torn, nothing was
-/// matched to it, or the robot is lost in the map that it was given. 2 is that of a wrong command
-/// line.
-pub(crate) const NOT_BELIEVED: u8 = 3;
 
 /// Tears that are told in words, at most.
 const MOST_TOLD: usize = 10;
-
-/// Whether map and poses are to be believed. One scan lies where it lies.
-pub(crate) fn is_believed(quality: &MapQuality) -> bool {
-    let is_founded = matches!(quality.unjudgeable, None | Some(Unjudgeable::OneScan));
-    is_founded && quality.verdict != MapVerdict::Torn
-}
 
 /// The fields of the JSON.
 pub(crate) fn figures(quality: &MapQuality) -> Value {
@@ -44,32 +30,6 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
         "over_time": stretches
             .map(|stretch| json!({ "seen_s": seen(stretch.seen), "agreement": stretch.agreement }))
             .collect::<Vec<_>>(),
-    })
-}
-
-/// What became of the loops that were considered, for the JSON. Those that wait, were refused or
-/// were revoked are counted as far as the matcher still knows them: the last few hundred. The
-/// doubts are the widest of those accepted after a search: how well their places were known before.
-pub(crate) fn closures(map: &ScanMatcher) -> Value {
-    let records: Vec<_> = map.closure_records().collect();
-    let count = |is: fn(&ClosureFate) -> bool| {
-        let fates = records.iter().map(|record| &record.fate);
-        fates.filter(|fate| is(fate)).count()
-    };
-    let widest = |of: fn(&ClosureRecord) -> f64| {
-        let accepted = records.iter().filter(|record| {
-            record.is_searched && matches!(record.fate, ClosureFate::Accepted { .. })
-        });
-        accepted.map(|record| of(record)).reduce(f64::max)
-    };
-    json!({
-        "accepted": count(|fate| matches!(fate, ClosureFate::Accepted { .. })),
-        "waiting": count(|fate| matches!(fate, ClosureFate::Waiting { .. })),
-        "placed_elsewhere": count(|fate| *fate == ClosureFate::Refused { why: Refusal::PlacedElsewhere }),
-        "never_proved": count(|fate| *fate == ClosureFate::Refused { why: Refusal::NeverProved }),
-        "revoked": count(|fate| matches!(fate, ClosureFate::Revoked { .. })),
-        "widest_doubt_m": widest(|record| record.doubt.shift),
-        "widest_doubt_rad": widest(|record| record.doubt.turn),
     })
 }
 
