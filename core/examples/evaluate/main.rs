@@ -52,7 +52,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{CommandFactory as _, FromArgMatches as _, Parser};
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _, Parser};
 use serde_json::Value;
 
 /// Replays recorded logs and measures the result.
@@ -73,7 +75,7 @@ struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["logs", "more_logs"])]
     graph: Option<PathBuf>,
     /// Write the solved graph of `--graph`, with the names and edges of the file.
-    #[arg(long, value_name = "FILE", requires = "graph")]
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Reference relations (.relations) of one log. Those of several lie beside them and have their
     /// names.
@@ -128,6 +130,9 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => error.exit(),
     };
+    if let Err(error) = check_graph_options(&matches) {
+        error.exit();
+    }
     let logs: Vec<PathBuf> = [&arguments.logs[..], &arguments.more_logs].concat();
     let done = match (&arguments.graph, &logs[..], &arguments.methods[..]) {
         (Some(graph), _, _) => graph::solve(graph, arguments.out.as_deref(), arguments.json)
@@ -142,6 +147,36 @@ fn main() -> ExitCode {
             eprintln!("evaluate: {error:#}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// Options that go with `--graph`, by their names.
+const OF_A_GRAPH: [&str; 3] = ["graph", "out", "json"];
+
+/// Refuses what would be passed over: options of a log with `--graph`, and those of `--graph` with
+/// a log. The parser's own rules do not: where `--graph` is in conflict it is no longer required.
+fn check_graph_options(matches: &ArgMatches) -> Result<(), clap::Error> {
+    let is_given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    let conflict =
+        |text: String| Err(Arguments::command().error(ErrorKind::ArgumentConflict, text));
+    if !is_given("graph") {
+        return match is_given("out") {
+            true => conflict(
+                "--out writes the graph that --graph names, solved; the pose graph of a log is written by --g2o".to_owned(),
+            ),
+            false => Ok(()),
+        };
+    }
+    let command = Arguments::command();
+    let idle = command.get_arguments().find(|argument| {
+        let id = argument.get_id().as_str();
+        is_given(id) && !OF_A_GRAPH.contains(&id)
+    });
+    match idle.and_then(clap::Arg::get_long) {
+        Some(option) => conflict(format!(
+            "--{option} is of logs: with --graph it has no effect"
+        )),
+        None => Ok(()),
     }
 }
 

@@ -15,7 +15,7 @@ use slamlab_core::slam::Method;
 
 use crate::table::Table;
 use crate::worth::NOT_BELIEVED;
-use crate::{Arguments, print};
+use crate::{Arguments, options, print};
 
 /// Options that [`Run`] has of its own.
 const OF_A_RUN: [&str; 5] = ["logs", "more_logs", "relations", "truth", "methods"];
@@ -78,8 +78,10 @@ fn check(logs: &[PathBuf], methods: &[String], arguments: &Arguments) -> Result<
     for method in methods {
         method.parse::<Method>().context("--method")?;
     }
-    let fit = arguments.fit.iter().map(|path| ("--fit", path.clone()));
-    if let Some((option, _)) = arguments.outputs.paths().into_iter().chain(fit).next() {
+    let fit = options::given([("--fit", &arguments.fit)]);
+    let saved = arguments.saved_map.written_paths();
+    let mut written = [arguments.outputs.paths(), fit, saved].concat().into_iter();
+    if let Some((option, _)) = written.next() {
         bail!("{option}: only one log by one method can be written");
     }
     if logs.len() > 1 && (arguments.relations.is_some() || arguments.truth.is_some()) {
