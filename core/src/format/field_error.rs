@@ -57,7 +57,14 @@ pub(super) fn number(line: usize, field: impl Display, word: &str) -> Result<f64
     })
 }
 
-/// The beginning of a word: as much as an error repeats.
+/// The beginning of a word, as much as an error repeats; what a terminal would obey is escaped.
 pub(super) fn short(word: &str) -> String {
-    word.chars().take(24).collect()
+    let mut text = String::new();
+    for letter in word.chars().take(24) {
+        match letter.is_control() {
+            true => text.extend(letter.escape_default()),
+            false => text.push(letter),
+        }
+    }
+    text
 }

@@ -313,6 +313,16 @@ mod tests {
     }
 
     #[test]
+    fn bytes_that_are_no_text_are_escaped_and_cut_short() {
+        let mut picture = b"\xff\xd8\x00\x1b[31mJFIF\x07\n".to_vec();
+        picture.extend([0x1b; 5000]);
+        let error = parse(&picture).unwrap_err().to_string();
+        assert!(!error.chars().any(char::is_control), "{error}");
+        assert!(error.contains("\\u{0}\\u{1b}[31mJFIF\\u{7}"), "{error}");
+        assert!(error.len() < 300, "{error}");
+    }
+
+    #[test]
     fn comments_fixed_vertices_and_other_tags_are_known() {
         let text = "# g2o\nVERTEX_SE2 4 1 2 3 # here\r\nFIX 4\nVERTEX_XY 5 1 1\nVERTEX_XY 6 1 1\n";
         let graph = parse(text.as_bytes()).unwrap();

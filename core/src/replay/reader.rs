@@ -6,6 +6,7 @@
 //! | line: a number | a rover's: counts and ranges, nothing else |
 //! | line: names apart by commas | four rangers' |
 //! | line: a sample of a turning lidar, `__t:` or `S_t:` | revolutions of an RPLIDAR |
+//! | line: a word of bytes that are no ASCII text | none |
 //! | line: anything else | CARMEN |
 //!
 //! Empty lines and comments (`#`) do not count.
@@ -35,10 +36,18 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// What a log is shows within so many bytes; with more comments at its head it is CARMEN's.
 const MOST_UNDECIDED: usize = 1 << 16;
 
+/// What is opened.
+const KINDS: &str = "a CARMEN log (FLASER, RLASER or ROBOTLASER1 messages), a rover's log (lines of \
+    counts and ranges), a log of four rangers (CSV), revolutions of an RPLIDAR (samples) or a \
+    recording of the bridge (MCAP), packed by gzip or not";
+
 /// Why a log cannot be opened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
+    /// Bytes of none of the kinds.
+    #[error("the file is no text, nor a recording; expected {KINDS}")]
+    NoLog,
     /// As a CARMEN log.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
@@ -198,6 +207,7 @@ impl PlainReader {
         let begun = std::mem::take(begun);
         *self = match kind {
             Kind::Gzip => return Err(LogError::GzipInGzip),
+            Kind::None => return Err(LogError::NoLog),
             Kind::Recording => Self::Recording(RecordingReader::default()),
             Kind::Carmen => Self::Carmen(CarmenReader::default()),
             Kind::Rover => Self::Rover(RoverLogReader::default()),
@@ -236,6 +246,8 @@ fn without_mark(begun: &[u8]) -> &[u8] {
 /// What a file that is not packed, or no more, is by its first bytes.
 #[derive(Clone, Copy)]
 enum Kind {
+    /// A picture, or another file of bytes that are no text.
+    None,
     Gzip,
     Recording,
     Carmen,
@@ -272,8 +284,11 @@ impl Kind {
         let length = word
             .iter()
             .position(|b| *b == b',' || b.is_ascii_whitespace());
+        // Names of messages and columns, and numbers, are ASCII.
+        let is_text = |word: &[u8]| word.iter().all(u8::is_ascii_graphic);
         match (length.map(|at| word[at]), word.first()) {
             (None, _) if !end => None,
+            _ if !is_text(&word[..length.unwrap_or(word.len())]) => Some(Self::None),
             (Some(b','), _) => Some(Self::Rangers),
             (_, Some(b'0'..=b'9' | b'-' | b'+')) => Some(Self::Rover),
             _ => Some(Self::Carmen),
@@ -311,6 +326,28 @@ mod tests {
         match reader.finish()? {
             Log::Carmen(log) => Ok(log),
             other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn what_is_no_log_is_told_what_would_be_one() {
+        let pictures: [&[u8]; 4] = [
+            b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01,\x00\n,",
+            b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR",
+            b"PK\x03\x04\x14\x00\x00\x00",
+            b"\xef\xbb\xbf\x00,",
+        ];
+        for picture in pictures {
+            for bytes in [picture.to_vec(), packed(picture)] {
+                for piece in [1, 5, 100] {
+                    let error = read(&bytes, piece).unwrap_err();
+                    assert_eq!(error, LogError::NoLog);
+                    let text = error.to_string();
+                    for kind in ["CARMEN", "rover", "rangers", "bridge"] {
+                        assert!(text.contains(kind), "{text}");
+                    }
+                }
+            }
         }
     }
 
