@@ -9,11 +9,15 @@
 //! [--erase X0,Y0,X1,Y1] [--wall X0,Y0,X1,Y1] [--glass X0,Y0,X1,Y1] --out OUT.slamlab`
 //!
 //! The exit status is 1 where something failed: also where it is not proved how two maps lie to
-//! each other. Figures are printed as one JSON object.
+//! each other. Figures are printed as one JSON object, and in words where the map is torn or
+//! doubtful.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files are here and nowhere below"
 )]
+
+#[path = "shared/quality.rs"]
+mod quality;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -22,7 +26,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{EditKind, MapVerdict, SavedMap, ScanMatcher};
+use slamlab_core::estimation::{EditKind, SavedMap, ScanMatcher};
 use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::robot::{RobotModel, Stamp};
 use slamlab_core::settings::{Scope, Settings, Source};
@@ -214,6 +218,9 @@ fn save(path: &Path, experiment: Experiment, matcher: &ScanMatcher) -> Result<()
 
 fn figures(matcher: &ScanMatcher) -> Value {
     let quality = matcher.quality();
+    for line in quality::words(&quality) {
+        eprintln!("map: {line}");
+    }
     json!({
         "scans": matcher.trajectory().count(),
         "submaps": matcher.submaps().len(),
@@ -223,6 +230,6 @@ fn figures(matcher: &ScanMatcher) -> Value {
         "grid_blocks": matcher.grid().block_count(),
         "changes": matcher.edits().len(),
         "is_placed": matcher.is_placed(),
-        "is_torn": quality.verdict == MapVerdict::Torn,
+        "quality": quality::figures(&quality),
     })
 }
