@@ -36,11 +36,11 @@ use slamlab_core::estimation::MapQuality;
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::{floor_plan, tum};
-use slamlab_core::geom::Length;
+use slamlab_core::geom::{Length, Pose2, Segment};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{Method, PriorMap};
 
 use prior_map::{Start, load};
 
@@ -78,8 +78,10 @@ struct Args {
     /// (.json). By default the walls of the world.
     #[arg(long, value_name = "FILE")]
     prior_map: Option<PathBuf>,
-    /// Where the robot begins in that map, as `x,y,heading` in metres and degrees; by default where
-    /// it begins in the world. `anywhere`: it has to be found, also among the walls of the world.
+    /// Where the robot begins in that map, as `x,y,heading` in metres and degrees. By default where
+    /// the map shows the walls of the world: in the frame of the world, as in a plan of it, or in
+    /// one that begins where the robot does, as of a map that was made in it. `anywhere`: it has to
+    /// be found, also among the walls of the world.
     #[arg(long, value_name = "X,Y,DEGREES|anywhere", value_parser = prior_map::start, allow_hyphen_values = true)]
     start: Option<Start>,
     /// Carry the robot elsewhere without telling it, after so many simulated seconds; can be given
@@ -106,6 +108,13 @@ struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// A place of a prior map shows a wall of the world within this distance, m: a few cells of a grid.
+const ON_WALL: f64 = 0.15;
+/// Walls are asked about in pieces of this length, m.
+const PIECE: f64 = 0.1;
+/// A map of which a smaller part shows walls of the world may be of another one.
+const LEAST_SHOWN: f64 = 0.7;
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Errand {
@@ -169,11 +178,10 @@ fn run(args: &Args) -> Result<ExitCode> {
     };
     if let Some(path) = &args.prior_map {
         // The map's frame begins where the robot does, whether it knows or not: figures compare.
-        let start = match args.start {
-            Some(Start::At(start)) => start,
-            Some(Start::Anywhere) | None => config.world.start,
+        config.slam.prior_map = match args.start {
+            Some(Start::At(start)) => prior_map::read(path, args.svg_unit, &Start::At(start))?,
+            Some(Start::Anywhere) | None => placed_in_world(path, args, &config.world)?,
         };
-        config.slam.prior_map = prior_map::read(path, args.svg_unit, &Start::At(start))?;
     } else if let Some(Start::At(_)) = args.start {
         bail!("--start: a pose is one in the map of --prior-map, which is not given");
     }
@@ -266,6 +274,46 @@ fn judged(experiment: &Experiment) -> Option<MapQuality> {
     let mut map = experiment.session().slam().view().map?.clone();
     map.finish();
     Some(map.quality())
+}
+
+/// A prior map of which nobody said where the robot begins in it: at the start of the world, or at
+/// the origin, whichever has more of the map where walls of the world are.
+fn placed_in_world(path: &Path, args: &Args, world: &World) -> Result<PriorMap> {
+    let walls = world.walls();
+    let walls = walls.iter().map(|wall| wall.segment);
+    let truth = PriorMap::of_walls(walls, &world.start).faces;
+    let own = prior_map::read(path, args.svg_unit, &Start::At(Pose2::identity()))?;
+    let of_world = PriorMap::of_faces(&own.faces, own.sigma, &world.start);
+    let parts = [&own, &of_world].map(|map| part_on(&map.faces, &truth));
+    let (map, part, frame) = match parts[0] > parts[1] {
+        true => (own, parts[0], "that begins where the robot does"),
+        false => (of_world, parts[1], "of the world"),
+    };
+    let (path, percent) = (path.display(), 100.0 * part);
+    eprintln!(
+        "simulate: {path} is taken to be in the frame {frame}: {percent:.0} % of its walls are walls there"
+    );
+    if part < LEAST_SHOWN {
+        eprintln!("simulate: that is little: say by --start where the robot begins in it");
+    }
+    Ok(map)
+}
+
+/// The part of `faces`, by length, that lies on `walls`.
+fn part_on(faces: &[Segment], walls: &[Segment]) -> f64 {
+    let (mut all, mut on) = (0.0, 0.0);
+    for face in faces {
+        let pieces = (face.length() / PIECE).ceil().max(1.0);
+        for piece in 0..pieces as usize {
+            let place = face.a + face.vector() * ((piece as f64 + 0.5) / pieces);
+            let length = face.length() / pieces;
+            all += length;
+            if walls.iter().any(|wall| wall.distance(place) < ON_WALL) {
+                on += length;
+            }
+        }
+    }
+    on / f64::max(all, f64::MIN_POSITIVE)
 }
 
 /// Writes what was asked for.
