@@ -14,6 +14,9 @@
 //! 4. At the end the scans are put in the order in which they were taken (`order`), and the reading
 //!    that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
 //!
+//! What the format has no field for, the duration of a sweep, stands in a `PARAM` line of our own
+//! ([`SWEEP`]), which other programs pass over.
+//!
 //! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the
 //! head of each log). `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host
 //! logger_timestamp`: the first pose is that of the laser, the second that of the robot, and the
@@ -29,6 +32,10 @@ mod writer;
 
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
+
+/// The name of a `PARAM` line of our own: the duration of each sweep that follows in the file,
+/// [`CarmenScan::sweep`].
+const SWEEP: &str = "slamlab_sweep";
 
 pub use self::error::CarmenError;
 pub use self::reader::CarmenReader;
@@ -85,6 +92,9 @@ pub struct CarmenScan {
     pub fan: BeamFan,
     /// Range at which the message itself says that the laser ends, m; infinite where it does not.
     pub max_range: f32,
+    /// Duration from the first beam to the last, s; negative where the last was taken first, and 0
+    /// where all were taken at once or the log does not say.
+    pub sweep: f64,
     start: usize,
     beams: usize,
 }
@@ -144,8 +154,8 @@ impl CarmenLog {
         Stamp::from_seconds(scan.seconds - start)
     }
 
-    /// A scan as the rest of core takes it: no-returns infinite, readings of 0 invalid, σ 1 cm as
-    /// the SICK's.
+    /// A scan as the rest of core takes it: beams in the order in which they were taken, no-returns
+    /// infinite, readings of 0 invalid, σ 1 cm as the SICK's.
     #[must_use]
     pub fn scan(&self, scan: &CarmenScan) -> Scan {
         let no_return = self.no_return_from.min(scan.max_range);
@@ -156,15 +166,21 @@ impl CarmenLog {
             _ => f32::NAN,
         };
         let bearing = |i| scan.fan.first + i as f64 * scan.fan.step;
+        let mut bearings: Vec<f64> = (0..readings.len()).map(bearing).collect();
+        let mut ranges: Vec<f32> = readings.iter().map(range).collect();
+        if scan.sweep < 0.0 {
+            bearings.reverse();
+            ranges.reverse();
+        }
         Scan {
             stamp: self.stamp(scan),
             robot_from_sensor: scan.robot_from_sensor,
-            bearings: (0..readings.len()).map(bearing).collect(),
-            ranges: readings.iter().map(range).collect(),
+            bearings,
+            ranges,
             sigmas: vec![0.01; readings.len()],
             bearing_sigma: 0.25 * scan.fan.step.abs(),
             max_range: f64::from(no_return),
-            sweep: 0.0,
+            sweep: scan.sweep.abs(),
             qualities: vec![],
         }
     }

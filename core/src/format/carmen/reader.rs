@@ -2,7 +2,8 @@
 
 use super::fields::{Fields, check_text};
 use super::order::in_order;
-use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser};
+use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser, SWEEP};
+use crate::format::field_error::read;
 
 /// A line longer than this is not a line of a log.
 pub(super) const MAX_LINE: usize = 1 << 20;
@@ -22,6 +23,8 @@ pub struct CarmenReader {
     lasers: [Vec<CarmenScan>; 3],
     readings: Vec<f32>,
     params: Vec<(String, String)>,
+    /// Of the scans that come next, see [`CarmenScan::sweep`].
+    sweep: f64,
     anything: bool,
 }
 
@@ -113,8 +116,12 @@ impl CarmenReader {
             "ROBOTLASER1" => self.read_robot_laser(fields("ROBOTLASER1")),
             "ODOM" => Ok(fields("ODOM").skip(7)?),
             "PARAM" => {
-                if let (Some(name), Some(value)) = (words.next(), words.next()) {
-                    self.params.push((name.to_owned(), value.to_owned()));
+                match (words.next(), words.next()) {
+                    (Some(SWEEP), value) => self.sweep = sweep(self.line, value)?,
+                    (Some(name), Some(value)) => {
+                        self.params.push((name.to_owned(), value.to_owned()));
+                    }
+                    _ => {}
                 }
                 Ok(())
             }
@@ -136,6 +143,7 @@ impl CarmenReader {
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan::half_circle(beams),
             max_range: f32::INFINITY,
+            sweep: self.sweep,
             start,
             beams,
         });
@@ -169,6 +177,7 @@ impl CarmenReader {
             robot_from_sensor: odom_from_robot.delta_to(&map_from_laser),
             fan: BeamFan { first, step },
             max_range: limit.unwrap_or(f32::INFINITY),
+            sweep: self.sweep,
             start,
             beams,
         });
@@ -182,6 +191,20 @@ impl CarmenReader {
         }
         Ok(start)
     }
+}
+
+/// The duration of the sweeps that follow, s.
+fn sweep(line: usize, value: Option<&str>) -> Result<f64, CarmenError> {
+    let field = format_args!("the value of PARAM {SWEEP}");
+    let expected = "the seconds of a sweep, within ±1000";
+    let fits = |n: &f64| n.abs() <= 1e3;
+    Ok(read(
+        line,
+        field,
+        value.unwrap_or_default(),
+        expected,
+        fits,
+    )?)
 }
 
 /// The largest reading stands for "no return" where at least one reading in 500 says it (81.83 in

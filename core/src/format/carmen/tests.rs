@@ -18,6 +18,7 @@ fn flaser(ranges: &[f64], pose: (f64, f64, f64), seconds: f64) -> String {
 
 fn small_log() -> String {
     let mut text = String::from("# comment \u{e9}\nPARAM robot_frontlaser_offset 0.0 nohost 0\n");
+    text += "PARAM slamlab_sweep -0.25 nohost 0\n";
     for i in 0..6 {
         let x = f64::from(i);
         text += &format!("ODOM {x} 0 0 0 0 0 {x}.5 nohost {x}.5\n");
@@ -44,8 +45,10 @@ fn scans_come_sorted_by_ipc_time_with_their_odometry() {
     let scan = log.scan(&log.scans[1]);
     assert_eq!(scan.validate(), Ok(()));
     assert_eq!(scan.stamp, Stamp(1_000_000));
-    assert_eq!(scan.ranges[1], 2.0);
-    assert!(scan.ranges[2].is_infinite() && scan.ranges[3].is_nan());
+    // The last of its readings, 0, was taken first.
+    assert_eq!((scan.ranges[2], scan.sweep), (2.0, 0.25));
+    assert!(scan.ranges[1].is_infinite() && scan.ranges[0].is_nan());
+    assert!((scan.bearings[3] + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert_eq!(
         log.params,
         [("robot_frontlaser_offset".to_owned(), "0.0".to_owned())]
@@ -262,18 +265,74 @@ fn written_scans_are_read_back() {
         (read.ranges[0], read.ranges[7]),
         (even.ranges[0], even.ranges[7])
     );
-    // Every reading stands in its own direction, whichever way the lidar turned.
-    let read = back.scan(&back.scans[1]);
-    for (bearing, range) in clockwise.bearings.iter().zip(&clockwise.ranges) {
-        let same = read
-            .bearings
-            .iter()
-            .position(|b| crate::geom::wrap(b - bearing).abs() < 1e-9);
-        let read = read.ranges[same.unwrap()];
-        assert!(
-            read == *range || (read.is_nan() && range.is_nan()),
-            "{bearing}"
-        );
+    // Every reading stands in its own direction, and at its own time, whichever way the lidar
+    // turned.
+    assert_eq!(back.scans[1].sweep, -0.1);
+    assert_same(&back.scan(&back.scans[1]), &clockwise);
+}
+
+/// The beams of a scan that was read are those that were written, in the same order.
+fn assert_same(read: &Scan, written: &Scan) {
+    assert_eq!((read.sweep, read.len()), (written.sweep, written.len()));
+    for (a, b) in read.bearings.iter().zip(&written.bearings) {
+        assert!(crate::geom::wrap(a - b).abs() < 1e-9, "{a} {b}");
+    }
+    for (a, b) in read.ranges.iter().zip(&written.ranges) {
+        assert!(a == b || (a.is_nan() && b.is_nan()), "{a} {b}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_log_of_our_own_comes_back_as_it_was(
+        scans in proptest::collection::vec(
+            (2_usize..30, -3.0..3.0_f64, 0.01..0.2_f64, any::<bool>(), prop_oneof![Just(0.0), 0.0..0.9_f64]),
+            1..6,
+        ),
+    ) {
+        let mut log = CarmenLog::empty();
+        let written: Vec<Scan> = scans
+            .into_iter()
+            .map(|(beams, first, step, falls, sweep)| {
+                // Beams that were all taken at once have no order.
+                let step = if falls && sweep > 0.0 { -step } else { step };
+                let bearing = |i| crate::geom::wrap(first + i as f64 * step);
+                Scan { sweep, ..scan_to((0..beams).map(bearing).collect()) }
+            })
+            .collect();
+        for (second, scan) in (0_u8..).zip(&written) {
+            log.push(f64::from(second), &Pose2::identity(), scan);
+        }
+        let back = CarmenLog::parse(log.write().as_bytes()).unwrap();
+        prop_assert_eq!(back.scans.len(), written.len());
+        for (scan, written) in back.scans.iter().zip(&written) {
+            assert_same(&back.scan(scan), written);
+        }
+        prop_assert_eq!(back.write(), CarmenLog::parse(back.write().as_bytes()).unwrap().write());
+    }
+}
+
+#[test]
+fn of_beams_in_no_order_no_sweep_is_told() {
+    let mut log = CarmenLog::empty();
+    let pose = Pose2::identity();
+    log.push(0.0, &pose, &scan_to(vec![0.0, -1.0, 1.0]));
+    log.push(1.0, &pose, &scan_to(vec![1.0, 0.1, -1.0]));
+    let sweeps: Vec<f64> = log.scans.iter().map(|scan| scan.sweep).collect();
+    assert_eq!(sweeps, [0.0, -0.1]);
+    // A sweep ends where the next line says so.
+    let text = log.write() + &flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 2.0);
+    assert_eq!(text.matches("PARAM slamlab_sweep").count(), 1);
+}
+
+#[test]
+fn a_sweep_that_is_none_is_told() {
+    let good = flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 1.0);
+    for value in ["nan", "inf", "1e9", "long", ""] {
+        let text = format!("PARAM slamlab_sweep {value}\n{good}");
+        let error = message(text.as_bytes());
+        let says = format!("line 1: the value of PARAM slamlab_sweep is `{value}`, expected");
+        assert!(error.starts_with(&says), "{error}");
     }
 }
 

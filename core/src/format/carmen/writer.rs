@@ -2,13 +2,13 @@
 //!
 //! 1. A log knows one direction of the first beam and one step: beams are put at equal angles
 //!    ([`EvenBeams`]), and a direction without a beam has no reading (0).
-//! 2. A message has no time within a sweep: what was measured while the robot turned is written as
-//!    if at the stamp.
+//! 2. A message has no time within a sweep: a `PARAM` line before it says how long the sweep took,
+//!    and which end came first. Of beams that were taken in no order of direction it says nothing.
 //! 3. Numbers are written with as many digits as they need to come back to the bit.
 
 use std::fmt::Write as _;
 
-use super::{BeamFan, CarmenLog, CarmenScan, Laser};
+use super::{BeamFan, CarmenLog, CarmenScan, Laser, SWEEP};
 use crate::geom::Pose2;
 use crate::robot::{EvenBeams, Scan};
 
@@ -59,12 +59,14 @@ impl CarmenLog {
                 step: even.step,
             },
             max_range,
+            sweep: sweep_of(&even, scan.sweep),
             start,
             beams: self.readings.len() - start,
         });
     }
 
-    /// The text of the file: `PARAM` lines, then a laser message for each scan.
+    /// The text of the file: `PARAM` lines, then a laser message for each scan, with a `PARAM` line
+    /// before it wherever the sweep is another.
     #[must_use]
     pub fn write(&self) -> String {
         let mut text = String::from("# CARMEN log, written by slamlab\n");
@@ -72,7 +74,12 @@ impl CarmenLog {
             // Writing to a string does not fail, here and below.
             let _ = writeln!(text, "PARAM {name} {value} 0 slamlab 0");
         }
+        let mut sweep = 0.0;
         for scan in &self.scans {
+            if scan.sweep != sweep {
+                sweep = scan.sweep;
+                let _ = writeln!(text, "PARAM {SWEEP} {sweep} 0 slamlab 0");
+            }
             self.write_scan(&mut text, scan);
         }
         text
@@ -111,5 +118,17 @@ impl CarmenLog {
         }
         let seconds = scan.ipc_seconds;
         let _ = writeln!(text, " {seconds} slamlab {seconds}");
+    }
+}
+
+/// The duration of a sweep, as [`CarmenScan::sweep`] has it, of beams that were put at equal angles.
+fn sweep_of(even: &EvenBeams, seconds: f64) -> f64 {
+    let taken: Vec<usize> = even.beams.iter().copied().flatten().collect();
+    if taken.is_sorted() {
+        seconds
+    } else if taken.iter().rev().is_sorted() {
+        -seconds
+    } else {
+        0.0
     }
 }
