@@ -77,6 +77,31 @@ test('submaps and the pose graph are layers, and only methods with submaps have 
   }
 });
 
+test('a click on a join of the pose graph says its residual, and whether it was matched', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
+  test.setTimeout(120_000);
+  await map(lab);
+  await mapped(lab);
+  await lab.show('layers');
+  await lab.at('layer-graph').check();
+  // Loop closures lie over it.
+  await lab.at('layer-closures').uncheck();
+  const count = await inside(lab, ({ submaps }) => submaps.count);
+  const ends = await Promise.all([1, 2].map((number) => lab.page.evaluate((n) => (window as unknown as { slamlab: Inside }).slamlab.submap(n), number)));
+  expect(count).toBeGreaterThan(3);
+  await lab.hidePanels();
+  await lab.stillCamera();
+  const middle = [0, 1].map((axis) => (ends[0]![axis]! + ends[1]![axis]!) / 2) as [number, number];
+  await lab.pointAt(...middle, !!isMobile);
+  await expect(lab.at('join')).toContainText('Submap 1 to submap 2');
+  await expect(lab.at('join-kind')).toHaveText('Matched');
+  await expect(lab.at('join-off')).toContainText(/^[\d.]+ (c|m)?m, [\d.]+°$/);
+  await expect(lab.at('join-chi2')).toContainText(/^[\d.]+/);
+  await expect(lab.at('join-known')).toContainText(/^±[\d.]+ c?m, [\d.]+°$/);
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+  await lab.at('join').getByRole('button', { name: 'Close' }).click();
+  await expect(lab.at('join')).toHaveCount(0);
+});
+
 test('where motion is to be reduced, the map does not glide', async ({ lab, page }) => {
   await page.emulateMedia({ reducedMotion: 'reduce' });
   await map(lab);
@@ -134,7 +159,7 @@ test('ways are compared at the same times, as long as both go', () => {
 /** Submaps at these places, x y heading. */
 function placed(...poses: [number, number, number][]): Parameters<Submaps['take']>[0] {
   const none = new Float32Array(0);
-  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1])), lengths: new Uint32Array(0), surfaces: none, closures: none, outcomes: [] };
+  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1, NaN, NaN, NaN, NaN, NaN])), lengths: new Uint32Array(0), surfaces: none, closures: none, outcomes: [] };
 }
 
 test('submaps glide from where they were drawn, and a new one comes along', () => {

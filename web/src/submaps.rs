@@ -1,7 +1,7 @@
 //! Submaps and loop closures, for the page.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{ClosureRecord, ScanMatcher, ShownSubmap};
+use slamlab_core::estimation::{ClosureRecord, Join, ScanMatcher, ShownSubmap};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -60,7 +60,12 @@ impl Submaps {
         let records = matcher.closure_records();
         Self {
             version: matcher.submaps_version() as f64,
-            poses: flat(matcher.submaps().map(|s| row_of(&s))),
+            poses: flat(
+                matcher
+                    .submaps()
+                    .zip(matcher.joins())
+                    .map(|(submap, join)| row_of(&submap, join)),
+            ),
             lengths: lengths.into(),
             surfaces: surfaces.into(),
             closures: flat(records.map(|record| closure_row(matcher, record))),
@@ -69,14 +74,20 @@ impl Submaps {
     }
 }
 
-fn row_of(submap: &ShownSubmap<'_>) -> SubmapRow {
+fn row_of(submap: &ShownSubmap<'_>, join: Option<Join>) -> SubmapRow {
     let pose = submap.map_from_submap;
+    let figure = |of: fn(&Join) -> f64| join.as_ref().map_or(f32::NAN, |join| of(join) as f32);
     SubmapRow {
         x: pose.x() as f32,
         y: pose.y() as f32,
         heading: pose.heading() as f32,
         loose: flag(submap.is_loose) as f32,
         keyframes: submap.keyframes as f32,
+        off_shift: figure(|join| join.residual.off.position().coords.norm()),
+        off_turn: figure(|join| join.residual.off.heading().abs()),
+        chi2: figure(|join| join.residual.chi2),
+        join_shift: figure(|join| join.doubt.shift),
+        join_turn: figure(|join| join.doubt.turn),
     }
 }
 

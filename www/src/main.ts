@@ -15,6 +15,7 @@ import "./ui/consistency.js";
 import "./ui/correlations.js";
 import "./ui/agreement.js";
 import "./ui/closure.js";
+import "./ui/join.js";
 import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";

@@ -17,7 +17,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "moved" | "quality" | "torn";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn";
 
 export interface LogEntry {
   time: number;
@@ -128,6 +128,8 @@ export class Store {
   roomSpot: readonly [number, number] | null = null;
   /** The loop closure that was chosen on the map. */
   closure: ClosureName | null = null;
+  /** The join of the pose graph that was chosen on the map, by its later submap. */
+  join: number | null = null;
   /** What other methods made of the recording that is shown. */
   compared: readonly Compared[] = [];
   /** By how much the last loop closure moved the map, m. */
@@ -164,7 +166,7 @@ export class Store {
     this.twin.clear();
     const ended: Partial<Store> = {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
-      rooms: null, roomSpot: null, closure: null, moved: 0, quality: null, judging: null, torn: null, log: [], status: null, hash: "", toast: null,
+      rooms: null, roomSpot: null, closure: null, join: null, moved: 0, quality: null, judging: null, torn: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
     // A recording that is mapped again with what was fitted to it keeps the table.
@@ -173,7 +175,7 @@ export class Store {
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "moved", "quality", "torn"] as const) this.notify(topic);
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }
 

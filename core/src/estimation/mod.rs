@@ -48,7 +48,7 @@ pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
 pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{
-    ClosureFate, ClosureRecord, Delay, EditError, EditKind, MapMergeError, MergedMaps, Proof,
+    ClosureFate, ClosureRecord, Delay, EditError, EditKind, Join, MapMergeError, MergedMaps, Proof,
     Pruned, Refusal, Residual, RestoreError, SavedMap, ScanMatcher, ScanMatcherConfig,
     ScanMatcherError, ShownEdit, ShownSubmap, Start,
 };

@@ -79,7 +79,7 @@ pub use self::merging::{MapMergeError, MergedMaps};
 pub use self::pruning::Pruned;
 pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
 pub use self::saved::{RestoreError, SavedMap};
-pub use self::shown::{Residual, ShownSubmap};
+pub use self::shown::{Join, Residual, ShownSubmap};
 
 /// SLAM by scan matching.
 #[derive(Clone, Debug)]

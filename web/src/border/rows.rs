@@ -41,9 +41,12 @@ rows! {
     /// A point of the trails, m: truth, dead reckoning, estimate, the submap in which the estimate
     /// is known (0 for methods without), and when, s since the first.
     "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap, time }
-    /// A submap: its pose in the map (m, rad), whether it is joined loosely to the one before, and
-    /// the number of its keyframes.
-    "SUBMAP": SubmapRow of f32 { x, y, heading, loose, keyframes }
+    /// A submap: its pose in the map (m, rad), whether it is joined loosely to the one before, the
+    /// number of its keyframes, how far it lies from where that join has it (m, rad, χ²), and how
+    /// well the join is known (σ, m and rad); NaN where there is none.
+    "SUBMAP": SubmapRow of f32 {
+        x, y, heading, loose, keyframes, off_shift, off_turn, chi2, join_shift, join_turn,
+    }
     /// A placement of a submap in an earlier one: which two, the pose of the new in the old as it
     /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before
     /// (σ, m and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and

@@ -7,6 +7,7 @@ import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from "../protocol/module
 import { CLOSURE_PENS, rowOf } from "../view/layers/closures.js";
 import { FATE, type Fate } from "../view/submaps.js";
 import { card } from "./card.js";
+import { chi2Meaning, chi2Words } from "./chi2.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { fixed, length, percent } from "./format.js";
@@ -31,11 +32,6 @@ const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
   revoked: () => "It was accepted, but with it the way from one submap to the next was torn apart, and without it less is left unexplained: it was taken out again.",
   "never-proved": () => "It waited for proof until newer places took its room.",
 };
-
-/** χ² of 3 degrees of freedom is below this in 95 of 100 cases. */
-const CHI2_95 = 7.815;
-/** 1.1 million is as good as 1 116 908.5. */
-const ROUGHLY = new Intl.NumberFormat("en", { notation: "compact", compactDisplay: "long", maximumSignificantDigits: 2 });
 
 export class SlamClosure extends SlamElement {
   static override styles = [
@@ -65,7 +61,7 @@ export class SlamClosure extends SlamElement {
       <p data-testid="closure-why">${WHY[outcome](f)}</p>
       <dl>
         ${figure("Off by now", `${off.value} ${off.unit}, ${fixed(degrees(f.offTurn), 1)}°`, "closure-off", "Between the place that was found and where the two submaps lie now", "wide")}
-        ${figure("Residual χ²", `${f.chi2 < 1000 ? fixed(f.chi2, 1) : ROUGHLY.format(f.chi2)}${f.chi2 > CHI2_95 ? `, expected under ${fixed(CHI2_95, 1)}` : ""}`, "closure-chi2", `Of 3 degrees of freedom: below ${fixed(CHI2_95, 1)} in 95 of 100 cases, if its uncertainty is honest`, "wide")}
+        ${figure("Residual χ²", chi2Words(f.chi2), "closure-chi2", chi2Meaning, "wide")}
         ${figure("Known before to", `±${doubt.value} ${doubt.unit}, ${fixed(degrees(f.doubtTurn), 1)}°`, "closure-doubt", "Standard deviation of the place before the two were compared", "wide")}
         ${figure("Overlap", percent(f.overlap), "closure-overlap", "How much of the smaller submap lies on the other")}
         ${figure("Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same")}

@@ -12,6 +12,7 @@ import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import { type ClosureName, closureAt } from "./layers/closures.js";
+import { joinAt } from "./layers/graph.js";
 import type { Brush } from "./layers/layer.js";
 import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
@@ -197,7 +198,7 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure; a room, where
+  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a room, where
       rooms are shown; else a goal for the robot. */
   #choose(x: number, y: number): void {
     if (this.store.editing) {
@@ -214,11 +215,13 @@ export class SlamMap extends SlamElement {
     // Marks lie over all else.
     const closure = torn ? null : this.#closureAt(x, y);
     if (closure || this.store.closure) this.store.set("closure", { closure });
+    const join = torn || closure ? null : this.#joinAt(x, y);
+    if (join !== null || this.store.join !== null) this.store.set("join", { join });
     if (torn) return;
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
-    else if (closure) return;
+    else if (closure || join !== null) return;
     else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
@@ -266,6 +269,7 @@ export class SlamMap extends SlamElement {
     const room = this.#roomAt(x, y);
     const torn = this.#tearAt(x, y);
     const closure = torn ? null : this.#closureAt(x, y);
+    const join = torn || closure ? null : this.#joinAt(x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const tiles = this.#tiles();
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
@@ -275,11 +279,12 @@ export class SlamMap extends SlamElement {
       door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
       closure === null ? "" : ` · closure ${closure[0]}–${closure[1]}`,
+      join === null ? "" : ` · join ${join - 1}–${join}`,
       torn === null ? "" : ` · ${tearWords(torn)}, click to see more`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
-    this.#element("pad").classList.toggle("door", door !== null || closure !== null || torn !== null);
+    this.#element("pad").classList.toggle("door", door !== null || closure !== null || join !== null || torn !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
   }
@@ -310,6 +315,13 @@ export class SlamMap extends SlamElement {
   #closureAt(x: number, y: number): ClosureName | null {
     const { layers, aiming, tab } = this.store;
     return layers.closures && !aiming && tab !== "paths" ? closureAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
+  }
+
+  /** The join of the pose graph under a map point, by its later submap, while they are shown and
+      nothing else is being chosen. */
+  #joinAt(x: number, y: number): number | null {
+    const { layers, aiming, tab } = this.store;
+    return layers.graph && !aiming && tab !== "paths" ? joinAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
   }
 
   /** The torn place under a map point, while they are shown and nothing else is being chosen. */
@@ -401,7 +413,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

@@ -142,6 +142,11 @@ export class Submaps {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.loose] === 1;
   }
 
+  /** A number of a submap, see SUBMAP. */
+  figure(submap: number, name: keyof typeof SUBMAP): number {
+    return this.#poses[submap * SUBMAP_STRIDE + SUBMAP[name]] ?? NaN;
+  }
+
   keyframes(submap: number): number {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.keyframes] ?? 0;
   }

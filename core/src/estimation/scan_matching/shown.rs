@@ -1,8 +1,10 @@
-//! The inside of the map, to look at: submaps, and how far placements are from where these lie.
+//! The inside of the map, to look at: submaps, and how far joins and placements are from where
+//! these lie.
 
 use nalgebra::Point2;
 
-use super::super::submap::ClosedSubmap;
+use super::super::pose_graph::Edge;
+use super::super::submap::{ClosedSubmap, Doubt};
 use super::ScanMatcher;
 use super::records::ClosureRecord;
 use crate::geom::Pose2;
@@ -20,13 +22,22 @@ pub struct ShownSubmap<'a> {
     closed: &'a ClosedSubmap,
 }
 
-/// How far a placement is from where its submaps lie now.
+/// How far a placement or a join is from where its submaps lie now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
     /// The motion from the place that was found to the present one, in the frame of the former.
     pub off: Pose2,
     /// χ² of it: of 3 degrees of freedom if the placement is right and its information honest.
     pub chi2: f64,
+}
+
+/// What joins a submap to the one before: the motion measured on the way through that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Join {
+    /// How far the two lie apart from it.
+    pub residual: Residual,
+    /// How well it is known: standard deviations.
+    pub doubt: Doubt,
 }
 
 impl ScanMatcher {
@@ -55,11 +66,36 @@ impl ScanMatcher {
     /// How far a placement is from where its submaps lie now.
     #[must_use]
     pub fn residual(&self, record: &ClosureRecord) -> Residual {
+        self.residual_of(&record.edge())
+    }
+
+    /// What joins each submap to the one before; `None` where nothing does, as of the first.
+    #[must_use]
+    pub fn joins(&self) -> Vec<Option<Join>> {
+        let mut joins = vec![None; self.submaps.len()];
+        for edge in self.graph.edges() {
+            let is_join = edge.cauchy.is_none() && edge.to == edge.from + 1;
+            let (true, Some(join)) = (is_join, joins.get_mut(edge.to)) else {
+                continue;
+            };
+            let variances = edge.information.try_inverse().map(|cov| cov.diagonal());
+            *join = variances.map(|variances| Join {
+                residual: self.residual_of(edge),
+                doubt: Doubt {
+                    shift: variances.xy().sum().sqrt(),
+                    turn: variances.z.sqrt(),
+                },
+            });
+        }
+        joins
+    }
+
+    fn residual_of(&self, edge: &Edge) -> Residual {
         let poses = self.graph.poses();
-        let present = poses[record.old].delta_to(&poses[record.new]);
+        let present = poses[edge.from].delta_to(&poses[edge.to]);
         Residual {
-            off: record.motion.delta_to(&present),
-            chi2: self.graph.chi2_of(&record.edge()),
+            off: edge.motion.delta_to(&present),
+            chi2: self.graph.chi2_of(edge),
         }
     }
 }

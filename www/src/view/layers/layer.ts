@@ -32,6 +32,8 @@ export interface Brush {
   readonly compared: readonly Compared[];
   /** The loop closure that was chosen. */
   readonly closure: ClosureName | null;
+  /** The join of the pose graph that was chosen, by its later submap. */
+  readonly join: number | null;
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
   /** The one that was chosen. */

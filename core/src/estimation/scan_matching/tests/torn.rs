@@ -4,12 +4,41 @@ use super::super::super::map_quality::{MapQuality, MapVerdict, Tear, TearKind, U
 use super::super::super::pose_graph::Edge;
 use super::*;
 
+/// χ² of 3 degrees of freedom is below this in 999 of 1000 cases.
+const SURE_CHI2: f64 = 16.3;
+
 #[test]
 fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
     let (_, _, mut matcher) = run(ScanMatcherConfig::default(), 1);
     let good = matcher.quality();
     assert_eq!(good.verdict, MapVerdict::Good, "{:?}", good.tears);
     assert!(good.agreement.unwrap() > 0.8, "{:?}", good.agreement);
+    // No submap lies far from where the one before was left.
+    let joins = matcher.joins();
+    assert_eq!((joins.len(), joins[0]), (matcher.submaps.len(), None));
+    for (at, join) in joins.iter().enumerate().skip(1) {
+        let Join { residual, doubt } = join.unwrap();
+        assert!(
+            (0.0..SURE_CHI2).contains(&residual.chi2),
+            "{at}: {residual:?}"
+        );
+        let edges = matcher.graph.edges().iter();
+        let edge = edges
+            .filter(|edge| edge.cauchy.is_none())
+            .find(|edge| edge.to == at);
+        let edge = edge.unwrap();
+        // The same by the plain form: what is left of the motion, against its covariance.
+        let poses = matcher.graph.poses();
+        let present = poses[at - 1].inverse() * poses[at];
+        let off = edge.motion.inverse() * present;
+        let error = Vector3::new(off.x(), off.y(), off.heading());
+        let cov = edge.information.try_inverse().unwrap();
+        let chi2 = error.dot(&cov.lu().solve(&error).unwrap());
+        assert!((residual.chi2 - chi2).abs() < 1e-6 * (1.0 + chi2), "{chi2}");
+        assert!((residual.off.position() - off.position()).length() < 1e-12);
+        assert!((doubt.shift * doubt.shift - cov[(0, 0)] - cov[(1, 1)]).abs() < 1e-12);
+        assert!((doubt.turn * doubt.turn - cov[(2, 2)]).abs() < 1e-12);
+    }
     // The last submaps are held where they do not lie.
     let last = matcher.submaps.len() - 1;
     let poses = matcher.graph.poses().to_vec();
@@ -25,6 +54,8 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
         matcher.graph.add_edge(wrong);
     }
     matcher.optimize();
+    let join = matcher.joins()[last - 3].unwrap();
+    assert!(join.residual.chi2 > SURE_CHI2, "{join:?}");
     let torn = matcher.quality();
     assert_eq!(torn.verdict, MapVerdict::Torn);
     let begun = matcher.trajectory.iter().find(|t| t.submap == last - 3);
