@@ -1,6 +1,7 @@
 // Submaps, pose graph and loop closures: layers, a map that is pulled straight, a click that says
 // why; and two methods on one log.
 import { apart } from '../../www/src/compared.ts';
+import { type Figures, WHY } from '../../www/src/ui/closure_words.ts';
 import { Submaps } from '../../www/src/view/submaps.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -142,6 +143,12 @@ test('two methods map one log, and their ways are laid over one another', { tag:
   await lab.at('file').setInputFiles({ ...LAPS, name: 'other.clf' });
   await expect.poll(async () => (await lab.state()).title).toBe('other.clf');
   await expect(lab.at('layer-compared')).toHaveCount(0);
+});
+
+test('a placement that others overruled was so when it was judged, and may agree now', () => {
+  const said = (chi2: number): string => WHY['placed-elsewhere']({ chi2 } as Figures);
+  expect(said(1e4)).toMatch(/^When it was judged, .* did not go with theirs\.$/);
+  expect(said(1.4)).toContain('as it lies now, they do not differ');
 });
 
 /** A trail along the x axis at 1 m/s, y to the side, with a point at each of these times. */

@@ -3,35 +3,18 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
-import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from "../protocol/module.js";
+import { CLOSURE, CLOSURE_STRIDE } from "../protocol/module.js";
 import { CLOSURE_PENS, rowOf } from "../view/layers/closures.js";
 import { FATE, type Fate } from "../view/submaps.js";
 import { card } from "./card.js";
 import { chi2Meaning, chi2Words } from "./chi2.js";
+import { type Figures, WHY } from "./closure_words.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { fixed, length, percent } from "./format.js";
 import { icons } from "./icons.js";
 
-type Figures = Readonly<Record<keyof typeof CLOSURE, number>>;
-
 const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
-
-const submaps = (count: number): string => `${fixed(count, 1)} ${fixed(count, 1) === "1.0" ? "submap" : "submaps"}`;
-
-/** Why, in a sentence or two. Evidence counts submaps that lie wholly on one another. */
-const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
-  "known-before": () => "No search was needed: the place was known well enough to match the two at once, and it fits.",
-  proved: (f) => `It was searched for, and proved: this place and those that agree with it are worth ${submaps(f.evidence)}, where ${fixed(f.asked, 1)} were asked for${f.rival > 0 ? `; the best rival has ${fixed(f.rival, 1)}` : ", and nothing contradicts it"}.`,
-  "not-judged": () => "It was found just now and is not judged yet.",
-  "too-little-proof": (f) => `Too little proof so far: this place and those that agree with it are worth ${submaps(f.evidence)}, and ${fixed(f.asked, 1)} are asked for. So wide a search finds something that fits by chance.`,
-  tears: (f) => `It is proved well enough, ${submaps(f.evidence)}, but believed it would tear the way between submaps that follow each other. Either it is false, or others are: what comes next decides.`,
-  overruled: (f) => `It is proved well enough, ${submaps(f.evidence)}, but the way and other closures hold the map elsewhere: believed, it would bend nothing. What comes next decides.`,
-  rivals: (f) => `The building looks alike here: this place is worth ${submaps(f.evidence)}, and one that contradicts it ${fixed(f.rival, 1)}. What comes next decides.`,
-  "placed-elsewhere": () => "Others place this submap with more proof, and this place does not go with theirs.",
-  revoked: () => "It was accepted, but with it the way from one submap to the next was torn apart, and without it less is left unexplained: it was taken out again.",
-  "never-proved": () => "It waited for proof until newer places took its room.",
-};
 
 export class SlamClosure extends SlamElement {
   static override styles = [
