@@ -2,24 +2,23 @@
 //! lidar) and prints how well and how fast they were mapped. `--set log.odometry=0` maps one
 //! without its wheels.
 //!
-//! One log by one method, as a JSON object:
-//! `cargo run --release -p slamlab-core --example evaluate -- --log FILE [--relations FILE]
-//! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map OUT.pgm|OUT.png] [--map-mode MODE]
-//! [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions OUT] [--g2o OUT] [--preset FILE]
-//! [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml [--start X,Y,DEGREES|anywhere]]
-//! [--scans FROM..TO] [--go-on MAP.slamlab [--from paused|left|anywhere|X,Y,DEGREES]] [--save
-//! MAP.slamlab] [--json]`
+//! One log by one method, as a JSON object: `cargo run --release -p slamlab-core --example evaluate
+//! -- --log FILE [--relations FILE] [--truth FILE.tum] [--method NAME] [--tum OUT] [--map
+//! OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions
+//! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml
+//! [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO] [--go-on MAP.slamlab [--from
+//! paused|left|anywhere|X,Y,DEGREES]] [--save MAP.slamlab] [--json]`
 //!
 //! Several logs, several methods, as a Markdown table, or with `--json` as a JSON object a line:
-//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…]
-//! [--set KEY=NUMBER] [--json]`
+//! `cargo run --release -p slamlab-core --example evaluate -- FILE… [--method NAME,NAME…] [--set
+//! KEY=NUMBER] [--json]`
 //!
-//! Or solves a pose graph, from the file's own poses:
-//! `cargo run --release -p slamlab-core --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
+//! Or solves a pose graph, from the file's own poses: `cargo run --release -p slamlab-core
+//! --example evaluate -- --graph FILE.g2o [--out OUT.g2o]`
 //!
-//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, nothing was matched
-//! to it or the robot is lost in the one that was given, and 1 where something failed. The core has
-//! no files and no clock; this program does the reading, the writing and the timing.
+//! The exit status is 0 only if everything was evaluated, 3 where a map is torn, nothing was
+//! matched to it or the robot is lost in the one that was given, and 1 where something failed. The
+//! core has no files and no clock; this program does the reading, the writing and the timing.
 #![allow(
     clippy::disallowed_methods,
     reason = "the edge: files and the clock are here and nowhere below"

@@ -4,9 +4,9 @@
 //! 1. Error: 2 000 sources with weights of both signs, 1 000 targets, σ from a thousandth of the
 //!    extent to ten times it, errors asked for from 1e-2 to 1e-10; every way against the sum as it
 //!    is written. It must never be above what was asked for, in parts of Σ|q|.
-//! 2. Time: M = N from 1 000 to 256 000 points, σ a tenth of the extent, error 1e-6, by the way that
-//!    is taken by itself. The time is fitted by c nᵖ. p must be at most 1.15: with every pair it
-//!    would be 2.
+//! 2. Time: M = N from 1 000 to 256 000 points, σ a tenth of the extent, error 1e-6, by the way
+//!    that is taken by itself. The time is fitted by c nᵖ. p must be at most 1.15: with every pair
+//!    it would be 2.
 
 use anyhow::Result;
 use nalgebra::Point2;

@@ -117,7 +117,8 @@ struct Args {
     /// Which claim; or `all`, or `list`.
     name: String,
     /// For `buildings`, `kidnap`, `graphs` and `registration`: the folder of recorded data, as its
-    /// README lays it out; `registration` does without where none is named. Default `SLAMLAB_DATA`, or else `shared/data` beside the repository.
+    /// README lays it out; `registration` does without where none is named. Default `SLAMLAB_DATA`,
+    /// or else `shared/data` beside the repository.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// For `buildings`: only this row of its table; can be given several times. Default all.

@@ -1,18 +1,19 @@
 //! `registration`: which method finds the motion between two scans, how well, how fast, and does it
 //! know? About 10 min.
 //!
-//! 1. Pairs of scans of 360 beams from the built-in worlds, up to 1 m and 45° apart, registered from
-//!    "has not moved". In: 1 000 pairs for each condition (`--seeds`): clean (σ 1 cm), σ 3 cm, half
-//!    overlap (each scan is of 180°, a quarter turn apart), 30 % outliers (beams cut short anywhere).
-//!    Pairs that do not tell the motion, along corridors, are those of `degenerate`, and left out.
-//! 2. Pairs from recorded buildings (`--data`), from starts that are off by up to 1 m and 45°; truth
-//!    is the map that the default method makes of the log, good to a centimetre or two.
+//! 1. Pairs of scans of 360 beams from the built-in worlds, up to 1 m and 45° apart, registered
+//!    from "has not moved". In: 1 000 pairs for each condition (`--seeds`): clean (σ 1 cm), σ 3 cm,
+//!    half overlap (each scan is of 180°, a quarter turn apart), 30 % outliers (beams cut short
+//!    anywhere). Pairs that do not tell the motion, along corridors, are those of `degenerate`, and
+//!    left out.
+//! 2. Pairs from recorded buildings (`--data`), from starts that are off by up to 1 m and 45°;
+//!    truth is the map that the default method makes of the log, good to a centimetre or two.
 //!
 //! For every method, condition and building: part found (within 5 cm and 1°; of recorded ones 10 cm
-//! and 2°), medians of error and of time, and, of the pairs it calls converged, the part that is off
-//! by more than three of its own σ (χ² of 3 degrees of freedom), and the part that was not found.
-//! Required: at most 1 % of what is called converged is off by more than that; correlation finds 95 %
-//! of the clean pairs.
+//! and 2°), medians of error and of time, and, of the pairs it calls converged, the part that is
+//! off by more than three of its own σ (χ² of 3 degrees of freedom), and the part that was not
+//! found. Required: at most 1 % of what is called converged is off by more than that; correlation
+//! finds 95 % of the clean pairs.
 
 use std::collections::BTreeMap;
 

@@ -14,8 +14,8 @@
 //! 4. At the end the scans are put in the order in which they were taken (`order`), and the reading
 //!    that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
 //!
-//! What the format has no field for, the duration of a sweep, stands in a `PARAM` line of our own
-//! ([`SWEEP`]), which other programs pass over.
+//! What the format has no field for, the duration of a sweep, stands in a `PARAM` line of our own,
+//! which other programs pass over.
 //!
 //! Source: CARMEN, Carnegie Mellon robot navigation toolkit, log format (the comment lines at the
 //! head of each log). `FLASER n r_1 … r_n x y θ odom_x odom_y odom_θ ipc_timestamp host

@@ -2,8 +2,8 @@
 //!
 //! In: two clouds, a start, and a list of widths. Out: the linear map and the shift.
 //!
-//! Each point is the centre of a Gaussian of width σ. The integral of the squared difference of both
-//! mixtures is, but for a factor and for what the motion does not change,
+//! Each point is the centre of a Gaussian of width σ. The integral of the squared difference of
+//! both mixtures is, but for a factor and for what the motion does not change,
 //!
 //! f = 1/M² ΣΣ g(T y_i - T y_j) - 2/(MN) ΣΣ g(T y_i - x_j), g(d) = exp(-|d|² / 4σ²),
 //!
@@ -15,13 +15,13 @@
 //! Source: Jian & Vemuri (2011), "Robust point set registration using Gaussian mixture models";
 //! Pilch (2016), eqs. (1.56)-(1.58).
 
+mod bfgs;
 #[cfg(test)]
 mod tests;
 
-use argmin::core::{CostFunction, Error, Executor, Gradient, State};
-use argmin::solver::linesearch::MoreThuenteLineSearch;
-use argmin::solver::quasinewton::BFGS;
-use nalgebra::{Matrix2, Point2, Vector2};
+use nalgebra::{DVector, Matrix2, Point2, Vector2};
+
+use self::bfgs::descend;
 
 use super::{AffineMap, gauss_transform};
 use crate::bounds::config;
@@ -52,8 +52,8 @@ config! {
 pub struct GmmFit {
     /// From the moving cloud to the fixed one.
     pub map: AffineMap,
-    /// How far they still differ, at the last width: 0 for equal clouds, 1 where nothing of one lies
-    /// near the other.
+    /// How far they still differ, at the last width: 0 for equal clouds, 1 where nothing of one
+    /// lies near the other.
     pub distance: f64,
     /// Steps taken at all widths together.
     pub iterations: usize,
@@ -85,22 +85,21 @@ pub fn register_mixtures(
     // The start, between clouds that are moved and scaled.
     let shift = (start.rotate(from.mean) + start.position().coords - to.mean) / scale;
     let (sin, cos) = sin_cos(start.heading());
-    let mut parameters = match config.is_affine {
+    let mut parameters = DVector::from_vec(match config.is_affine {
         true => vec![shift.x, shift.y, cos, -sin, sin, cos],
         false => vec![shift.x, shift.y, start.heading()],
-    };
+    });
     let mut width = config.first_width.max(config.last_width);
     let (mut iterations, mut is_settled) = (0, false);
     for _ in 0..MOST_ROUNDS {
         let problem = Mixtures::of(&y, &x, width, config.error);
-        let found = descend(problem, &parameters, config.max_iterations);
-        if let Some(found) = found {
-            parameters = found.parameters;
-            iterations += found.iterations;
-            is_settled = found.is_settled;
-        } else {
-            is_settled = false;
-        }
+        let found = descend(parameters, FLAT, config.max_iterations, |at| {
+            let (value, gradient) = problem.value(at.as_slice());
+            (value, DVector::from_vec(gradient))
+        });
+        parameters = found.at;
+        iterations += found.iterations;
+        is_settled = found.is_settled;
         if width <= config.last_width {
             break;
         }
@@ -108,8 +107,8 @@ pub fn register_mixtures(
     }
     let problem = Mixtures::of(&y, &x, width, config.error);
     let own = problem.own(&x);
-    let (value, _) = problem.value(&parameters);
-    let (linear, shift) = linear(&parameters);
+    let (value, _) = problem.value(parameters.as_slice());
+    let (linear, shift) = linear(parameters.as_slice());
     Some(GmmFit {
         map: AffineMap {
             linear,
@@ -147,50 +146,6 @@ fn linear(parameters: &[f64]) -> (Matrix2<f64>, Vector2<f64>) {
         [x, y, a, b, c, d] => (Matrix2::new(a, b, c, d), Vector2::new(x, y)),
         _ => (Matrix2::identity(), Vector2::zeros()),
     }
-}
-
-struct Descended {
-    parameters: Vec<f64>,
-    iterations: usize,
-    is_settled: bool,
-}
-
-/// BFGS from `start`; `None` where no step could be taken.
-fn descend(problem: Mixtures<'_>, start: &[f64], most: usize) -> Option<Descended> {
-    let size = start.len();
-    let identity: Vec<Vec<f64>> = (0..size)
-        .map(|row| {
-            (0..size)
-                .map(|column| f64::from(u8::from(row == column)))
-                .collect()
-        })
-        .collect();
-    // What is as flat as this already is where it belongs; argmin fails at a gradient of 0.
-    let (_, gradient) = problem.value(start);
-    if gradient.iter().all(|g| g.abs() < FLAT) {
-        return Some(Descended {
-            parameters: start.to_vec(),
-            iterations: 0,
-            is_settled: true,
-        });
-    }
-    let solver = BFGS::new(MoreThuenteLineSearch::new())
-        .with_tolerance_grad(FLAT)
-        .ok()?;
-    let run = Executor::new(problem, solver)
-        .configure(|state| {
-            let state = state.param(start.to_vec()).inv_hessian(identity);
-            state.max_iters(most as u64)
-        })
-        .timer(false)
-        .run()
-        .ok()?;
-    let state = run.state();
-    Some(Descended {
-        parameters: state.get_best_param()?.clone(),
-        iterations: state.get_iter() as usize,
-        is_settled: state.get_iter() < most as u64,
-    })
 }
 
 /// f of one width.
@@ -286,22 +241,4 @@ impl<'a> Mixtures<'a> {
 
 fn weights(points: &[Point2<f64>]) -> Vec<[f64; 3]> {
     points.iter().map(|p| [1.0, p.x, p.y]).collect()
-}
-
-impl CostFunction for Mixtures<'_> {
-    type Param = Vec<f64>;
-    type Output = f64;
-
-    fn cost(&self, parameters: &Self::Param) -> Result<f64, Error> {
-        Ok(self.value(parameters).0)
-    }
-}
-
-impl Gradient for Mixtures<'_> {
-    type Param = Vec<f64>;
-    type Gradient = Vec<f64>;
-
-    fn gradient(&self, parameters: &Self::Param) -> Result<Vec<f64>, Error> {
-        Ok(self.value(parameters).1)
-    }
 }

@@ -198,8 +198,8 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a room, where
-      rooms are shown; else a goal for the robot. */
+  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a
+      room, where rooms are shown; else a goal for the robot. */
   #choose(x: number, y: number): void {
     if (this.store.editing) {
       // Two taps draw too, and so does Enter at the cross.

@@ -121,7 +121,8 @@ impl CarmenLog {
     }
 }
 
-/// The duration of a sweep, as [`CarmenScan::sweep`] has it, of beams that were put at equal angles.
+/// The duration of a sweep, as [`CarmenScan::sweep`] has it, of beams that were put at equal
+/// angles.
 fn sweep_of(even: &EvenBeams, seconds: f64) -> f64 {
     let taken: Vec<usize> = even.beams.iter().copied().flatten().collect();
     if taken.is_sorted() {

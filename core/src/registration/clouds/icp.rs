@@ -7,8 +7,8 @@
 //! 2. Each is **paired** with a point of the fixed cloud.
 //! 3. Pairs are **rejected**, or given less weight the farther they are apart. How far they may be
 //!    shrinks from iteration to iteration: a bad start is pulled in, and outliers end without say.
-//! 4. The motion that makes the **metric** of all pairs least is taken: for point to point in closed
-//!    form (the SVD of the cross covariance, which in the plane is one angle), else by a
+//! 4. The motion that makes the **metric** of all pairs least is taken: for point to point in
+//!    closed form (the SVD of the cross covariance, which in the plane is one angle), else by a
 //!    Gauss-Newton step.
 //!
 //! Sources: Besl & McKay (1992), "A method for registration of 3-D shapes"; Censi (2008), "An ICP

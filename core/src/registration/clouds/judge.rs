@@ -50,8 +50,8 @@ config! {
         pub min_agreement: f64 = 0.9,
         /// Least part of the points that lie on a surface. Default 0.2.
         pub min_overlap: f64 = 0.2,
-        /// Pairs that say one thing. Default 2: both clouds err, and the residuals show one of them,
-        /// for the other's surfaces are smoothed.
+        /// Pairs that say one thing. Default 2: both clouds err, and the residuals show one of
+        /// them, for the other's surfaces are smoothed.
         pub redundancy: f64 = 2.0,
         /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
         pub min_cosine: f64 = 0.7,
@@ -207,8 +207,8 @@ fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> Sums {
 impl Pair {
     /// Whether a point on a surface agrees with what the other cloud saw: it lies on the same
     /// surface, to within `limit`; or it does not, for it lies beside it, or where the other sensor
-    /// saw through. `None` where it is hidden, where nothing was seen in its direction, and of points
-    /// that are no surface: what is alone may be anything.
+    /// saw through. `None` where it is hidden, where nothing was seen in its direction, and of
+    /// points that are no surface: what is alone may be anything.
     fn compare(&self, cloud: &Cloud, limit: f64, config: &JudgeConfig) -> Option<bool> {
         if !self.is_on_surface {
             return None;

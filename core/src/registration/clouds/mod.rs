@@ -3,9 +3,9 @@
 //! In: a moving and a fixed [`Cloud`], and a start. Out: `fixed_from_moving` with covariance,
 //! residual, overlap, iterations and a verdict.
 //!
-//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose; what that is
-//! worth is judged in one place for all ([`JudgeConfig`]), by how the two clouds lie on each other
-//! there.
+//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose; what that
+//! is worth is judged in one place for all ([`JudgeConfig`]), by how the two clouds lie on each
+//! other there.
 
 mod bearings;
 mod cloud;

@@ -5,8 +5,8 @@
 //!
 //! 1. Both clouds are **normalised**: moved to mean 0 and scaled by one number. σ² begins as the
 //!    mean squared distance of all pairs (1.44).
-//! 2. **E**: how much of each fixed point is owed to each moving point, and how much to outliers, of
-//!    which there is a part w (1.45). Only sums of these are needed (`posterior`).
+//! 2. **E**: how much of each fixed point is owed to each moving point, and how much to outliers,
+//!    of which there is a part w (1.45). Only sums of these are needed (`posterior`).
 //! 3. **M**: the motion that makes the owed squared distances least, and from it σ²
 //!    ((1.46)-(1.53)).
 //! 4. It ends when σ² is next to nothing, when nothing changes for some iterations, or after the

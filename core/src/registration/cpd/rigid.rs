@@ -48,8 +48,8 @@ impl Sums {
         }
     }
 
-    /// (1.47)-(1.50). In the plane R = U C Vᵀ is the rotation by the angle of A's antisymmetric part
-    /// beside its trace.
+    /// (1.47)-(1.50). In the plane R = U C Vᵀ is the rotation by the angle of A's antisymmetric
+    /// part beside its trace.
     pub(super) fn rigid(&self, scales: bool) -> Option<Fit> {
         let a = &self.across;
         let (cos, sin) = (a[(0, 0)] + a[(1, 1)], a[(1, 0)] - a[(0, 1)]);

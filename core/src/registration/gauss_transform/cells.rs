@@ -1,4 +1,5 @@
-//! Points sorted into the cells of a grid, row by row, so that those near a place lie in a few runs.
+//! Points sorted into the cells of a grid, row by row, so that those near a place lie in a few
+//! runs.
 
 use std::ops::Range;
 

@@ -1,8 +1,8 @@
 //! The fast Gauss transform by interpolation.
 //!
-//! The plane is cut into boxes of half-side a = r √2 σ. For a box of sources and one of targets, the
-//! kernel is interpolated at p Chebyshev nodes in each direction of each box:
-//! g(t - s) ≈ Σ c_jk T_j(t) T_k(s), by x and by y apart, for the Gaussian is their product.
+//! The plane is cut into boxes of half-side a = r √2 σ. For a box of sources and one of targets,
+//! the kernel is interpolated at p Chebyshev nodes in each direction of each box: g(t - s) ≈ Σ c_jk
+//! T_j(t) T_k(s), by x and by y apart, for the Gaussian is their product.
 //!
 //! 1. Each box of sources: moments Σ q T_j(x) T_k(y).
 //! 2. Each pair of boxes that are not too far apart: the moments, times the coefficients of x and
@@ -11,8 +11,8 @@
 //!
 //! Error: in units of √2 σ the p-th derivative of exp(-u²) is below 1.09 √(2^p p!) (Cramér), so
 //! interpolating one variable errs by at most e = 2.18 (r/√2)^p / √p!, and both variables of one
-//! direction by E = e (1 + Λ), Λ being the Lebesgue constant of the nodes; both directions by
-//! 2 E + E². p is the least for which that and what lies beyond reach are below what is allowed.
+//! direction by E = e (1 + Λ), Λ being the Lebesgue constant of the nodes; both directions by 2 E +
+//! E². p is the least for which that and what lies beyond reach are below what is allowed.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_2_PI, PI, SQRT_2};

@@ -6,8 +6,8 @@
 //! Three ways, of which the one of least work is taken unless one is named:
 //!
 //! - `direct`: every pair.
-//! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others has less than ε. It is the
-//!   best while σ is small.
+//! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others has less than ε. It is
+//!   the best while σ is small.
 //! - `chebyshev`: the fast Gauss transform. Boxes of sources are summed up to polynomials, these
 //!   are translated to boxes of targets, and read there: O(M + N) while σ is large. In place of the
 //!   Hermite and Taylor series of Greengard & Strain, whose bound asks for twice as many terms in
