@@ -44,7 +44,7 @@ const MAY_IMPORT: [(&str, Imports); 26] = [
     ),
     (
         "registration",
-        These(&["bounds", "geom", "robot", "points", "map"]),
+        These(&["bounds", "geom", "lanes", "robot", "points", "map"]),
     ),
     (
         "estimation",

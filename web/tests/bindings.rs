@@ -419,7 +419,7 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
 fn a_bad_log_is_refused_with_its_line() {
     let refuse = |bytes: &[u8]| read(bytes, 50).expect_err("no log");
     assert!(refuse(b"").contains("empty"));
-    assert!(refuse(&[0xff, 0xd8, 0xff, 0xe0]).contains("not text"));
+    assert!(refuse(&[0xff, 0xd8, 0xff, 0xe0]).contains("no text"));
     let text = log(3);
     assert!(refuse(&text.as_bytes()[..text.len() - 700]).contains("line 3"));
     let nan = text.replacen(" 2.00 ", " nan ", 1);
