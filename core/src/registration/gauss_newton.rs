@@ -226,6 +226,37 @@ pub(super) fn outcome(
 }
 
 impl Sums {
+    /// A distance across a surface of this normal, of a point `arm` from the moving origin.
+    pub(super) fn add_across(
+        &mut self,
+        normal: &Vector2<f64>,
+        arm: &Vector2<f64>,
+        residual: f64,
+        weight: f64,
+    ) {
+        let row = normal.push(normal.y * arm.x - normal.x * arm.y);
+        self.hessian += (row * weight) * row.transpose();
+        self.gradient += row * (weight * residual);
+    }
+
+    /// A distance `off` of a point `arm` from the moving origin, of which `information` says how
+    /// well each direction is known.
+    pub(super) fn add_off(
+        &mut self,
+        information: &Matrix2<f64>,
+        arm: &Vector2<f64>,
+        off: &Vector2<f64>,
+        weight: f64,
+    ) {
+        let push = information * off;
+        let by_turn = Vector2::new(-arm.y, arm.x);
+        let turned = information * by_turn;
+        let [xx, xy, yy] = [(0, 0), (0, 1), (1, 1)].map(|at| information[at]);
+        let (xt, yt, tt) = (turned.x, turned.y, by_turn.dot(&turned));
+        self.hessian += weight * Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
+        self.gradient += weight * push.push(by_turn.dot(&push));
+    }
+
     /// The step to the least, (x, y, θ), that leaves the motion `free` as it is.
     pub(super) fn step(mut self, free: Option<&Vector3<f64>>) -> Option<Vector3<f64>> {
         if let Some(free) = free {

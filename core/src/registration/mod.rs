@@ -42,8 +42,20 @@ pub use outcome::{Prior, Registration, Verdict};
 pub use rolling::{MotionError, Part, Rolling, RollingPrior, register_rolling};
 pub use target::Target;
 
+use nalgebra::Point2;
+
 use crate::geom::Pose2;
 use crate::points::OrientedPoint;
+
+/// A coordinate of a cloud that is larger is no measurement, m; its higher moments are no numbers.
+const FARTHEST: f64 = 1e6;
+
+/// The first point that is not finite, or farther away than [`FARTHEST`].
+fn first_too_far(points: &[Point2<f64>]) -> Option<usize> {
+    // NaN compares false with everything.
+    let is_near = |p: &Point2<f64>| p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST;
+    points.iter().position(|p| !is_near(p))
+}
 
 /// How a pose that is nearly right is made exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

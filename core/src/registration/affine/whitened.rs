@@ -2,10 +2,9 @@
 
 use nalgebra::{Complex, Matrix2, Point2, Vector2};
 
+use super::super::first_too_far;
 use super::AffineError;
 
-/// Points farther away than this, m, have no moments of sixth order worth the name.
-const FARTHEST: f64 = 1e6;
 /// A cloud that is this much thinner than long lies on a line.
 const THINNEST: f64 = 1e-6;
 
@@ -28,9 +27,7 @@ impl Whitened {
                 found: cloud.len(),
             });
         }
-        // NaN compares false with everything.
-        let is_near = |p: &Point2<f64>| p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST;
-        if let Some(index) = cloud.iter().position(|p| !is_near(p)) {
+        if let Some(index) = first_too_far(cloud) {
             return Err(AffineError::NotFinite { cloud: name, index });
         }
         let count = cloud.len() as f64;

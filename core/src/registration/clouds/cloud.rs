@@ -12,12 +12,11 @@
 
 use nalgebra::Point2;
 
+use super::super::first_too_far;
 use super::bearings::Bearings;
 use super::neighbours::Neighbours;
 use crate::points::{OrientedPoint, Scatter};
 
-/// A coordinate that is larger is no measurement, m.
-const FARTHEST: f64 = 1e6;
 /// Neighbours on either side that make the line of a scan's point.
 const BESIDE: usize = 4;
 /// Nearest points that make the line of a point in a cloud without order, itself among them.
@@ -110,9 +109,7 @@ fn check(points: &[Point2<f64>]) -> Result<(), CloudError> {
     if found > Cloud::MOST_POINTS {
         return Err(CloudError::TooManyPoints { found });
     }
-    // NaN compares false with everything.
-    let is_near = |p: &Point2<f64>| p.x.abs() <= FARTHEST && p.y.abs() <= FARTHEST;
-    match points.iter().position(|p| !is_near(p)) {
+    match first_too_far(points) {
         Some(index) => Err(CloudError::NotFinite { index }),
         None => Ok(()),
     }

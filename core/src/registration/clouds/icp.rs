@@ -15,7 +15,7 @@
 //! variant using a point-to-line metric"; Segal, Haehnel & Thrun (2009), "Generalized-ICP"; the
 //! stages as in Rusinkiewicz & Levoy (2001), "Efficient variants of the ICP algorithm".
 
-use nalgebra::{Matrix2, Matrix3, Point2, Vector2, Vector3};
+use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -387,10 +387,7 @@ fn step(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpConfig) -> Option<
                 return;
             };
             let residual = normal.dot(&pair.off);
-            let row = normal.push(normal.y * pair.arm.x - normal.x * pair.arm.y);
-            let weight = weight(pair, residual);
-            sums.hessian += (row * weight) * row.transpose();
-            sums.gradient += row * (weight * residual);
+            sums.add_across(&normal, &pair.arm, residual, weight(pair, residual));
         }),
         Metric::SurfaceToSurface => gauss_newton(pairs, |pair, sums| {
             let [Some(normal), own] = pair.normals else {
@@ -402,15 +399,9 @@ fn step(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpConfig) -> Option<
             let Some(information) = cov.try_inverse() else {
                 return;
             };
-            let push = information * pair.off;
-            let residual = std::f64::consts::SQRT_2 / ALONG * pair.off.dot(&push).sqrt();
-            let weight = weight(pair, residual);
-            let by_turn = Vector2::new(-pair.arm.y, pair.arm.x);
-            let turned = information * by_turn;
-            let [xx, xy, yy] = [(0, 0), (0, 1), (1, 1)].map(|at| information[at]);
-            let (xt, yt, tt) = (turned.x, turned.y, by_turn.dot(&turned));
-            sums.hessian += weight * Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
-            sums.gradient += weight * push.push(by_turn.dot(&push));
+            let square = pair.off.dot(&(information * pair.off));
+            let residual = std::f64::consts::SQRT_2 / ALONG * square.sqrt();
+            sums.add_off(&information, &pair.arm, &pair.off, weight(pair, residual));
         }),
     }
 }

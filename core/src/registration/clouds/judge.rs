@@ -194,9 +194,7 @@ fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> Sums {
         };
         sums.matched += 1;
         if residual.abs() < limit && pair.cosine >= config.min_cosine {
-            let row = normal.push(normal.y * pair.arm.x - normal.x * pair.arm.y);
-            sums.hessian += row * row.transpose();
-            sums.gradient += row * residual;
+            sums.add_across(&normal, &pair.arm, residual, 1.0);
             sums.inliers += 1;
             sums.squares += residual * residual;
         }

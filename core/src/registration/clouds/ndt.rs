@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix2, Matrix3, Point2, SymmetricEigen, Vector2, Vector3};
+use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2, Vector3};
 
 use super::super::gauss_newton::{Sums, free_direction};
 use super::{Cloud, Found};
@@ -127,19 +127,13 @@ impl Layers {
         for point in points {
             let arm = pose.rotate(point.coords);
             let place = pose.position() + arm;
-            let by_turn = Vector2::new(-arm.y, arm.x);
             for cell in places(&place, self.side) {
                 let Some(cell) = self.cells.get(&cell) else {
                     continue;
                 };
                 let off = place.coords - cell.mean;
-                let push = cell.information * off;
-                let weight = libm::exp(-0.5 * off.dot(&push));
-                let turned = cell.information * by_turn;
-                let [xx, xy, yy] = [(0, 0), (0, 1), (1, 1)].map(|at| cell.information[at]);
-                let (xt, yt, tt) = (turned.x, turned.y, by_turn.dot(&turned));
-                sums.hessian += weight * Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
-                sums.gradient += weight * push.push(by_turn.dot(&push));
+                let weight = libm::exp(-0.5 * off.dot(&(cell.information * off)));
+                sums.add_off(&cell.information, &arm, &off, weight);
                 sums.matched += 1;
             }
         }

@@ -25,7 +25,7 @@ mod tests;
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use self::posterior::Posterior;
-use super::AffineMap;
+use super::{AffineMap, first_too_far};
 use crate::bounds::config;
 
 config! {
@@ -233,8 +233,7 @@ fn check(points: &[Point2<f64>], cloud: &'static str, kind: CpdKind) -> Result<(
             most: MOST_NON_RIGID,
         });
     }
-    let is_finite = |p: &Point2<f64>| p.x.abs() <= 1e6 && p.y.abs() <= 1e6;
-    match points.iter().position(|p| !is_finite(p)) {
+    match first_too_far(points) {
         Some(index) => Err(CpdError::NotFinite { cloud, index }),
         None => Ok(()),
     }

@@ -13,9 +13,7 @@ use std::ops::Range;
 use nalgebra::{Point2, Vector2};
 use pulp::NullaryFnOnce;
 
-use super::super::gauss_transform::{
-    Cells, Plan, TransformMethod, exp_f32, gauss_transform, reach,
-};
+use super::super::gauss_transform::{Cells, Plan, TransformMethod, exp_f32, gauss_transform};
 use super::CpdConfig;
 use crate::lanes::widened;
 
@@ -51,14 +49,10 @@ impl Posterior {
         let w = config.outliers.clamp(0.0, 0.999);
         let by_outliers = 2.0 * PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64;
         let (sigma, scale) = (variance.sqrt(), 0.5 / variance);
-        let method = Plan::of(y, x, sigma, config.error).method;
-        let (of_moving, of_fixed) = match method {
-            TransformMethod::Chebyshev => by_transform(y, x, sigma, by_outliers, config.error),
-            TransformMethod::Direct => by_pairs(y, x, None, scale, by_outliers),
-            TransformMethod::Grid => {
-                let cells = Cells::of(y, reach(scale, config.error));
-                by_pairs(y, x, Some(&cells), scale, by_outliers)
-            }
+        let (of_moving, of_fixed) = match Plan::of(y, x, sigma, config.error) {
+            Plan::Chebyshev(_) => by_transform(y, x, sigma, by_outliers, config.error),
+            Plan::Direct => by_pairs(y, x, None, scale, by_outliers),
+            Plan::Grid(cells) => by_pairs(y, x, Some(&cells), scale, by_outliers),
         };
         let total = of_fixed.iter().sum();
         Self {

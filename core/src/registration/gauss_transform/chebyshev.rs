@@ -33,7 +33,7 @@ const BEYOND: f64 = 0.1;
 const PRODUCT: f64 = 0.15;
 
 /// How boxes are cut.
-pub(super) struct Plan {
+pub(in crate::registration) struct Plan {
     nodes: usize,
     /// m.
     half_side: f64,

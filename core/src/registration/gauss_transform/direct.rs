@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::Point2;
 use pulp::NullaryFnOnce;
 
+use super::Cells;
 use super::exp::exp_f64;
-use super::{Cells, reach};
 use crate::lanes::widened;
 
 /// Sources summed side by side, in one order on every machine.
@@ -28,15 +28,14 @@ pub(super) fn all<const K: usize>(
     })
 }
 
-/// Over the sources so near that each of the others has less than `error` of its weight.
+/// Over the sources in the cells near each target.
 pub(super) fn near<const K: usize>(
     sources: &[Point2<f64>],
     weights: &[[f64; K]],
     targets: &[Point2<f64>],
     scale: f64,
-    error: f64,
+    cells: &Cells,
 ) -> Vec<[f64; K]> {
-    let cells = Cells::of(sources, reach(scale, error));
     let sorted = cells.order.iter().filter_map(|index| {
         let index = *index as usize;
         Some((*sources.get(index)?, *weights.get(index)?))
@@ -44,7 +43,7 @@ pub(super) fn near<const K: usize>(
     let columns = Columns::of(sorted);
     widened(Sums {
         columns: &columns,
-        cells: Some(&cells),
+        cells: Some(cells),
         targets,
         scale,
     })

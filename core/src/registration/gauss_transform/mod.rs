@@ -74,14 +74,18 @@ pub fn gauss_transform<const K: usize>(
     if sources.is_empty() || !scale.is_finite() {
         return vec![[0.0; K]; targets.len()];
     }
-    let method = method.unwrap_or_else(|| Plan::of(sources, targets, sigma, error).method);
-    match method {
-        TransformMethod::Direct => direct::all(sources, weights, targets, scale),
-        TransformMethod::Grid => direct::near(sources, weights, targets, scale, error),
-        TransformMethod::Chebyshev => {
-            let plan = chebyshev::Plan::of(sources, targets, sigma, error);
-            chebyshev::transform(sources, weights, targets, sigma, &plan)
+    let plan = match method {
+        None => Plan::of(sources, targets, sigma, error),
+        Some(TransformMethod::Direct) => Plan::Direct,
+        Some(TransformMethod::Grid) => Plan::Grid(Cells::of(sources, reach(scale, error))),
+        Some(TransformMethod::Chebyshev) => {
+            Plan::Chebyshev(chebyshev::Plan::of(sources, targets, sigma, error))
         }
+    };
+    match plan {
+        Plan::Direct => direct::all(sources, weights, targets, scale),
+        Plan::Grid(cells) => direct::near(sources, weights, targets, scale, &cells),
+        Plan::Chebyshev(plan) => chebyshev::transform(sources, weights, targets, sigma, &plan),
     }
 }
 
@@ -90,9 +94,11 @@ pub(super) fn reach(scale: f64, error: f64) -> f64 {
     (-libm::log(error) / scale).sqrt()
 }
 
-/// Which way takes the least work.
-pub(super) struct Plan {
-    pub(super) method: TransformMethod,
+/// The way that takes the least work, with what was made to find that out.
+pub(super) enum Plan {
+    Direct,
+    Grid(Cells),
+    Chebyshev(chebyshev::Plan),
 }
 
 impl Plan {
@@ -106,19 +112,19 @@ impl Plan {
         /// Of one point that is sorted into cells.
         const SORTED: f64 = 8.0;
         let all = sources.len() as f64 * targets.len() as f64;
-        let fewer = chebyshev::Plan::of(sources, targets, sigma, error).work;
-        let points = (sources.len() + targets.len()) as f64;
-        let mut best = (TransformMethod::Direct, all);
-        if fewer < best.1 {
-            best = (TransformMethod::Chebyshev, fewer);
-        }
-        if SORTED * points < best.1 {
+        let boxes = chebyshev::Plan::of(sources, targets, sigma, error);
+        let fewer = boxes.work.min(all);
+        let sorting = SORTED * (sources.len() + targets.len()) as f64;
+        if sorting < fewer {
             let cells = Cells::of(sources, reach(0.5 / (sigma * sigma), error));
-            let near = cells.pairs(targets) + SORTED * points;
-            if near < best.1 {
-                best = (TransformMethod::Grid, near);
+            if cells.pairs(targets) + sorting < fewer {
+                return Self::Grid(cells);
             }
         }
-        Self { method: best.0 }
+        if boxes.work < all {
+            Self::Chebyshev(boxes)
+        } else {
+            Self::Direct
+        }
     }
 }
