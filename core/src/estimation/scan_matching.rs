@@ -36,6 +36,7 @@ mod local;
 mod loops;
 mod merging;
 mod motion;
+mod odometry_watch;
 mod pruning;
 mod quality;
 mod records;
@@ -60,6 +61,7 @@ use self::edits::Edit;
 use self::gathering::Gathering;
 use self::going_on::Piece;
 use self::motion::Motion;
+use self::odometry_watch::Believed;
 use self::records::Records;
 use self::refinement::Unrefined;
 use self::seen::Seen;
@@ -236,7 +238,11 @@ impl ScanMatcher {
             // Whoever gathered the beams of a sweep knew nothing of the bias of odometry.
             let motion = pending.map_or_else(Pose2::identity, |moved| moved.motion);
             let seen = Seen::scan(points, sigmas, motion, self.seconds_until(points.stamp));
-            self.place(seen, moved.as_ref());
+            let here = self.local.pose;
+            let believed = moved.map_or(Believed::Failed(None), |moved| {
+                self.motion.believed(moved, &here, points.stamp)
+            });
+            self.place(seen, &believed);
         } else {
             self.gathering.push(points, sigmas, moved);
             self.note_place(points.stamp, self.local.pose * self.gathering.here());
@@ -257,7 +263,7 @@ impl ScanMatcher {
         self.trajectory
             .truncate(self.trajectory.len().saturating_sub(gathered));
         let (seen, moved) = (complete.seen, complete.moved);
-        self.place(seen, moved.as_ref());
+        self.place(seen, &Believed::from(moved));
         let Some(end) = self.trajectory.pop() else {
             return;
         };
@@ -267,15 +273,15 @@ impl ScanMatcher {
         self.trajectory.push(end);
     }
 
-    /// Places what was seen; `moved` is what odometry says since the last time.
-    fn place(&mut self, mut seen: Seen, moved: Option<&Odometry>) {
+    /// Places what was seen; `moved` is what is believed of odometry since the last time.
+    fn place(&mut self, mut seen: Seen, moved: &Believed) {
         let stamp = seen.points.stamp;
         let mut tracked = self.track(&seen, moved, stamp);
         if std::mem::take(&mut self.is_new_run) && !self.begins_here(&tracked) {
             self.begin_piece();
             tracked = self.track(&seen, moved, stamp);
         }
-        if moved.is_some() && tracked.is_sure {
+        if tracked.is_counted && tracked.is_sure {
             self.motion.model.note(tracked.was_right);
         }
         self.local = tracked.estimate;

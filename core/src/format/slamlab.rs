@@ -29,7 +29,7 @@ use crate::snapshot::{Reader, Snapshot as _, SnapshotError, snapshot};
 /// The first bytes of a file.
 pub const MAGIC: [u8; 8] = *b"\x89slamlab";
 /// The version that is written and read.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// The longest content that is unpacked, bytes: some tens of kilometres of way.
 pub const MOST_UNPACKED: u64 = 1 << 29;
 /// Zlib packs no more than so many bytes into one, ...

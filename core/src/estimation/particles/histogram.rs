@@ -13,7 +13,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Point2;
+use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::hypothesis::{Hypothesis, hypotheses};
 use super::recent::{Ray, rays};
@@ -167,7 +167,17 @@ impl HistogramLocaliser {
     /// more cells than [`Self::SHOWN`] are likely.
     #[must_use]
     pub fn hypotheses(&self) -> Vec<Hypothesis> {
-        hypotheses(&self.likely(), &self.config.kld)
+        let mut found = hypotheses(&self.likely(), &self.config.kld);
+        for hypothesis in &mut found {
+            hypothesis.estimate.cov += self.within_a_cell();
+        }
+        found
+    }
+
+    /// What is not known of a pose whose cell is: it lies anywhere in it.
+    fn within_a_cell(&self) -> Matrix3<f64> {
+        let sides = Vector3::new(self.cell, self.cell, TAU / self.turns as f64);
+        Matrix3::from_diagonal(&sides.map(|side| side * side / 12.0))
     }
 
     /// The cells that have at least a hundredth of the probability of the likeliest, with their
@@ -196,7 +206,10 @@ impl HistogramLocaliser {
                 pose: Pose2::identity(),
                 cov: pose_cov(1e3, TAU),
             },
-            |found| found.estimate,
+            |found| PoseEstimate {
+                cov: found.estimate.cov + self.within_a_cell(),
+                ..found.estimate
+            },
         )
     }
 
@@ -225,7 +238,7 @@ impl HistogramLocaliser {
 
     fn shift(&mut self) {
         let moved = std::mem::replace(&mut self.moved, PoseEstimate::exact(Pose2::identity()));
-        if moved.pose == Pose2::identity() && moved.cov == nalgebra::Matrix3::zeros() {
+        if moved.pose == Pose2::identity() && moved.cov == Matrix3::zeros() {
             return;
         }
         let eigen = moved.cov.symmetric_eigen();
@@ -234,7 +247,7 @@ impl HistogramLocaliser {
         for (a, weight_a) in SPREAD {
             for (b, weight_b) in SPREAD {
                 for (c, weight_c) in SPREAD {
-                    let along = nalgebra::Vector3::new(a, b, c).component_mul(&sigmas);
+                    let along = Vector3::new(a, b, c).component_mul(&sigmas);
                     let motion = moved.pose.plus(&(eigen.eigenvectors * along));
                     motions.push((motion, weight_a * weight_b * weight_c));
                 }

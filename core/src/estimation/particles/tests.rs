@@ -247,6 +247,15 @@ fn a_histogram_finds_its_robot_from_anywhere() {
     }
     let [way, turn] = off(&histogram.estimate(), &truth);
     assert!(way < 0.1 && turn < 0.06, "{way} m, {turn} rad");
+    // It says so: a cell may hold all the mass, and the robot be anywhere in it.
+    let PoseEstimate { pose, cov } = histogram.estimate();
+    let error = pose.minus(&truth);
+    let nees = error.dot(&(cov.try_inverse().unwrap() * error));
+    assert!(nees < 11.3, "99 % of χ² of 3 degrees of freedom: {nees}");
+    let [likeliest, ..] = &histogram.hypotheses()[..] else {
+        panic!("it knows nothing");
+    };
+    assert!(likeliest.estimate.cov[(0, 0)] > 0.99 * cells.cell * cells.cell / 12.0);
     let sum: f64 = histogram.weighted().map(|p| p.weight).sum();
     assert!((sum - 1.0).abs() < 1e-6);
     let small = HistogramConfig {

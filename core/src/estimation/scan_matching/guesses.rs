@@ -8,16 +8,18 @@
 //!    already, and it is to be counted from one of those.
 //! 2. Without odometry the robot goes on as before: a carried sensor keeps its speed from scan to
 //!    scan.
-//! 3. In either case it may have turned by more or less: a fan of headings.
+//! 3. Odometry that failed is tried after those.
+//! 4. In any case it may have turned by more or less: a fan of headings.
 //!
 //! Source of step 2: Vizzo et al. (2023), "KISS-ICP: in defense of point-to-point ICP".
 
 use nalgebra::Matrix3;
 
 use super::ScanMatcher;
+use super::odometry_watch::Believed;
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::registration::{Prior, RollingPrior};
-use crate::robot::{Odometry, Stamp};
+use crate::robot::Stamp;
 
 /// A motion that may have happened.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +53,7 @@ const FAN: [f64; 8] = [0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 0.9, -0.9];
 
 impl ScanMatcher {
     /// The motions that are tried, the likeliest first.
-    pub(super) fn guesses(&self, moved: Option<&Odometry>, stamp: Stamp) -> Vec<Guess> {
+    pub(super) fn guesses(&self, moved: &Believed, stamp: Stamp) -> Vec<Guess> {
         let seconds = self.seconds_until(stamp);
         let freely = |pose: Pose2, penalty: f64| Guess {
             pose,
@@ -59,25 +61,35 @@ impl ScanMatcher {
             penalty,
         };
         let here = self.local.pose;
-        let [as_before, as_fast] = self.motion.speed.map_or([here; 2], |(past, motion)| {
+        let speed = self.motion.speed;
+        let [as_before, as_fast] = speed.map_or([Pose2::identity(); 2], |(past, motion)| {
             // Stamps may jitter: between half and twice the last motion.
             let part = (seconds.max(1e-6) / past.max(1e-6)).clamp(0.5, 2.0);
-            [here * motion, here * motion.fraction(part)]
+            [motion, motion.fraction(part)]
         });
-        let lead = match moved {
+        let lead = match moved.counted() {
             Some(moved) => {
                 let turned = here.rotation();
+                let mut cov = turned * moved.cov * turned.transpose();
+                if moved.motion == Pose2::identity() {
+                    // Who stops at once, to the last digit, may go on while odometry hangs.
+                    let went_on = (here * as_before).minus(&here);
+                    cov += went_on * went_on.transpose();
+                }
                 Guess {
                     pose: here * moved.motion,
-                    cov: turned * moved.cov * turned.transpose(),
+                    cov,
                     penalty: 0.0,
                 }
             }
-            None => freely(as_before, 0.0),
+            None => freely(here * as_before, 0.0),
         };
-        let mut list = vec![lead, freely(as_fast, 0.0), freely(here, STOPPED)];
-        if moved.is_some() {
-            list.push(freely(as_before, 0.0));
+        let mut list = vec![lead, freely(here * as_fast, 0.0), freely(here, STOPPED)];
+        if let Believed::Failed(Some(moved)) = moved {
+            list.push(freely(here * moved.motion, 0.0));
+        }
+        if moved.counted().is_some() {
+            list.push(freely(here * as_before, 0.0));
             list.extend(self.motion.pasts.iter().rev().skip(1).map(|past| {
                 let since = past.odom_from_robot.delta_to(&self.motion.odom_from_robot);
                 freely(past.submap_from_robot * since, 0.0)
@@ -90,8 +102,8 @@ impl ScanMatcher {
     }
 
     /// Where the motion that is tried first leads, with all that is not known of the pose there.
-    pub(super) fn predicted(&self, moved: Option<&Odometry>, lead: &Guess) -> PoseEstimate {
-        match moved {
+    pub(super) fn predicted(&self, moved: &Believed, lead: &Guess) -> PoseEstimate {
+        match moved.counted() {
             Some(moved) => moved.after(&self.local),
             None => PoseEstimate {
                 pose: lead.pose,

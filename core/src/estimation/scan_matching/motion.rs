@@ -21,6 +21,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Rotation2, Vector3, Vector4};
 
+use super::odometry_watch::{Believed, OdometryWatch};
 use crate::geom::{Length, Pose2, symmetrize, wrap};
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
@@ -88,6 +89,7 @@ pub(super) struct Motion {
     pub(super) pasts: VecDeque<Past>,
     /// The motion between the last two scans, and the seconds it took.
     pub(super) speed: Option<(f64, Pose2)>,
+    pub(super) watch: OdometryWatch,
 }
 
 impl Motion {
@@ -102,10 +104,24 @@ impl Motion {
         corrected
     }
 
+    /// What is to be believed of odometry without its bias as the motion since the robot was
+    /// matched at `here`.
+    pub(super) fn believed(&mut self, moved: Odometry, here: &Pose2, stamp: Stamp) -> Believed {
+        let believed = self.watch.moved(moved, here, self.pasts.iter(), stamp);
+        if !matches!(believed, Believed::Counted(counted) if counted.motion == moved.motion) {
+            // Nothing is to be learned from what failed.
+            (self.since_keyframe, self.keyframe_is_sure) = (None, false);
+        }
+        believed
+    }
+
     /// Remembers where a scan was placed.
     pub(super) fn remember(&mut self, stamp: Stamp, submap_from_robot: Pose2) {
         if let Some(past) = self.pasts.back() {
             let motion = past.submap_from_robot.delta_to(&submap_from_robot);
+            if (self.watch).matched(&past.submap_from_robot, &submap_from_robot) {
+                self.model.note(false);
+            }
             self.speed = Some((stamp.since(past.stamp), motion));
         }
         self.pasts.push_back(Past {
@@ -123,6 +139,7 @@ impl Motion {
         for past in &mut self.pasts {
             past.submap_from_robot = *new_from_old * past.submap_from_robot;
         }
+        self.watch.rebase(new_from_old);
     }
 
     /// A scan becomes a keyframe, so far from the last one by the matches. Odometry is learned from
@@ -278,6 +295,7 @@ snapshot!(Motion {
     odom_from_robot,
     pasts,
     speed,
+    watch,
 });
 snapshot!(OdometryModel {
     bias,

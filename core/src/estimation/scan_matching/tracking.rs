@@ -20,6 +20,7 @@ use super::super::agreement::{Agreement, Says, says};
 use super::ScanMatcher;
 use super::guesses::Guess;
 use super::keyframes::CLOSE;
+use super::odometry_watch::Believed;
 use super::seen::Seen;
 use crate::geom::{Length, Pose2, PoseEstimate, pose_cov};
 use crate::points::OrientedPoint;
@@ -27,7 +28,7 @@ use crate::registration::{
     MotionError, Registration, Rolling, SearchWindow, Verdict, register, register_rolling,
     search_and_match,
 };
-use crate::robot::{Odometry, Stamp};
+use crate::robot::Stamp;
 
 /// Where a scan lies.
 #[derive(Clone, Copy, Debug)]
@@ -111,11 +112,11 @@ const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
 
 impl ScanMatcher {
-    /// Places the scan. `moved` is what odometry says since the last scan, if there is any.
-    pub(super) fn track(&self, seen: &Seen, moved: Option<&Odometry>, stamp: Stamp) -> Tracked {
+    /// Places the scan. `moved` is what is believed of odometry since the last scan.
+    pub(super) fn track(&self, seen: &Seen, moved: &Believed, stamp: Stamp) -> Tracked {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
-        let counted = moved.is_some();
+        let counted = moved.counted().is_some();
         let expected = lead.pose.minus(&(self.local.pose * seen.motion));
         let expected = MotionError::even(&expected);
         let predicted = self.predicted(moved, &lead);

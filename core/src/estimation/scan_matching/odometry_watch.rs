@@ -1,0 +1,287 @@
+//! Odometry that fails: it hangs, catches up, or jumps.
+//!
+//! In: the motions that odometry counts, and where the scans were matched. Out: what is to be
+//! believed of it as the motion since the last match.
+//!
+//! 1. A driver that is late or lost repeats its last figures, to the last digit. So does one of a
+//!    robot that stands; the matches tell which it is. Odometry that hangs says nothing: to believe
+//!    that the robot stands would hold each match back a little, and along a corridor altogether.
+//! 2. What it counts when it catches up began where it began to hang.
+//! 3. No robot is suddenly many times as fast as it was. Such a jump is an error of the counter, or
+//!    a motion that the matches hold already: the robot goes on as before. Where it does not, the
+//!    jump is still tried.
+
+use super::motion::Past;
+use crate::geom::{Length, Pose2};
+use crate::robot::{Odometry, Stamp};
+use crate::snapshot::snapshot;
+
+/// A robot that was matched farther than this, m and rad, from where its odometry says that it
+/// stands moves.
+const HANGS_SHIFT: f64 = 0.25;
+const HANGS_TURN: f64 = 0.2;
+/// A way is a jump beyond this, m, ...
+const JUMP: f64 = 0.2;
+/// ... and this many times the way at the speed before, ...
+const FASTER: f64 = 1.5;
+/// ... or that of a robot that starts, m/s, ...
+const START: f64 = 1.5;
+/// ... or this many times the longest of the ways before.
+const LONGER: f64 = 2.0;
+
+/// How odometry behaved of late.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OdometryWatch {
+    /// Where the robot was matched last before odometry began to count nothing, to the last digit;
+    /// in the running submap.
+    stands_since: Option<Pose2>,
+    /// Whether the robot was matched clearly elsewhere since.
+    hangs: bool,
+}
+
+/// What is to be believed of odometry as a motion since the last match.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Believed {
+    /// That it is this one.
+    Counted(Odometry),
+    /// Nothing. It may still be this one, if it counted any.
+    Failed(Option<Odometry>),
+}
+
+impl Believed {
+    /// The motion, where it is believed.
+    pub(super) fn counted(&self) -> Option<&Odometry> {
+        match self {
+            Self::Counted(odometry) => Some(odometry),
+            Self::Failed(_) => None,
+        }
+    }
+}
+
+impl From<Option<Odometry>> for Believed {
+    fn from(counted: Option<Odometry>) -> Self {
+        counted.map_or(Self::Failed(None), Self::Counted)
+    }
+}
+
+impl OdometryWatch {
+    /// Takes odometry without its bias, where the robot was matched last, the scans before, and
+    /// when this one was taken.
+    pub(super) fn moved<'a>(
+        &mut self,
+        odometry: Odometry,
+        here: &Pose2,
+        pasts: impl DoubleEndedIterator<Item = &'a Past> + ExactSizeIterator + Clone,
+        stamp: Stamp,
+    ) -> Believed {
+        if odometry.motion == Pose2::identity() {
+            self.stands_since.get_or_insert(*here);
+            return match self.hangs {
+                true => Believed::Failed(None),
+                false => Believed::Counted(odometry),
+            };
+        }
+        let Self {
+            stands_since,
+            hangs,
+        } = std::mem::take(self);
+        match stands_since {
+            Some(begin) if hangs => Believed::Counted(counted_from(&begin, odometry, here)),
+            // It may have hung where no match could tell.
+            Some(_) => Believed::Counted(odometry),
+            None if jumps(&odometry.motion, pasts, stamp) => Believed::Failed(Some(odometry)),
+            None => Believed::Counted(odometry),
+        }
+    }
+
+    /// Takes where the robot was matched next. Says whether that shows that odometry hangs.
+    pub(super) fn matched(&mut self, last: &Pose2, here: &Pose2) -> bool {
+        let Some(begin) = self.stands_since.filter(|_| !self.hangs) else {
+            return false;
+        };
+        let is_beyond = |from: &Pose2| {
+            let off = from.delta_to(here);
+            off.position().coords.length() > HANGS_SHIFT || off.heading().abs() > HANGS_TURN
+        };
+        if is_beyond(last) {
+            // Carried off at once.
+            self.stands_since = Some(*here);
+        } else {
+            self.hangs = is_beyond(&begin);
+        }
+        self.hangs
+    }
+
+    /// Another submap runs from here on.
+    pub(super) fn rebase(&mut self, new_from_old: &Pose2) {
+        self.stands_since = self.stands_since.map(|begin| *new_from_old * begin);
+    }
+}
+
+/// What was counted from `begin` as a motion from `here`.
+fn counted_from(begin: &Pose2, odometry: Odometry, here: &Pose2) -> Odometry {
+    let here_from_begin = here.delta_to(begin);
+    let turned = here_from_begin.rotation();
+    Odometry {
+        motion: here_from_begin * odometry.motion,
+        cov: turned * odometry.cov * turned.transpose(),
+        ..odometry
+    }
+}
+
+/// Whether a robot that moved so far would suddenly be many times as fast as it was. Stamps jitter,
+/// and several scans may have one: the way is held against that between other scans too.
+fn jumps<'a>(
+    motion: &Pose2,
+    pasts: impl DoubleEndedIterator<Item = &'a Past> + ExactSizeIterator + Clone,
+    stamp: Stamp,
+) -> bool {
+    let (Some(first), Some(last)) = (pasts.clone().next(), pasts.clone().next_back()) else {
+        return false;
+    };
+    let steps = pasts.clone().zip(pasts.clone().skip(1));
+    let ways = steps.map(|(a, b)| {
+        let step = a.odom_from_robot.delta_to(&b.odom_from_robot);
+        step.position().coords.length()
+    });
+    let (sum, longest) = ways.fold((0.0, 0.0), |(sum, longest), way| {
+        (sum + way, f64::max(longest, way))
+    });
+    let seconds = last.stamp.since(first.stamp);
+    let speed = if seconds > 0.0 { sum / seconds } else { 0.0 };
+    let usual = seconds / (pasts.len() as f64 - 1.0).max(1.0);
+    let most = (FASTER * speed).max(START) * stamp.since(last.stamp).max(usual);
+    motion.position().coords.length() > JUMP + most.max(LONGER * longest)
+}
+
+snapshot!(OdometryWatch {
+    stands_since,
+    hangs,
+});
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    const SCAN: u64 = 200_000;
+
+    fn counted(motion: Pose2) -> Odometry {
+        Odometry {
+            motion,
+            cov: Matrix3::from_diagonal(&nalgebra::Vector3::new(4e-4, 1e-4, 1e-4)),
+            ..Odometry::standing(Stamp(0))
+        }
+    }
+
+    /// A robot that odometry is heard of, scan by scan.
+    #[derive(Default)]
+    struct Robot {
+        watch: OdometryWatch,
+        here: Pose2,
+        odom: Pose2,
+        pasts: VecDeque<Past>,
+    }
+
+    impl Robot {
+        /// It moved, and odometry counted something; what is believed of that.
+        fn moves(&mut self, motion: Pose2, odometry: Pose2) -> Believed {
+            let stamp = Stamp(SCAN * (self.pasts.len() as u64 + 1));
+            let last = self.here;
+            let pasts = self.pasts.iter();
+            let believed = self.watch.moved(counted(odometry), &last, pasts, stamp);
+            (self.here, self.odom) = (self.here * motion, self.odom * odometry);
+            self.watch.matched(&last, &self.here);
+            self.pasts.push_back(Past {
+                stamp,
+                submap_from_robot: self.here,
+                odom_from_robot: self.odom,
+            });
+            believed
+        }
+    }
+
+    const STEP: f64 = 0.1;
+
+    fn ahead(way: f64) -> Pose2 {
+        Pose2::new(way, 0.0, 0.1 * way)
+    }
+
+    #[test]
+    fn a_robot_that_stands_is_believed_to() {
+        let mut robot = Robot::default();
+        for _ in 0..50 {
+            let jitter = Pose2::new(0.01, -0.01, 0.002);
+            let believed = robot.moves(jitter.inverse() * jitter, Pose2::identity());
+            assert!(believed.counted().is_some());
+        }
+        let believed = robot.moves(ahead(STEP), ahead(STEP));
+        assert_eq!(believed.counted().unwrap().motion, ahead(STEP));
+    }
+
+    #[test]
+    fn odometry_that_hangs_counts_nothing_and_then_from_where_it_began() {
+        let mut robot = Robot::default();
+        for _ in 0..5 {
+            robot.moves(ahead(STEP), ahead(STEP));
+        }
+        let (begin, mut held) = (robot.here, Pose2::identity());
+        let mut failed = 0;
+        for _ in 0..20 {
+            held = held * ahead(STEP);
+            let believed = robot.moves(ahead(STEP), Pose2::identity());
+            failed += usize::from(matches!(believed, Believed::Failed(None)));
+        }
+        // All but the first 0.25 m.
+        assert_eq!(failed, 17);
+        let here = robot.here;
+        let believed = robot.moves(ahead(STEP), held * ahead(STEP));
+        let moved = believed.counted().unwrap();
+        // To where it is, and with the doubt of the whole way, seen along the way at its end.
+        let off = (here * moved.motion).minus(&robot.here);
+        assert!(off.amax() < 1e-12, "{off}");
+        let (at_begin, at_end) = (begin.rotation(), here.rotation());
+        let of_begin = at_begin * counted(held).cov * at_begin.transpose();
+        let of_end = at_end * moved.cov * at_end.transpose();
+        assert!((of_begin - of_end).amax() < 1e-15);
+        let believed = robot.moves(ahead(STEP), ahead(STEP));
+        assert_eq!(believed.counted().unwrap().motion, ahead(STEP));
+    }
+
+    #[test]
+    fn who_is_carried_off_while_standing_begins_anew() {
+        let mut robot = Robot::default();
+        robot.moves(Pose2::identity(), Pose2::identity());
+        robot.moves(Pose2::new(3.0, 1.0, 2.0), Pose2::identity());
+        for _ in 0..3 {
+            let believed = robot.moves(Pose2::identity(), Pose2::identity());
+            assert!(believed.counted().is_some());
+        }
+        let believed = robot.moves(ahead(STEP), ahead(STEP));
+        assert_eq!(believed.counted().unwrap().motion, ahead(STEP));
+    }
+
+    #[test]
+    fn a_jump_is_not_believed_but_the_start_of_a_robot_and_lost_scans_are() {
+        let mut robot = Robot::default();
+        // It starts.
+        assert!(robot.moves(ahead(0.25), ahead(0.25)).counted().is_some());
+        for _ in 0..8 {
+            robot.moves(ahead(STEP), ahead(STEP));
+        }
+        let jumped = robot.moves(ahead(STEP), ahead(STEP + 0.6));
+        let Believed::Failed(Some(odometry)) = jumped else {
+            panic!("{jumped:?}");
+        };
+        assert_eq!(odometry.motion, ahead(STEP + 0.6));
+        // Seven scans are lost.
+        let stamp = robot.pasts.back().unwrap().stamp.0 + 8 * SCAN;
+        let far = counted(ahead(8.0 * STEP));
+        let pasts = robot.pasts.iter();
+        let believed = robot.watch.moved(far, &robot.here, pasts, Stamp(stamp));
+        assert!(believed.counted().is_some());
+    }
+}
