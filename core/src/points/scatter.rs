@@ -5,16 +5,16 @@ use nalgebra::Vector2;
 use crate::geom::Length;
 
 /// A surface counts as a line while the scatter across is less than this part of that along.
-const MAX_FLATNESS: f64 = 0.1;
+pub(crate) const MAX_FLATNESS: f64 = 0.1;
 
 /// Sums of a set of points, enough for their principal directions.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Scatter {
     pub(crate) count: f64,
-    sum: Vector2<f64>,
-    xx: f64,
-    xy: f64,
-    yy: f64,
+    pub(crate) sum: Vector2<f64>,
+    pub(crate) xx: f64,
+    pub(crate) xy: f64,
+    pub(crate) yy: f64,
 }
 
 impl Scatter {
@@ -34,18 +34,6 @@ impl Scatter {
             xx: self.xx - other.xx,
             xy: self.xy - other.xy,
             yy: self.yy - other.yy,
-        }
-    }
-
-    /// Of the same points as seen from `origin`.
-    pub(crate) fn about(&self, origin: &Vector2<f64>) -> Self {
-        let (n, s) = (self.count, self.sum);
-        Self {
-            count: n,
-            sum: s - origin * n,
-            xx: self.xx - 2.0 * origin.x * s.x + n * origin.x * origin.x,
-            xy: self.xy - origin.x * s.y - origin.y * s.x + n * origin.x * origin.y,
-            yy: self.yy - 2.0 * origin.y * s.y + n * origin.y * origin.y,
         }
     }
 
