@@ -11,10 +11,10 @@ pub(crate) const MAX_FLATNESS: f64 = 0.1;
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Scatter {
     pub(crate) count: f64,
-    pub(crate) sum: Vector2<f64>,
-    pub(crate) xx: f64,
-    pub(crate) xy: f64,
-    pub(crate) yy: f64,
+    sum: Vector2<f64>,
+    xx: f64,
+    xy: f64,
+    yy: f64,
 }
 
 impl Scatter {
@@ -24,17 +24,6 @@ impl Scatter {
         self.xx += p.x * p.x;
         self.xy += p.x * p.y;
         self.yy += p.y * p.y;
-    }
-
-    /// Of the points that are in this and not in `other`, all of whose are in this.
-    pub(crate) fn minus(&self, other: &Self) -> Self {
-        Self {
-            count: self.count - other.count,
-            sum: self.sum - other.sum,
-            xx: self.xx - other.xx,
-            xy: self.xy - other.xy,
-            yy: self.yy - other.yy,
-        }
     }
 
     pub(crate) fn mean(&self) -> Vector2<f64> {

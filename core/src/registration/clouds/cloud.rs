@@ -10,6 +10,10 @@ use super::bearings::Bearings;
 use super::surfaces::{nearest_surfaces, scan_surfaces};
 use crate::points::OrientedPoint;
 
+/// Part of a surface's variance, in that of a point's: what noise is left where a line through five
+/// points or so lies, and what a point draws the line towards itself.
+pub(super) const OWN_SHARE: f64 = 0.2;
+
 /// Why points are no cloud.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -34,6 +38,8 @@ pub struct Cloud {
     points: Vec<Point2<f64>>,
     surfaces: Vec<Option<OrientedPoint>>,
     view: Option<Bearings>,
+    /// m.
+    sigma: Option<f64>,
 }
 
 impl Cloud {
@@ -50,6 +56,7 @@ impl Cloud {
         let view = Bearings::sort(&mut points);
         let surfaces = scan_surfaces(&points, view.columns());
         Ok(Self {
+            sigma: noise(&points, &surfaces),
             points,
             surfaces,
             view: Some(view),
@@ -63,6 +70,7 @@ impl Cloud {
         check(&points)?;
         let surfaces = nearest_surfaces(&points);
         Ok(Self {
+            sigma: noise(&points, &surfaces),
             points,
             surfaces,
             view: None,
@@ -82,6 +90,12 @@ impl Cloud {
         &self.surfaces
     }
 
+    /// Standard deviation of the points across their own surfaces, m: what the sensor adds, whatever
+    /// the pose; `None` where there is no surface.
+    pub(super) fn sigma(&self) -> Option<f64> {
+        self.sigma
+    }
+
     /// The points by their bearings from the sensor; `None` where there was none.
     pub(super) fn view(&self) -> Option<&Bearings> {
         self.view.as_ref()
@@ -97,4 +111,25 @@ fn check(points: &[Point2<f64>]) -> Result<(), CloudError> {
         Some(index) => Err(CloudError::NotFinite { index }),
         None => Ok(()),
     }
+}
+
+/// Standard deviation of points across their surfaces, by the median.
+fn noise(points: &[Point2<f64>], surfaces: &[Option<OrientedPoint>]) -> Option<f64> {
+    let off = |(point, surface): (&Point2<f64>, &Option<OrientedPoint>)| {
+        let surface = surface.as_ref()?;
+        Some(surface.normal.dot(&(point - surface.position)).abs())
+    };
+    let off = points.iter().zip(surfaces).filter_map(off).collect();
+    Some(sigma_of(off)? / (1.0 - OWN_SHARE).sqrt())
+}
+
+/// Standard deviation of a normal distribution by the median of its absolute values.
+pub(super) fn sigma_of(mut absolute: Vec<f64>) -> Option<f64> {
+    const BY_MEDIAN: f64 = 1.4826;
+    if absolute.is_empty() {
+        return None;
+    }
+    let middle = absolute.len() / 2;
+    let median = *absolute.select_nth_unstable_by(middle, f64::total_cmp).1;
+    Some(BY_MEDIAN * median)
 }

@@ -14,6 +14,9 @@
 //!    direction, it contradicts it. A pose where too many do is another minimum than the right one.
 //!    What lies behind is hidden, and says nothing; nor does a point that is alone: it may be
 //!    anything. Clouds that no sensor saw have no before: there all that is far contradicts.
+//! 5. How far the points of each cloud lie from their own surfaces is their noise, whatever the
+//!    pose. Where pairs lie apart by much more than both noises, they are not of the same surfaces:
+//!    it is another minimum, too, however well it looks with a wide tolerance.
 //!
 //! Source of 2 and 4: Censi (2007), "An accurate closed-form estimate of ICP's covariance";
 //! Bosse & Zlot (2008), on free space as evidence.
@@ -22,6 +25,7 @@ use nalgebra::{Matrix3, Point2, Vector2};
 
 use super::super::gauss_newton::{MatchConfig, Sums, free_direction, outcome};
 use super::super::{Registration, Verdict};
+use super::cloud::{OWN_SHARE, sigma_of};
 use super::neighbours::Neighbours;
 use super::{Cloud, Found, facing};
 use crate::bounds::config;
@@ -37,6 +41,12 @@ config! {
         pub least_sigma: f64 = 0.002,
         /// The most noise that is believed, m. Default 0.05; larger calls more poses right.
         pub most_sigma: f64 = 0.05,
+        /// Pairs may lie so many times as far apart as the noise of both clouds lets them, ...
+        /// Default 2; larger calls more poses right.
+        pub max_excess: f64 = 2.0,
+        /// ... and farther by this, m: bends and corners, and what moved while it was seen.
+        /// Default 0.01.
+        pub unevenness: f64 = 0.01,
         /// Pairs within so many standard deviations lie on one surface. Default 3.
         pub inlier_sigmas: f64 = 3.0,
         /// What lies before what was seen by more than this, and by more than `inlier_sigmas`,
@@ -122,7 +132,10 @@ pub(super) fn judge(
         Verdict::TooFewPoints {
             found: sums.inliers,
         }
-    } else if agreement < config.min_agreement || overlap < config.min_overlap {
+    } else if agreement < config.min_agreement
+        || overlap < config.min_overlap
+        || sigma > most_scatter(moving, fixed, config)
+    {
         Verdict::LocalMinimum { agreement }
     } else if let Some(free) = &free {
         Verdict::Degenerate {
@@ -213,20 +226,21 @@ impl Kernel for Partners<'_> {
 
 /// Standard deviation of the pairs, by their median, m.
 fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
-    /// σ of a normal distribution by the median of its absolute values.
-    const BY_MEDIAN: f64 = 1.4826;
     let farthest = config.inlier_sigmas * config.most_sigma;
     let facing = pairs.iter().filter(|pair| pair.cosine >= config.min_cosine);
-    let mut all: Vec<f64> = facing
+    let all = facing
         .filter_map(|pair| Some(pair.across?.1.abs()))
-        .filter(|residual| *residual < farthest)
-        .collect();
-    if all.is_empty() {
-        return config.most_sigma;
-    }
-    let middle = all.len() / 2;
-    let median = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
-    (BY_MEDIAN * median).clamp(config.least_sigma, config.most_sigma)
+        .filter(|residual| *residual < farthest);
+    let sigma = sigma_of(all.collect()).unwrap_or(config.most_sigma);
+    sigma.clamp(config.least_sigma, config.most_sigma)
+}
+
+/// The most that pairs scatter at the right pose, by what the points of each cloud scatter about
+/// their own surfaces, which no pose changes.
+fn most_scatter(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
+    let [moving, fixed] = [moving, fixed].map(|cloud| cloud.sigma().unwrap_or(config.most_sigma));
+    let both = (moving * moving + OWN_SHARE * fixed * fixed).sqrt();
+    config.max_excess * both + config.unevenness
 }
 
 fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> Sums {

@@ -75,7 +75,7 @@ impl OfScan<'_> {
     fn steps<L: Lanes>(&self, machine: L::Machine) -> Vec<f64> {
         let [xs, ys] = self.columns;
         let four = |column, at| four::<L>(machine, column, at);
-        let steps = xs.len() - 1;
+        let steps = xs.len().saturating_sub(1);
         // The angle between neighbours by its sine, squared: gaps come out too small, and do not
         // matter.
         let mut angles = Vec::with_capacity(steps + LANES);

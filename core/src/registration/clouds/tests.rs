@@ -323,3 +323,16 @@ proptest! {
         prop_assert!(points[after].coords.perp(&place.coords) < 1e-9);
     }
 }
+
+/// What a cloud takes for its noise is the noise that was added; corners and gaps do not count.
+#[test]
+fn noise_of_a_cloud_is_that_of_its_sensor() {
+    for sigma in [0.005, 0.01, 0.02] {
+        let mut found: Vec<f64> = (0..20)
+            .filter_map(|seed| look(&room(), &Pose2::identity(), sigma, seed).sigma())
+            .collect();
+        found.sort_by(f64::total_cmp);
+        let middle = found[10];
+        assert!((0.7..1.3).contains(&(middle / sigma)), "{sigma}: {middle}");
+    }
+}
