@@ -17,7 +17,7 @@ const REPEATS: usize = 5;
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     for count in SIZES {
         for (name, kind) in [("rigid", CpdKind::Rigid), ("affine", CpdKind::Affine)] {
-            let (source, target) = clouds(inputs, count, name)?;
+            let [source, target] = clouds(inputs, count, name)?;
             let truth = true_map(kind);
             for (mode, config) in [
                 ("fix50", fixed_iterations()),
@@ -53,18 +53,14 @@ fn fixed_iterations() -> CpdConfig {
 }
 
 /// The peers' clouds of so many points: the source, and where the map took it.
-pub(crate) fn clouds(
-    inputs: &Inputs,
-    count: usize,
-    kind: &str,
-) -> Result<(Vec<Point2<f64>>, Vec<Point2<f64>>)> {
+pub(crate) fn clouds(inputs: &Inputs, count: usize, kind: &str) -> Result<[Vec<Point2<f64>>; 2]> {
     let cloud = |name: String| -> Result<Vec<Point2<f64>>> {
         let rows = inputs.table::<2>(&name)?.into_iter();
         Ok(rows.map(|[x, y]| Point2::new(x, y)).collect())
     };
     let source = cloud(format!("cpd_{count}_source.csv"))?;
     let target = cloud(format!("cpd_{count}_target_{kind}.csv"))?;
-    Ok((source, target))
+    Ok([source, target])
 }
 
 /// The map by which the peers made the targets.

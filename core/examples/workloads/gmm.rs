@@ -14,7 +14,7 @@ const REPEATS: usize = 5;
 
 pub(crate) fn run(inputs: &Inputs) -> Result<()> {
     for count in SIZES {
-        let (source, target) = clouds(inputs, count, "rigid")?;
+        let [source, target] = clouds(inputs, count, "rigid")?;
         let config = GmmConfig::default();
         let mut found = None;
         let ms = median_ms(REPEATS, || {

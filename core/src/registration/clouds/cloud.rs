@@ -90,8 +90,8 @@ impl Cloud {
         &self.surfaces
     }
 
-    /// Standard deviation of the points across their own surfaces, m: what the sensor adds, whatever
-    /// the pose; `None` where there is no surface.
+    /// Standard deviation of the points across their own surfaces, m: what the sensor adds,
+    /// whatever the pose; `None` where there is no surface.
     pub(super) fn sigma(&self) -> Option<f64> {
         self.sigma
     }
