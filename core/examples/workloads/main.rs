@@ -16,9 +16,11 @@
     reason = "an example reads files and the clock of the platform; the core does not"
 )]
 
+mod cpd;
 #[path = "../shared/cpu_clock.rs"]
 mod cpu_clock;
 mod ekf_step;
+mod gmm;
 mod grid;
 mod inputs;
 mod plan;
@@ -41,8 +43,10 @@ use inputs::Inputs;
 type Entry = (&'static str, fn(&Inputs) -> Result<()>);
 
 /// All workloads, by name.
-const WORKLOADS: [Entry; 7] = [
+const WORKLOADS: [Entry; 9] = [
+    ("cpd", cpd::run),
     ("ekf_step", ekf_step::run),
+    ("gmm", gmm::run),
     ("grid", grid::run),
     ("plan", plan::run),
     ("rays", rays::run),

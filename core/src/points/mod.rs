@@ -21,7 +21,7 @@ pub use deskew::{MotionHistory, MovedSince};
 pub(crate) use oriented::WIDEST_GAP;
 pub use oriented::{OrientedPoint, on_surfaces, oriented_beams, oriented_cloud, oriented_points};
 pub use range_sigma::{Growth, RangeSigma, SigmaBin, SigmaError, SigmaFit, estimate_sigma};
-pub(crate) use scatter::Scatter;
+pub(crate) use scatter::{MAX_FLATNESS, Scatter};
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::SpacingModel;

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::geom::Length;
 
 /// A surface counts as a line while the scatter across is less than this part of that along.
-const MAX_FLATNESS: f64 = 0.1;
+pub(crate) const MAX_FLATNESS: f64 = 0.1;
 
 /// Sums of a set of points, enough for their principal directions.
 #[derive(Clone, Copy, Default)]
@@ -24,29 +24,6 @@ impl Scatter {
         self.xx += p.x * p.x;
         self.xy += p.x * p.y;
         self.yy += p.y * p.y;
-    }
-
-    /// Of the points that are in this and not in `other`, all of whose are in this.
-    pub(crate) fn minus(&self, other: &Self) -> Self {
-        Self {
-            count: self.count - other.count,
-            sum: self.sum - other.sum,
-            xx: self.xx - other.xx,
-            xy: self.xy - other.xy,
-            yy: self.yy - other.yy,
-        }
-    }
-
-    /// Of the same points as seen from `origin`.
-    pub(crate) fn about(&self, origin: &Vector2<f64>) -> Self {
-        let (n, s) = (self.count, self.sum);
-        Self {
-            count: n,
-            sum: s - origin * n,
-            xx: self.xx - 2.0 * origin.x * s.x + n * origin.x * origin.x,
-            xy: self.xy - origin.x * s.y - origin.y * s.x + n * origin.x * origin.y,
-            yy: self.yy - 2.0 * origin.y * s.y + n * origin.y * origin.y,
-        }
     }
 
     pub(crate) fn mean(&self) -> Vector2<f64> {

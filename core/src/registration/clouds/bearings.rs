@@ -1,12 +1,28 @@
 //! The points of a scan by their bearings: the one that a sensor saw in a direction is found by one
-//! look, and the one nearest to a place by few.
+//! look, and the one nearest to a place by one more.
 //!
 //! Bearings are measured along a diamond, not along a circle: y / (|x| + |y|) grows with the angle
 //! and takes a division instead of an arc tangent.
 
 use nalgebra::Point2;
 
-/// Points to either side of one that are looked at; a search ends after so many that are no nearer.
+use crate::lanes::{LANES, Lanes};
+
+/// Points that are asked at once which of them is the nearest to a place.
+const WINDOW: usize = 2 * LANES;
+/// The bits that hold a place in it.
+const PLACES: u64 = WINDOW as u64 - 1;
+/// The places, as the bits of numbers.
+const WINDOW_PLACES: [[f64; LANES]; 2] = {
+    let mut places = [[0.0; LANES]; 2];
+    let mut at = 0;
+    while at < WINDOW {
+        places[at / LANES][at % LANES] = f64::from_bits(at as u64);
+        at += 1;
+    }
+    places
+};
+/// A search goes on beyond them until so many points are no nearer.
 const BESIDE: usize = 2;
 
 /// Where the points of a scan, which are sorted by their bearings, lie all round.
@@ -16,19 +32,29 @@ pub(super) struct Bearings {
     along: Vec<f64>,
     /// Of each part of the diamond, the first point in it or after it.
     first: Vec<u32>,
+    /// The points by columns, all round: half a window of the last ones before the first, and a
+    /// window of the first ones behind the last.
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// What the first of these numbers has for a place in the list.
+    turn: usize,
 }
 
 /// A place on the diamond, from 0 to 4, from the negative x axis on with the angle.
-#[inline]
+#[inline(always)]
 fn along_diamond(point: &Point2<f64>) -> f64 {
     let part = point.y / (point.x.abs() + point.y.abs());
-    let along = match (point.x >= 0.0, point.y >= 0.0) {
-        (true, _) => 2.0 + part,
-        (false, true) => 4.0 - part,
-        (false, false) => -part,
-    };
+    let behind = if point.y >= 0.0 { 4.0 - part } else { -part };
+    let along = if point.x >= 0.0 { 2.0 + part } else { behind };
     // At the sensor itself there is no direction.
     if along.is_nan() { 0.0 } else { along }
+}
+
+/// The bits of a number that is not negative, the last ones being those of a place: ordered as the
+/// numbers are.
+#[inline(always)]
+fn tagged(number: f64, place: f64) -> u64 {
+    number.to_bits() & !PLACES | place.to_bits()
 }
 
 impl Bearings {
@@ -41,113 +67,155 @@ impl Bearings {
             keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
             (along, *points) = keyed.into_iter().unzip();
         }
-        let parts = count.next_power_of_two();
-        let scale = 4.0 / parts as f64;
-        let mut first = Vec::with_capacity(parts);
-        let mut at = 0;
-        for part in 0..parts {
-            let begins = part as f64 * scale;
-            while along.get(at).is_some_and(|along| *along < begins) {
-                at += 1;
+        // All round, where they are fewer than that as well.
+        let turn = LANES.next_multiple_of(count.max(1)) - LANES;
+        let mut view = Self {
+            turn,
+            first: vec![0; count.next_power_of_two() + 1],
+            along,
+            x: Vec::with_capacity(LANES + count + WINDOW),
+            y: Vec::with_capacity(LANES + count + WINDOW),
+        };
+        // How many points each part has, then how many all parts before it have.
+        for along in &view.along {
+            let part = view.part(*along);
+            if let Some(points) = view.first.get_mut(part + 1) {
+                *points += 1;
             }
-            first.push(at as u32);
         }
-        Self { along, first }
+        let mut sum = 0;
+        for points in &mut view.first {
+            sum += *points;
+            *points = sum;
+        }
+        let before = points.iter().cycle().skip(turn).take(LANES);
+        let after = points.iter().cycle().take(WINDOW);
+        for (column, along) in [(&mut view.x, 0), (&mut view.y, 1)] {
+            column.extend(before.clone().map(|point| point[along]));
+            column.extend(points.iter().map(|point| point[along]));
+            column.extend(after.clone().map(|point| point[along]));
+        }
+        view
+    }
+
+    /// x and y of the points, all round: [`LANES`] of the last ones before the first, and twice as
+    /// many of the first ones behind the last.
+    pub(super) fn columns(&self) -> [&[f64]; 2] {
+        [&self.x, &self.y]
+    }
+
+    /// The part of the diamond that a place on it is in.
+    #[inline(always)]
+    fn part(&self, along: f64) -> usize {
+        // One number stands behind the last part.
+        let parts = self.first.len() - 1;
+        ((along * 0.25 * parts as f64) as usize).min(parts - 1)
     }
 
     /// The points in the direction of `place`: the last one before it and the first one after it,
     /// all round.
     pub(super) fn about(&self, place: &Point2<f64>) -> [usize; 2] {
-        let after = self.first_after(place);
+        let along = along_diamond(place);
+        let mut after = self.first_of(along);
+        while self.along.get(after).is_some_and(|other| *other < along) {
+            after += 1;
+        }
         let before = after.checked_sub(1).unwrap_or(self.along.len() - 1);
-        [before, after]
+        [before, if after < self.along.len() { after } else { 0 }]
     }
 
-    /// The first point at or after the bearing of `place`, all round.
-    #[inline]
-    fn first_after(&self, place: &Point2<f64>) -> usize {
-        let along = along_diamond(place);
-        let parts = self.first.len();
-        let part = ((along * 0.25 * parts as f64) as usize).min(parts - 1);
-        let mut at = self.first.get(part).map_or(0, |first| *first as usize);
-        while self.along.get(at).is_some_and(|other| *other < along) {
-            at += 1;
-        }
-        if at >= self.along.len() { 0 } else { at }
+    /// The first point in the same part of the diamond, or after it.
+    #[inline(always)]
+    fn first_of(&self, along: f64) -> usize {
+        let first = self.first.get(self.part(along));
+        first.map_or(0, |first| *first as usize)
     }
 
     /// The point nearest to `place` among those in about its direction, and its squared distance.
-    /// It is the nearest of all wherever walls do not lie one behind the other. `points` are those
-    /// that were sorted.
-    #[inline]
-    pub(super) fn nearest(
+    /// It is the nearest of all wherever walls do not lie one behind the other.
+    #[inline(always)]
+    pub(super) fn nearest<L: Lanes>(
         &self,
-        points: &[Point2<f64>],
+        machine: L::Machine,
         place: &Point2<f64>,
     ) -> Option<(usize, f64)> {
-        nearest_from(points, self.first_after(place), place)
+        self.nearest_from::<L>(machine, self.first_of(along_diamond(place)), place)
     }
-}
 
-/// The point nearest to `place` about the one at `hint`, as far as points get nearer, and its
-/// squared distance.
-#[inline]
-pub(super) fn nearest_from(
-    points: &[Point2<f64>],
-    hint: usize,
-    place: &Point2<f64>,
-) -> Option<(usize, f64)> {
-    let from = hint.wrapping_sub(BESIDE);
-    let Some(beside) = points.get(from..hint.wrapping_add(BESIDE + 1)) else {
-        // At the ends of the list, which goes on all round.
-        let start = (hint, square(points.get(hint)?, place));
-        return Some(walk(points, place, walk(points, place, start, true), false));
-    };
-    // Which one it is is chance: all are asked, without a branch.
-    let (mut best, mut least) = (from, f64::INFINITY);
-    for (index, point) in (from..).zip(beside) {
-        let here = square(point, place);
-        best = if here < least { index } else { best };
-        least = if here < least { here } else { least };
-    }
-    let found = (best, least);
-    Some(match best {
-        _ if best == from => walk(points, place, found, false),
-        _ if best == hint + BESIDE => walk(points, place, found, true),
-        _ => found,
-    })
-}
-
-/// Goes on from a point, up the list or down, as long as points get nearer.
-fn walk(
-    points: &[Point2<f64>],
-    place: &Point2<f64>,
-    (mut best, mut least): (usize, f64),
-    is_up: bool,
-) -> (usize, f64) {
-    let count = points.len();
-    let (mut at, mut since) = (best, 0);
-    while since < BESIDE {
-        at = match (is_up, at) {
-            (true, _) if at + 1 == count => 0,
-            (true, _) => at + 1,
-            (false, 0) => count - 1,
-            (false, _) => at - 1,
+    /// The point nearest to `place` about the one at `hint`, as far as points get nearer, and its
+    /// squared distance.
+    #[inline(always)]
+    pub(super) fn nearest_from<L: Lanes>(
+        &self,
+        machine: L::Machine,
+        hint: usize,
+        place: &Point2<f64>,
+    ) -> Option<(usize, f64)> {
+        let (x, y) = (L::splat(machine, place.x), L::splat(machine, place.y));
+        let columns = [&self.x, &self.y].map(|column| column.get(hint..hint + WINDOW));
+        let [Some(xs), Some(ys)] = columns else {
+            return None;
         };
-        let here = points
-            .get(at)
-            .map_or(f64::INFINITY, |point| square(point, place));
-        if here < least {
-            (best, least, since) = (at, here, 0);
-        } else {
-            since += 1;
+        let ([x_low, x_high], [y_low, y_high]) = (xs.as_chunks().0, ys.as_chunks().0) else {
+            return None;
+        };
+        let square = |xs: &[f64; LANES], ys: &[f64; LANES]| {
+            let (dx, dy) = (L::load(machine, xs) - x, L::load(machine, ys) - y);
+            dx * dx + dy * dy
+        };
+        let (low, high) = (square(x_low, y_low), square(x_high, y_high));
+        // Which one it is is chance: no branch. The places of the squares stand in their last bits,
+        // where squares that are not negative are ordered as whole numbers are.
+        let [low_places, high_places] = WINDOW_PLACES;
+        let (low_places, high_places) = (
+            L::load(machine, &low_places),
+            L::load(machine, &high_places),
+        );
+        let squares = low.or_lesser(high).to_array();
+        let at = low.where_greater(high, high_places, low_places).to_array();
+        let ([a, b, c, d], [at_a, at_b, at_c, at_d]) = (squares, at);
+        let least_of_two = tagged(a, at_a).min(tagged(b, at_b));
+        let least = least_of_two.min(tagged(c, at_c).min(tagged(d, at_d)));
+        let (at, least) = ((least & PLACES) as usize, f64::from_bits(least & !PLACES));
+        let count = self.along.len();
+        let mut index = hint + at + self.turn;
+        while index >= count {
+            index -= count;
         }
+        Some(match at {
+            0 => self.walk(place, (index, least), false),
+            _ if at + 1 == WINDOW => self.walk(place, (index, least), true),
+            _ => (index, least),
+        })
     }
-    (best, least)
-}
 
-#[inline]
-fn square(a: &Point2<f64>, b: &Point2<f64>) -> f64 {
-    let (x, y) = (a.x - b.x, a.y - b.y);
-    x * x + y * y
+    /// Goes on from a point, up the list or down, as long as points get nearer.
+    fn walk(
+        &self,
+        place: &Point2<f64>,
+        (mut best, mut least): (usize, f64),
+        is_up: bool,
+    ) -> (usize, f64) {
+        let count = self.along.len();
+        let (mut at, mut since) = (best, 0);
+        while since < BESIDE {
+            at = match (is_up, at) {
+                (true, _) if at + 1 == count => 0,
+                (true, _) => at + 1,
+                (false, 0) => count - 1,
+                (false, _) => at - 1,
+            };
+            let point = self.x.get(at + LANES).zip(self.y.get(at + LANES));
+            let here = point.map_or(f64::INFINITY, |(x, y)| {
+                let (dx, dy) = (x - place.x, y - place.y);
+                dx * dx + dy * dy
+            });
+            if here < least {
+                (best, least, since) = (at, here, 0);
+            } else {
+                since += 1;
+            }
+        }
+        (best, least)
+    }
 }

@@ -14,6 +14,9 @@
 //!    direction, it contradicts it. A pose where too many do is another minimum than the right one.
 //!    What lies behind is hidden, and says nothing; nor does a point that is alone: it may be
 //!    anything. Clouds that no sensor saw have no before: there all that is far contradicts.
+//! 5. How far the points of each cloud lie from their own surfaces is their noise, whatever the
+//!    pose. Where pairs lie apart by much more than both noises, they are not of the same surfaces:
+//!    it is another minimum, too, however well it looks with a wide tolerance.
 //!
 //! Source of 2 and 4: Censi (2007), "An accurate closed-form estimate of ICP's covariance";
 //! Bosse & Zlot (2008), on free space as evidence.
@@ -22,11 +25,12 @@ use nalgebra::{Matrix3, Point2, Vector2};
 
 use super::super::gauss_newton::{MatchConfig, Sums, free_direction, outcome};
 use super::super::{Registration, Verdict};
+use super::cloud::{OWN_SHARE, sigma_of};
 use super::neighbours::Neighbours;
-use super::{Cloud, Found};
+use super::{Cloud, Found, facing};
 use crate::bounds::config;
 use crate::geom::{Length, Pose2};
-use crate::points::OrientedPoint;
+use crate::lanes::{self, Kernel, Lanes};
 
 config! {
     /// When a pose between two clouds is believed.
@@ -37,6 +41,12 @@ config! {
         pub least_sigma: f64 = 0.002,
         /// The most noise that is believed, m. Default 0.05; larger calls more poses right.
         pub most_sigma: f64 = 0.05,
+        /// Pairs may lie so many times as far apart as the noise of both clouds lets them, ...
+        /// Default 2; larger calls more poses right.
+        pub max_excess: f64 = 2.0,
+        /// ... and farther by this, m: bends and corners, and what moved while it was seen.
+        /// Default 0.01.
+        pub unevenness: f64 = 0.01,
         /// Pairs within so many standard deviations lie on one surface. Default 3.
         pub inlier_sigmas: f64 = 3.0,
         /// What lies before what was seen by more than this, and by more than `inlier_sigmas`,
@@ -66,8 +76,12 @@ pub(super) fn judge(
     config: &JudgeConfig,
 ) -> Registration {
     let pose = &found.pose;
-    let there = partners(moving, fixed, pose);
-    let back = partners(fixed, moving, &pose.inverse());
+    let there = lanes::run(Partners {
+        moving,
+        fixed,
+        pose,
+        left_out: &[],
+    });
     let sigma = sigma(&there, config);
     let mut sums = sums(&there, sigma, config);
     let matching = MatchConfig::default();
@@ -83,23 +97,45 @@ pub(super) fn judge(
         *cov += left * left.transpose();
     }
     let limit = config.inlier_sigmas * sigma;
-    let compared = [(&there, fixed), (&back, moving)].map(|(pairs, cloud)| {
-        let said = pairs
-            .iter()
-            .filter_map(|pair| pair.compare(cloud, limit, config));
-        said.fold((0, 0), |(agree, all), agrees| {
-            (agree + usize::from(agrees), all + 1)
-        })
+    let (mut agree, mut all) = (0, 0);
+    let mut is_met = vec![false; fixed.points().len()];
+    for pair in &there {
+        let Some(agrees) = pair.compare(fixed, limit, config) else {
+            continue;
+        };
+        all += 1;
+        agree += usize::from(agrees);
+        if let (true, Some(met)) = (agrees, is_met.get_mut(pair.partner)) {
+            *met = true;
+        }
+    }
+    // A surface that a point lies on agrees; the others have to be asked.
+    let met = is_met.iter().filter(|is_met| **is_met).count();
+    (agree, all) = (agree + met, all + met);
+    let back = lanes::run(Partners {
+        moving: fixed,
+        fixed: moving,
+        pose: &pose.inverse(),
+        left_out: &is_met,
     });
-    let [(a, n), (b, m)] = compared;
-    let agreement = (a + b) as f64 / (n + m).max(1) as f64;
+    for agrees in back
+        .iter()
+        .filter_map(|pair| pair.compare(moving, limit, config))
+    {
+        all += 1;
+        agree += usize::from(agrees);
+    }
+    let agreement = agree as f64 / all.max(1) as f64;
     let count = moving.points().len();
     let overlap = sums.inliers as f64 / count.max(1) as f64;
     let verdict = if sums.inliers < matching.min_points.min(count.max(3)) {
         Verdict::TooFewPoints {
             found: sums.inliers,
         }
-    } else if agreement < config.min_agreement || overlap < config.min_overlap {
+    } else if agreement < config.min_agreement
+        || overlap < config.min_overlap
+        || sigma > most_scatter(moving, fixed, config)
+    {
         Verdict::LocalMinimum { agreement }
     } else if let Some(free) = &free {
         Verdict::Degenerate {
@@ -120,6 +156,8 @@ fn unit(v: Vector2<f64>) -> Vector2<f64> {
 
 /// A point at the pose that is judged, and what of the other cloud is nearest to it.
 struct Pair {
+    /// The nearest point.
+    partner: usize,
     /// From the moving frame's origin to the point, in the axes of the other cloud, m.
     arm: Vector2<f64>,
     /// Where the point lies in the other cloud, m.
@@ -134,55 +172,75 @@ struct Pair {
     is_on_surface: bool,
 }
 
-fn partners(moving: &Cloud, fixed: &Cloud, pose: &Pose2) -> Vec<Pair> {
-    let tree = fixed
-        .view()
-        .is_none()
-        .then(|| Neighbours::of(fixed.points()));
-    let is_sided = moving.view().is_some() && fixed.view().is_some();
-    let points = moving.points().iter().zip(moving.surfaces());
-    let pair = |(point, own): (&Point2<f64>, &Option<OrientedPoint>)| {
-        let arm = pose.rotate(point.coords);
-        let place = pose.position() + arm;
-        let (index, square) = match (fixed.view(), &tree) {
-            (Some(view), _) => view.nearest(fixed.points(), &place)?,
-            (None, Some(tree)) => tree.nearest(place)?,
-            (None, None) => return None,
-        };
-        let surface = fixed.surfaces().get(index)?.as_ref();
-        let across = surface.map(|s| (s.normal, s.normal.dot(&(place - s.position))));
-        let cosine = match (own, surface) {
-            (Some(own), Some(other)) => pose.rotate(own.normal).dot(&other.normal),
-            _ => 1.0,
-        };
-        Some(Pair {
-            arm,
-            place,
-            square,
-            across,
-            is_on_surface: own.is_some(),
-            cosine: if is_sided { cosine } else { cosine.abs() },
-        })
-    };
-    points.filter_map(pair).collect()
+/// Pairs each point with what of the other cloud is nearest to it.
+struct Partners<'a> {
+    moving: &'a Cloud,
+    fixed: &'a Cloud,
+    pose: &'a Pose2,
+    /// Points that need no partner; none where it is empty.
+    left_out: &'a [bool],
+}
+
+impl Kernel for Partners<'_> {
+    type Output = Vec<Pair>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Vec<Pair> {
+        let (moving, fixed, pose) = (self.moving, self.fixed, self.pose);
+        let tree = fixed
+            .view()
+            .is_none()
+            .then(|| Neighbours::of(fixed.points()));
+        let is_sided = moving.view().is_some() && fixed.view().is_some();
+        let mut pairs = Vec::with_capacity(moving.points().len());
+        let all = moving.points().iter().zip(moving.surfaces());
+        for (at, (point, own)) in all.enumerate() {
+            if self.left_out.get(at).is_some_and(|is_out| *is_out) {
+                continue;
+            }
+            let arm = pose.rotate(point.coords);
+            let place = pose.position() + arm;
+            let nearest = match (fixed.view(), &tree) {
+                (Some(view), _) => view.nearest::<L>(machine, &place),
+                (None, Some(tree)) => tree.nearest(place),
+                (None, None) => None,
+            };
+            let Some((index, square)) = nearest else {
+                continue;
+            };
+            let surface = fixed.surfaces().get(index).and_then(Option::as_ref);
+            let own = own.map(|own| pose.rotate(own.normal));
+            pairs.push(Pair {
+                partner: index,
+                arm,
+                place,
+                square,
+                across: surface.map(|s| (s.normal, s.normal.dot(&(place - s.position)))),
+                cosine: facing(own, surface.map(|s| s.normal), is_sided),
+                is_on_surface: own.is_some(),
+            });
+        }
+        pairs
+    }
 }
 
 /// Standard deviation of the pairs, by their median, m.
 fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
-    /// σ of a normal distribution by the median of its absolute values.
-    const BY_MEDIAN: f64 = 1.4826;
     let farthest = config.inlier_sigmas * config.most_sigma;
     let facing = pairs.iter().filter(|pair| pair.cosine >= config.min_cosine);
-    let mut all: Vec<f64> = facing
+    let all = facing
         .filter_map(|pair| Some(pair.across?.1.abs()))
-        .filter(|residual| *residual < farthest)
-        .collect();
-    if all.is_empty() {
-        return config.most_sigma;
-    }
-    let middle = all.len() / 2;
-    let median = *all.select_nth_unstable_by(middle, f64::total_cmp).1;
-    (BY_MEDIAN * median).clamp(config.least_sigma, config.most_sigma)
+        .filter(|residual| *residual < farthest);
+    let sigma = sigma_of(all.collect()).unwrap_or(config.most_sigma);
+    sigma.clamp(config.least_sigma, config.most_sigma)
+}
+
+/// The most that pairs scatter at the right pose, by what the points of each cloud scatter about
+/// their own surfaces, which no pose changes.
+fn most_scatter(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
+    let [moving, fixed] = [moving, fixed].map(|cloud| cloud.sigma().unwrap_or(config.most_sigma));
+    let both = (moving * moving + OWN_SHARE * fixed * fixed).sqrt();
+    config.max_excess * both + config.unevenness
 }
 
 fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> Sums {

@@ -14,6 +14,7 @@ mod icp;
 mod judge;
 mod ndt;
 mod neighbours;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +23,8 @@ pub use correlation::CorrelationConfig;
 pub use icp::{Association, IcpConfig, Metric, RobustKernel, Selection, Weighting};
 pub use judge::JudgeConfig;
 pub use ndt::NdtConfig;
+
+use nalgebra::Vector2;
 
 use super::cpd::{CpdConfig, CpdKind, drift};
 use super::gmm::{GmmConfig, register_mixtures};
@@ -66,6 +69,17 @@ impl CloudMethod {
             ),
         ]
     }
+}
+
+/// Cosine of the angle between two surfaces; 1 where one is unknown. Surfaces of clouds that no
+/// sensor saw have no sides.
+#[inline(always)]
+fn facing(a: Option<Vector2<f64>>, b: Option<Vector2<f64>>, is_sided: bool) -> f64 {
+    let Some((a, b)) = a.zip(b) else {
+        return 1.0;
+    };
+    let cosine = a.dot(&b);
+    if is_sided { cosine } else { cosine.abs() }
 }
 
 /// Where a method has come to.

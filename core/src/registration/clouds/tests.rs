@@ -9,6 +9,7 @@ use super::bearings::Bearings;
 use super::neighbours::Neighbours;
 use super::*;
 use crate::geom::{Length, Segment, unit_vector};
+use crate::lanes::{Kernel, Lanes};
 use crate::points::fixture::normal;
 use crate::registration::Verdict;
 
@@ -273,6 +274,18 @@ fn clouds_that_no_sensor_saw_are_registered() {
     assert_eq!(found.verdict, Verdict::Converged);
 }
 
+/// A look for the nearest point by its bearing.
+struct Nearest<'a>(&'a Bearings, &'a Point2<f64>);
+
+impl Kernel for Nearest<'_> {
+    type Output = Option<(usize, f64)>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output {
+        self.0.nearest::<L>(machine, self.1)
+    }
+}
+
 proptest! {
     #[test]
     fn the_nearest_point_by_tree_is_the_nearest_of_all(
@@ -302,11 +315,24 @@ proptest! {
         let view = Bearings::sort(&mut points);
         let place = Point2::from(unit_vector(bearing) * (range(bearing) + off));
         let least = points.iter().map(|p| (p - place).norm_squared()).fold(f64::INFINITY, f64::min);
-        let (at, square) = view.nearest(&points, &place).unwrap();
+        let (at, square) = crate::lanes::run(Nearest(&view, &place)).unwrap();
         prop_assert!((square - least).abs() < 1e-12, "{} {}", square, least);
         prop_assert!(((points[at] - place).norm_squared() - square).abs() < 1e-12);
         let [before, after] = view.about(&place);
         prop_assert!(points[before].coords.perp(&place.coords) > -1e-9);
         prop_assert!(points[after].coords.perp(&place.coords) < 1e-9);
+    }
+}
+
+/// What a cloud takes for its noise is the noise that was added; corners and gaps do not count.
+#[test]
+fn noise_of_a_cloud_is_that_of_its_sensor() {
+    for sigma in [0.005, 0.01, 0.02] {
+        let mut found: Vec<f64> = (0..20)
+            .filter_map(|seed| look(&room(), &Pose2::identity(), sigma, seed).sigma())
+            .collect();
+        found.sort_by(f64::total_cmp);
+        let middle = found[10];
+        assert!((0.7..1.3).contains(&(middle / sigma)), "{sigma}: {middle}");
     }
 }

@@ -31,6 +31,8 @@ const MOST_NODES: usize = 48;
 const BEYOND: f64 = 0.1;
 /// What a product costs beside a pair.
 const PRODUCT: f64 = 0.15;
+/// What an exponential by libm costs beside a pair.
+const EXPONENTIAL: f64 = 12.0;
 
 /// How boxes are cut.
 pub(in crate::registration) struct Plan {
@@ -61,6 +63,10 @@ impl Plan {
             let pairs = to * from.min((2.0 * boxes + 1.0) * (2.0 * boxes + 1.0));
             let (n, points) = (nodes as f64, (sources.len() + targets.len()) as f64);
             let products = points * (n * n + 8.0 * n) + pairs * 2.0 * n * n * n;
+            // The coefficients of each distance of boxes: exponentials, and two products of
+            // matrices that nothing makes wide.
+            let distances = 2.0 * boxes + 1.0;
+            let coefficients = distances * (EXPONENTIAL * n * n + 2.0 * n * n * n);
             Self {
                 nodes,
                 half_side,
@@ -68,7 +74,7 @@ impl Plan {
                 work: if nodes > MOST_NODES {
                     f64::INFINITY
                 } else {
-                    PRODUCT * products
+                    PRODUCT * products + coefficients
                 },
             }
         };

@@ -1,0 +1,136 @@
+//! The forms that ICP has: what is paired with what, what pairs weigh, and what is made least.
+
+use crate::bounds::config;
+
+/// What is made as small as possible.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Metric {
+    /// Distances of points from points (Besl & McKay 1992).
+    PointToPoint,
+    /// Distances of points from the lines through the neighbours of points (Censi 2008).
+    #[default]
+    PointToLine,
+    /// Distances of surfaces from surfaces: each point is sure across its surface and unsure along
+    /// it (Segal et al. 2009).
+    SurfaceToSurface,
+}
+
+/// Which points of the moving cloud are paired.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Selection {
+    /// All of them.
+    #[default]
+    All,
+    /// So many, drawn by a seed.
+    Random {
+        /// How many.
+        count: usize,
+        /// Of the random numbers.
+        seed: u64,
+    },
+    /// So many, their surfaces facing all directions alike: little that faces where few do is
+    /// lost.
+    UniformNormals {
+        /// How many.
+        count: usize,
+    },
+    /// Those where the surface bends: neighbours face elsewhere by more than this, rad.
+    KeyPoints {
+        /// The least bend.
+        bend: f64,
+    },
+}
+
+/// How a point finds its partner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Association {
+    /// The nearest among what the sensor saw in about the same direction; of clouds that no sensor
+    /// saw, as `Nearest`.
+    #[default]
+    ByBearing,
+    /// The nearest, by a k-d tree.
+    Nearest,
+    /// Of the nearest few that which lies nearest to the point's normal (Chen & Medioni 1992).
+    AlongNormal,
+}
+
+/// What pairs weigh, besides what the kernel makes of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Weighting {
+    /// All the same.
+    #[default]
+    Equal,
+    /// Less the more their surfaces face different ways.
+    ByNormals,
+    /// Less the farther they are apart, down to nothing at the largest distance.
+    ByDistance,
+}
+
+/// How the say of a pair falls with its distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RobustKernel {
+    /// Not at all.
+    None,
+    /// In proportion, from the scale on (Huber 1964).
+    Huber,
+    /// Ever faster, so that far ones have none.
+    #[default]
+    Cauchy,
+}
+
+config! {
+    /// A form of ICP.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct IcpConfig {
+        /// Default: points to lines.
+        pub metric: Metric = Metric::default(),
+        /// Default: all.
+        pub selection: Selection = Selection::default(),
+        /// Default: by bearing.
+        pub association: Association = Association::default(),
+        /// Default: all the same.
+        pub weighting: Weighting = Weighting::default(),
+        /// Default: Cauchy's.
+        pub kernel: RobustKernel = RobustKernel::default(),
+        /// Scale of the kernel at the first iteration, m. Default 0.5; larger pulls in worse
+        /// starts, and outliers with them.
+        pub first_scale: f64 = 0.5,
+        /// Scale of the kernel at the end, m: about twice the noise. Default 0.03.
+        pub last_scale: f64 = 0.03,
+        /// What is left of the scale after an iteration. Default 0.5; larger forgives worse starts
+        /// and takes longer.
+        pub shrink: f64 = 0.5,
+        /// While the scale shrinks, one of so many points is paired: what is pulled in from afar
+        /// needs no precision. Default 4; larger is quicker, and misled by less.
+        pub coarse_stride: usize = 4,
+        /// Pairs farther apart than so many scales of the kernel are rejected. Default 4.
+        pub max_scales: f64 = 4.0,
+        /// Part of the pairs that is kept, the nearest ones (trimmed ICP). Default 1: all.
+        pub kept: f64 = 1.0,
+        /// Whether only pairs are kept of which each is the nearest to the other. Default false.
+        pub is_mutual: bool = false,
+        /// Cosine of the largest angle between surfaces that may be the same. Default 0.5.
+        pub min_cosine: f64 = 0.5,
+        /// Most iterations. Default 50.
+        pub max_iterations: usize = 50,
+        /// A step smaller than this is nothing, m. Default 3e-4: a third of what noise leaves.
+        pub shift_tolerance: f64 = 3e-4,
+        /// A step smaller than this is nothing, rad. Default 1e-4.
+        pub turn_tolerance: f64 = 1e-4,
+    }
+}
+
+impl IcpConfig {
+    /// As it is best for points to points: what is sampled at other places lies apart by the
+    /// spacing of the points, which a narrow kernel would take for outliers.
+    #[must_use]
+    pub fn point_to_point() -> Self {
+        Self {
+            metric: Metric::PointToPoint,
+            last_scale: 0.15,
+            shrink: 0.7,
+            coarse_stride: 1,
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The surface at each point of a cloud: the line through its neighbours.
+//!
+//! - Of a scan, neighbours are the beams beside, as far as the steps between them are no longer
+//!   than those that a wall at this range makes.
+//! - Of points in any order they are the nearest ones.
+//!
+//! A place where the neighbours are no line has no surface: a direction that means nothing would
+//! pull a match any way.
+
+use nalgebra::{Point2, Vector2};
+
+use super::neighbours::Neighbours;
+use crate::lanes::{self, Kernel, LANES, Lanes};
+use crate::points::{MAX_FLATNESS, OrientedPoint, Scatter};
+
+/// Neighbours on either side that make the line of a scan's point.
+const BESIDE: usize = 4;
+/// Nearest points that make the line of a point in a cloud without order, itself among them.
+const NEAREST: usize = 7;
+/// A step between beams is one along a wall up to this length, m, ...
+const SHORTEST_GAP: f64 = 0.1;
+/// ... and up to so many times the spacing of the beams at this range.
+const GAP: f64 = 4.0;
+/// A line through fewer points is none.
+const FEWEST: f64 = 3.0;
+/// Points whose neighbours spread by less than this along the line, m², lie in one place.
+const LEAST_SPREAD: f64 = 1e-8;
+
+/// The surfaces of a scan, towards the sensor; `columns` are x and y of its points all round.
+pub(super) fn scan_surfaces(
+    points: &[Point2<f64>],
+    columns: [&[f64]; 2],
+) -> Vec<Option<OrientedPoint>> {
+    lanes::run(OfScan {
+        count: points.len(),
+        columns,
+    })
+}
+
+/// The surfaces of points in any order.
+pub(super) fn nearest_surfaces(points: &[Point2<f64>]) -> Vec<Option<OrientedPoint>> {
+    let neighbours = Neighbours::of(points);
+    let surface = |point: &Point2<f64>| {
+        let mut scatter = Scatter::default();
+        for near in neighbours.nearest_few(*point, NEAREST) {
+            scatter.add(points.get(near)? - point);
+        }
+        let normal = scatter.normal()?;
+        Some(OrientedPoint {
+            position: point + normal * normal.dot(&scatter.mean()),
+            normal,
+        })
+    };
+    points.iter().map(surface).collect()
+}
+
+/// Four numbers from a place in a column on.
+#[inline(always)]
+fn four<L: Lanes>(machine: L::Machine, column: &[f64], at: usize) -> L {
+    let chunk = column.get(at..).and_then(<[f64]>::first_chunk);
+    L::load(machine, chunk.unwrap_or(&[0.0; LANES]))
+}
+
+/// The line through the neighbours of each point of a scan, by fours.
+struct OfScan<'a> {
+    count: usize,
+    /// x and y, beginning [`LANES`] points before the first.
+    columns: [&'a [f64]; 2],
+}
+
+impl OfScan<'_> {
+    /// Of each step between neighbours, all round as the columns are, whether it is one along a
+    /// wall: 1, or 0.
+    #[inline(always)]
+    fn steps<L: Lanes>(&self, machine: L::Machine) -> Vec<f64> {
+        let [xs, ys] = self.columns;
+        let four = |column, at| four::<L>(machine, column, at);
+        let steps = xs.len().saturating_sub(1);
+        // The angle between neighbours by its sine, squared: gaps come out too small, and do not
+        // matter.
+        let mut angles = Vec::with_capacity(steps + LANES);
+        for at in (LANES..LANES + self.count).step_by(LANES) {
+            let (ax, ay, bx, by) = (
+                four(xs, at),
+                four(ys, at),
+                four(xs, at + 1),
+                four(ys, at + 1),
+            );
+            let across = ax * by - ay * bx;
+            let squares = (ax * ax + ay * ay) * (bx * bx + by * by);
+            angles.extend((across * across / squares).to_array());
+        }
+        angles.truncate(self.count);
+        // Beside a point at the sensor itself there is no angle.
+        angles.retain(|angle| angle.is_finite());
+        let middle = angles.len() / 2;
+        let spacing = match angles.is_empty() {
+            true => 0.0,
+            false => *angles.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        let splat = |value| L::splat(machine, value);
+        let (shortest, scale) = (
+            splat(SHORTEST_GAP * SHORTEST_GAP),
+            splat(GAP * GAP * spacing),
+        );
+        let mut along = angles;
+        along.clear();
+        for at in (0..steps).step_by(LANES) {
+            let (ax, ay) = (four(xs, at), four(ys, at));
+            let (dx, dy) = (four(xs, at + 1) - ax, four(ys, at + 1) - ay);
+            let longest = shortest.or_greater(scale * (ax * ax + ay * ay));
+            let is_gap = (dx * dx + dy * dy).where_greater(longest, splat(0.0), splat(1.0));
+            along.extend(is_gap.to_array());
+        }
+        along
+    }
+}
+
+impl Kernel for OfScan<'_> {
+    type Output = Vec<Option<OrientedPoint>>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output {
+        let [xs, ys] = self.columns;
+        let steps = self.steps::<L>(machine);
+        let four = |column, at| four::<L>(machine, column, at);
+        let splat = |value| L::splat(machine, value);
+        let (zero, half, one) = (splat(0.0), splat(0.5), splat(1.0));
+        // None twice, all round.
+        let beside = BESIDE.min(self.count.saturating_sub(1) / 2);
+        let mut surfaces = Vec::with_capacity(self.count.next_multiple_of(LANES));
+        for at in (LANES..LANES + self.count).step_by(LANES) {
+            let (px, py) = (four(xs, at), four(ys, at));
+            // Sums over the neighbours as seen from the point, which itself adds nothing.
+            let (mut n, mut x, mut y) = (one, zero, zero);
+            let (mut xx, mut xy, mut yy) = (zero, zero, zero);
+            let (mut after, mut before) = (one, one);
+            for away in 1..=beside {
+                after = after * four(&steps, at + away - 1);
+                before = before * four(&steps, at - away);
+                for (other, is_near) in [(at + away, after), (at - away, before)] {
+                    let (dx, dy) = (four(xs, other) - px, four(ys, other) - py);
+                    let (wx, wy) = (is_near * dx, is_near * dy);
+                    n += is_near;
+                    x += wx;
+                    y += wy;
+                    xx += wx * dx;
+                    xy += wx * dy;
+                    yy += wy * dy;
+                }
+            }
+            // The scatter, times the square of the number of points.
+            let (xx, xy, yy) = (n * xx - x * x, n * xy - x * y, n * yy - y * y);
+            let (lean, middle) = (half * (xx - yy), half * (xx + yy));
+            let spread = (lean * lean + xy * xy).sqrt();
+            let (across, along) = (middle - spread, middle + spread);
+            // The eigenvector of the larger eigenvalue is (spread + lean, xy) or (xy, spread -
+            // lean): the longer one. The square of its length is 2 spread (spread + |lean|).
+            let long = spread + lean.abs();
+            let length = ((spread + spread) * long).sqrt();
+            let tx = lean.where_greater(zero, long, xy) / length;
+            let ty = lean.where_greater(zero, xy, long) / length;
+            // Towards the sensor.
+            let sign = (ty * px - tx * py).where_greater(zero, one, zero - one);
+            let (nx, ny) = (zero - ty * sign, tx * sign);
+            let off = (nx * x + ny * y) / n;
+            // A line, where this is not less than nothing.
+            let flat = splat(MAX_FLATNESS) * along - across;
+            let flat = along.where_greater(n * n * splat(LEAST_SPREAD), flat, zero - one);
+            let flat = n.where_greater(splat(FEWEST - 0.5), flat, zero - one);
+            let flat = flat.to_array();
+            let (sx, sy) = ((px + nx * off).to_array(), (py + ny * off).to_array());
+            let (nx, ny) = (nx.to_array(), ny.to_array());
+            for lane in 0..LANES {
+                surfaces.push((flat[lane] >= 0.0).then(|| OrientedPoint {
+                    position: Point2::new(sx[lane], sy[lane]),
+                    normal: Vector2::new(nx[lane], ny[lane]),
+                }));
+            }
+        }
+        surfaces.truncate(self.count);
+        surfaces
+    }
+}
