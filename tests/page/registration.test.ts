@@ -1,5 +1,5 @@
-// The registration lab: two clouds that are dragged, every method on them, a map of starts, and what
-// is read, drawn and refused.
+// The registration lab: two clouds that are dragged, every method on them, a map of starts, and
+// what is read, drawn and refused.
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';

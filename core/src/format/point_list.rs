@@ -7,8 +7,8 @@
 //! # Ok::<(), slamlab_core::format::point_list::PointListError>(())
 //! ```
 //!
-//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line `x y`
-//! names the columns.
+//! Fields are parted by commas, semicolons, tabs or blanks; `#` begins a comment. A first line
+//! `x y` names the columns.
 
 use nalgebra::Point2;
 

@@ -1,7 +1,7 @@
 //! What a method does, iteration by iteration: for whoever wants to see it at work.
 //!
 //! Every method that iterates shows each iteration to a [`Watch`], from the one place where it is
-//! computed. `()` looks at nothing, and then nothing is made for it: a plain call costs what it did.
+//! computed. `()` looks at nothing, and then nothing is made for it: a plain call costs as before.
 
 use nalgebra::Point2;
 
@@ -12,8 +12,8 @@ use crate::geom::{Length, Pose2};
 pub struct Correspondence {
     /// Where the point lies before the iteration's step.
     pub from: Point2<f64>,
-    /// Its partner: a point, the foot on a surface, the mean of a cell, or, where every point counts
-    /// a little, the mean of all that it is owed.
+    /// Its partner: a point, the foot on a surface, the mean of a cell, or, where every point
+    /// counts a little, the mean of all that it is owed.
     pub to: Point2<f64>,
     /// How much it counts beside the one that counts most in this iteration, up to 1.
     pub weight: f64,
@@ -89,7 +89,7 @@ impl Watch for Vec<Iteration> {
     }
 }
 
-/// Looks at a method that moves a cloud from where it lies at a start: poses are counted from there.
+/// Looks at a method that moves a cloud from where it lies at a start: its poses count from there.
 pub(super) struct FromStart<'a, W> {
     pub(super) start: Pose2,
     pub(super) watch: &'a mut W,

@@ -2,9 +2,9 @@
 //!
 //! In: a seed and a condition. Out: what a sensor at two poses hits, each in its own frame.
 //!
-//! Poses lie up to [`SHIFT`] and [`TURN`] apart and see each other. How much the walls in sight tell
-//! of the way is known from the walls themselves, not from the scans, so that pairs along corridors
-//! can be left out, or looked for.
+//! Poses lie up to [`SHIFT`] and [`TURN`] apart and see each other. How much the walls in sight
+//! tell of the way is known from the walls themselves, not from the scans, so that pairs along
+//! corridors can be left out, or looked for.
 
 use std::f64::consts::{PI, TAU};
 
@@ -173,8 +173,8 @@ impl Buildings {
         Self(worlds.into_iter().map(open).collect())
     }
 
-    /// The pair of a seed, of which the walls tell as much as `is_wanted` asks for, seen from either
-    /// pose (see [`Buildings::observability`]). `None` where none was found in many tries.
+    /// The pair of a seed, of which the walls tell as much as `is_wanted` asks for, seen from
+    /// either pose (see [`Buildings::observability`]). `None` where none was found in many tries.
     #[must_use]
     pub fn pair(
         &self,
@@ -306,7 +306,7 @@ impl Building {
         (is_clear(&fixed) && is_clear(&moving) && is_seen).then_some([fixed, moving])
     }
 
-    /// Only of beams within half a turn from `arc` on, a direction of the building, if one is given.
+    /// Only of beams within half a turn from `arc` on, a direction of the building, if it is given.
     fn scan(
         &self,
         pose: &Pose2,

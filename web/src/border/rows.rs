@@ -58,7 +58,7 @@ rows! {
     /// An iteration of a registration: the pose of the moving cloud before its step, how far it
     /// looks, the weighted residual (m, rad), and how many points have a partner.
     "ITERATION": IterationRow of f64 { x, y, heading, width, residual, matched }
-    /// A point of the moving cloud and where an iteration wants it, m, and how much it counts, to 1.
+    /// A point of the moving cloud, where an iteration wants it, m, and how much it counts, to 1.
     "CORRESPONDENCE": CorrespondenceRow of f32 { from_x, from_y, to_x, to_y, weight }
     /// A cell of a map of starts: its place row by row from the lower left, what became of it, and
     /// how far it ended from the right pose, m.

@@ -16,7 +16,7 @@ const NOTCH = Math.PI / 60;
 const SPACING = 0.05;
 /** What a drawing shows before there is anything, m. */
 const SHEET: Box = { minX: -4, minY: -2.5, maxX: 4, maxY: 2.5 };
-/** From the middle of the moving cloud to its handle, CSS pixels, and how near a press has to be. */
+/** From the middle of the moving cloud to its handle, and how near a press has to be, pixels. */
 const ARM = 74;
 const REACH = 24;
 

@@ -48,8 +48,8 @@ export function prepare(canvas: HTMLCanvasElement, box: Box, colours: Colours, c
   return { context, camera, colours };
 }
 
-/** What is worth seeing of a cloud at a pose. Of a scan that is where most of it lies: few beams reach
-    far, through a door, and would make all else small. */
+/** What is worth seeing of a cloud at a pose. Of a scan that is where most of it lies: few beams
+    reach far, through a door, and would make all else small. */
 export function boxOf(points: Float64Array, pose: Pose, isScan: boolean): Box | null {
   if (points.length === 0) return null;
   const [xs, ys]: [number[], number[]] = [[], []];

@@ -1,4 +1,5 @@
-// Registers clouds for the lab: in a worker of its own, so that a map of starts keeps no run waiting.
+// Registers clouds for the lab: in a worker of its own, so that a map of starts keeps no run
+// waiting.
 
 import init, { builtin_pair, read_point_list, registration_offer, type WebBasin, WebClouds } from "../../pkg/slamlab_web.js";
 import { faultOf } from "../fault.js";

@@ -4,8 +4,8 @@
 //! each cell of a map of starts, where the method ended and what it said of that.
 //!
 //! One call of [`Basin::step`] registers once, so that whoever asks can show how far it is and stop
-//! at any time. Cells come spread over the whole map, not row by row: what is known after a tenth of
-//! the time looks like the whole.
+//! at any time. Cells come spread over the whole map, not row by row: what is known after a tenth
+//! of the time looks like the whole.
 
 use super::{Cloud, CloudMethod, JudgeConfig, register_clouds};
 use crate::bounds::config;
@@ -169,14 +169,17 @@ impl Basin {
         self.config.cells * self.config.cells
     }
 
-    /// In steps of the golden section, or of the next number that leaves no cell out.
+    /// In steps that spread over rows and columns alike, or the next number that leaves no cell
+    /// out: Roberts' (2018) R2 sequence, on a grid.
     fn next_index(&self) -> Option<usize> {
-        let count = self.count();
+        const UP: f64 = 0.569_840;
+        const RIGHT: f64 = 0.754_878;
+        let (cells, count) = (self.config.cells, self.count());
         if self.done >= count {
             return None;
         }
-        const GOLDEN: f64 = 0.618_034;
-        let from = ((GOLDEN * count as f64) as usize).max(1);
+        let part = |part: f64| (part * cells as f64) as usize;
+        let from = (part(UP) * cells + part(RIGHT)).max(1);
         let stride = (from..).find(|stride| gcd(*stride, count) == 1)?;
         Some((self.done * stride) % count)
     }

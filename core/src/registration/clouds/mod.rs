@@ -113,8 +113,8 @@ pub fn register_clouds(
 pub struct Trace {
     /// As [`register_clouds`] gives it, to the bit.
     pub registration: Registration,
-    /// Every iteration, the first one from the start. A correlation begins with its search, which is
-    /// one here and counted nowhere else.
+    /// Every iteration, the first one from the start. A correlation begins with its search, which
+    /// is one here and counted nowhere else.
     pub iterations: Vec<Iteration>,
 }
 

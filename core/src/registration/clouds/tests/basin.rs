@@ -52,6 +52,28 @@ fn every_cell_comes_once_and_is_what_a_plain_call_says() {
 }
 
 #[test]
+fn a_tenth_of_the_cells_shows_the_whole() {
+    let config = BasinConfig {
+        cells: 25,
+        ..BasinConfig::default()
+    };
+    let empty = || Cloud::any(vec![]).unwrap();
+    let method = CloudMethod::Icp(IcpConfig::default());
+    let mut basin = Basin::new([empty(), empty()], Pose2::identity(), method, config);
+    // In each of 16 parts of the map, which have 36 to 49 cells, some are known.
+    let mut known = [0; 16];
+    for _ in 0..63 {
+        let cell = basin.step().unwrap();
+        let (column, row) = (cell.index % 25, cell.index / 25);
+        known[4 * (4 * row / 25) + 4 * column / 25] += 1;
+    }
+    assert!(
+        known.iter().all(|count| (2..=6).contains(count)),
+        "{known:?}"
+    );
+}
+
+#[test]
 fn axes_are_a_shift_and_a_turn_or_a_place() {
     let corner = |axes| {
         let config = BasinConfig {
