@@ -1,6 +1,7 @@
-// Bundles the page into dist/: main.js, worker.js, local_bridge.js, style.css, fonts, the wasm
-// module and index.html. `node build.mjs` once; `node build.mjs --watch` again at every change. The
-// module must stand in pkg/ (cargo xtask run makes it).
+// Bundles the page into dist/: main.js, registration.js, which is loaded when the lab is opened,
+// the workers, style.css, fonts, the wasm module and index.html. `node build.mjs` once; `node
+// build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run makes
+// it).
 
 import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
 import * as esbuild from "esbuild";
@@ -37,7 +38,10 @@ const options = {
   logLevel: "warning",
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
-  entryPoints: { main: "src/main.ts", worker: "src/worker.ts", local_bridge: "src/local_bridge.ts", style: "src/style.css" },
+  entryPoints: {
+    main: "src/main.ts", registration: "src/registration/lab.ts", style: "src/style.css",
+    worker: "src/worker.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
+  },
   loader: { ".woff2": "file" },
   assetNames: "[name]",
   plugins: [sheetAsText],

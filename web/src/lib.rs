@@ -20,6 +20,7 @@ mod local_bridge;
 mod offer;
 mod quality;
 mod recording;
+mod registration;
 mod rooms;
 mod run;
 mod saved_map;
@@ -48,6 +49,11 @@ pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
 pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
 pub use quality::{Quality, Stretch, Tear, WebJudgement};
 pub use recording::{ReplaySetup, WebLogReader};
+pub use registration::{
+    AdvisedMethod, BasinAsk, CloudPair, LabError, MeasuredRow, PairInfo, Registered,
+    RegistrationAdvice, RegistrationOffer, WebBasin, WebClouds, builtin_pair, read_point_list,
+    registration_offer,
+};
 pub use rooms::{Doorway, Region, Rooms};
 pub use run::{Notice, RunError, SourceKind, WebRun};
 pub use saved_map::{MapStart, SavedMapPicture, WebSavedMap};

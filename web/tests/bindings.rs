@@ -8,9 +8,11 @@ use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::{SensorModel, worlds};
 use slamlab_core::slam::Method;
 use slamlab_web::{
-    BenchResponse, BenchTrial, Decision, ErrorKind, FieldChange, FieldName as Field, Gate,
-    Inspection, MethodName, Mode as ModeName, Offer, ReplaySetup, RunStatus, SavedFile, SavedKind,
-    SettingInfo, SettingValues, Setup, SlamView, Submaps, WebError, WebLogReader, WebRun,
+    BasinAsk, BasinAxesName, BasinOutcomeName, BenchResponse, BenchTrial, CloudPair, Decision,
+    ErrorKind, FieldChange, FieldName as Field, Gate, Inspection, MethodName, Mode as ModeName,
+    Offer, Registered, RegistrationAdvice, RegistrationOffer, ReplaySetup, RunStatus, SavedFile,
+    SavedKind, SettingInfo, SettingValues, Setup, SlamView, Submaps, WebClouds, WebError,
+    WebLogReader, WebRun,
 };
 use tsify::{Ts, Tsify};
 use wasm_bindgen::JsValue;
@@ -413,6 +415,73 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
         hashes.push(replay.state_hash());
     }
     assert_eq!(hashes.first(), hashes.last());
+}
+
+#[wasm_bindgen_test]
+fn every_method_that_the_lab_offers_registers_and_can_be_looked_at() {
+    let offer: RegistrationOffer = rust(slamlab_web::registration_offer());
+    assert_eq!(offer.measured.len(), 4 * offer.methods.len());
+    for info in &offer.pairs {
+        let pair: CloudPair = rust(slamlab_web::builtin_pair(&info.name));
+        let clouds = WebClouds::new(&pair.moving, &pair.fixed, true);
+        let mut clouds = clouds.map_err(words).expect("two scans");
+        for method in &offer.methods {
+            let found: Registered = rust(clouds.register(method, &pair.truth));
+            // The search of a correlation is seen as well.
+            let seen = found.iterations as usize + usize::from(method == "correlation");
+            assert_eq!(found.steps.len(), 6 * seen, "{method}");
+            let pairs = clouds.correspondences(method, seen);
+            assert_eq!(pairs.len() % 5, 0, "{method}");
+            let matched = found.steps.last().copied().unwrap_or_default();
+            assert_eq!(pairs.len() / 5, matched as usize, "{method}: the last ones");
+            let first = clouds.correspondences(method, 0);
+            assert!(method == "correlation" || !first.is_empty(), "{method}");
+        }
+        let advice = clouds.advise(&pair.truth, &[0.0; 3]).map_err(words);
+        let advice = advice.expect("an answer").expect("there is a table");
+        let advice: RegistrationAdvice = rust(Ok(advice));
+        assert!(offer.methods.contains(&advice.method.name));
+    }
+}
+
+#[wasm_bindgen_test]
+fn a_map_of_starts_comes_cell_by_cell_and_bad_questions_are_refused() {
+    let pair: CloudPair = rust(slamlab_web::builtin_pair("office"));
+    let clouds = WebClouds::new(&pair.moving, &pair.fixed, true);
+    let clouds = clouds.map_err(words).expect("two scans");
+    let mut ask = BasinAsk {
+        method: "point-to-line".to_owned(),
+        right: pair.truth,
+        axes: BasinAxesName::Place,
+        shift: 0.5,
+        turn: 0.5,
+        cells: 5,
+    };
+    let mut basin = clouds.basin(&ts(&ask)).map_err(words).expect("a map");
+    let mut rows = vec![];
+    loop {
+        let row = basin.step();
+        if row.is_empty() {
+            break;
+        }
+        rows.push(row);
+    }
+    assert_eq!((rows.len(), basin.progress()), (25, 1.0));
+    // From the right pose, in the middle, it is found.
+    let middle = rows.iter().find(|row| row[0] == 12.0).expect("all cells");
+    assert_eq!(BasinOutcomeName::NAMES[middle[1] as usize], "found");
+    ask.method = "magic".to_owned();
+    let refused = clouds
+        .basin(&ts(&ask))
+        .map_err(words)
+        .expect_err("no such method");
+    assert!(refused.contains("`magic`"), "{refused}");
+    let refused = slamlab_web::read_point_list(b"1,2\n3,x\n").map_err(words);
+    assert!(refused.expect_err("no number").contains("line 2: y is `x`"));
+    let points = slamlab_web::read_point_list(b"1,2\n3,4\n").map_err(words);
+    assert_eq!(points.expect("two points"), [1.0, 2.0, 3.0, 4.0]);
+    let nan = WebClouds::new(&[f64::NAN, 0.0], &pair.fixed, true).map_err(words);
+    assert!(nan.expect_err("no point").contains("point 0 is not finite"));
 }
 
 #[wasm_bindgen_test]

@@ -3,6 +3,7 @@
 import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
+import { Keyframes } from "./keyframes.js";
 import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
@@ -46,6 +47,7 @@ import "./ui/tip.js";
 import "./ui/toast.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
+import type { SlamRegistration } from "./registration/lab.js";
 import { wallEnds } from "./view/layers/spot.js";
 import { SlamMap } from "./view/map_view.js";
 import { readPalette } from "./view/palette.js";
@@ -68,7 +70,14 @@ const transport = component<SlamTransport>("slam-transport");
 const cycle = component<SlamCycle>("slam-cycle");
 const help = component<SlamHelp>("slam-help");
 
-client.onStart = () => map.restart();
+/** Scans of this run, for the lab. */
+const keyframes = new Keyframes();
+store.on("frame", () => store.status && keyframes.take(store.status, scene.scan));
+
+client.onStart = () => {
+  map.restart();
+  keyframes.clear();
+};
 
 /** The worker sends the filter's state only while its tab is open, and the matrix only while it is
     visible. */
@@ -100,7 +109,38 @@ store.on("view", () => {
   client.send({ kind: "rooms", on: showsRooms });
 });
 
+/** The registration lab, over all else; its code comes when it is opened first. */
+let lab: SlamRegistration | null = null;
+async function showLab(): Promise<void> {
+  if (client.mayBeDriving) client.stop();
+  if (!lab) {
+    try {
+      // A bundle of its own: the first visit does without.
+      await import(new URL("registration.js", import.meta.url).href);
+    } catch {
+      store.set("toast", { toast: { level: "warn", text: "The registration lab could not be loaded. Is the server still there?" } });
+      return;
+    }
+    lab ??= Object.assign(document.createElement("slam-registration") as SlamRegistration, { store, keyframes, onClose: hideLab });
+  }
+  setBehind(true);
+  document.body.append(lab);
+  lab.focus();
+}
+function hideLab(): void {
+  lab?.rest();
+  lab?.remove();
+  setBehind(false);
+  dispatchEvent(new Event("focus-map"));
+}
+
+/** What lies behind the lab cannot be reached. */
+function setBehind(isBehind: boolean): void {
+  for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
+}
+
 addEventListener("show-help", () => help.show());
+addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
 addEventListener("save-picture", () => void savePicture());
 
@@ -113,7 +153,7 @@ const byHand = {
 startGamepad(byHand);
 startKeyboard({
   ...byHand,
-  busy: () => help.shown,
+  busy: () => help.shown || (lab?.isConnected ?? false),
   steers: () => store.source !== "replay",
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
@@ -135,6 +175,7 @@ startKeyboard({
     m: () => client.send({ kind: "save", what: "map" }),
     // Celej's key for it; where there is a robot to steer, only with Shift.
     a: () => client.send({ kind: "save", what: "map" }),
+    l: () => void showLab(),
     t: () => switchTheme(store),
     "?": () => help.show(),
   },

@@ -1,5 +1,5 @@
-// Runs the core for the page: with local_bridge.ts the only file that starts the WebAssembly
-// module. Each command of the page has one handler.
+// Runs the core for the page: with local_bridge.ts and registration/worker.ts the only file that
+// starts the WebAssembly module. Each command of the page has one handler.
 
 import init, { WebRun, WebSavedMap, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";

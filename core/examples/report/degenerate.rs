@@ -16,11 +16,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::registration::{Cloud, CloudMethod, JudgeConfig, Verdict, register_clouds};
-use slamlab_core::sim::Caster;
+use slamlab_core::sim::scan_pair::{Buildings, Condition, Observability};
 
 use crate::Args;
 use crate::outcome::Outcome;
-use crate::registration::pairs::{CLEAN, poses, scan, share, spread};
 use crate::ride::world_named;
 
 const PAIRS: u64 = 300;
@@ -75,25 +74,27 @@ fn part(pairs: &[Pair], holds: impl Fn(&Pair) -> bool) -> f64 {
 
 /// Pairs in a world whose walls say so much, seen from either scan.
 fn pairs(world: &str, count: u64, is_wanted: impl Fn(f64) -> bool) -> Result<Vec<Pair>> {
-    let world = world_named(world)?;
-    let (low, high) = world.bounds();
-    let caster = Caster::new(world.walls());
+    let building = Buildings::of([world_named(world)?]);
     let drawn = |seed: u64| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         for _ in 0..TRIES {
-            let Some([fixed, moving]) = poses(&caster, low, high, &mut rng) else {
+            let Some([fixed, moving]) = building.poses(&mut rng) else {
                 continue;
             };
             let between = fixed.delta_to(&moving);
             let turn = CLOSER * 0.75 * between.heading();
             let shift = between.position().coords * CLOSER;
             let moving = fixed * Pose2::new(shift.x, shift.y, turn);
-            let seen = [fixed, moving].map(|pose| share(&caster, &pose));
-            if !seen.into_iter().all(&is_wanted) || shift.length() < 1e-3 {
+            let seen = [fixed, moving].map(|pose| building.observability(&pose));
+            let is_so = seen.iter().flatten().all(|seen| is_wanted(seen.share()));
+            if !is_so || shift.length() < 1e-3 {
                 continue;
             }
-            let (_, _, axis) = spread(&caster, &fixed);
-            let [a, b] = [fixed, moving].map(|pose| scan(&caster, &pose, &CLEAN, None, &mut rng));
+            let [Some(Observability { axis, .. }), _] = seen else {
+                continue;
+            };
+            let [a, b] =
+                [fixed, moving].map(|pose| building.scan(&pose, &Condition::CLEAN, &mut rng));
             return Ok(Pair {
                 fixed: Cloud::scan(a)?,
                 moving: Cloud::scan(b)?,

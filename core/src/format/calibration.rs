@@ -116,7 +116,7 @@ fn read_lines(bytes: &[u8]) -> Result<Vec<(usize, CalibrationPair)>, Calibration
 }
 
 /// The fields of a line, without its comment.
-fn fields(line: &str) -> Vec<&str> {
+pub(super) fn fields(line: &str) -> Vec<&str> {
     let content = line.split('#').next().unwrap_or_default();
     let parted = content.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
     parted.filter(|field| !field.is_empty()).collect()

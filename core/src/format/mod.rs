@@ -9,6 +9,7 @@ pub mod floor_plan;
 pub mod g2o;
 pub mod map_server;
 pub mod og_map;
+pub mod point_list;
 pub mod preset;
 pub mod ranger_log;
 pub mod relations;

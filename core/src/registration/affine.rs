@@ -29,6 +29,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 
 use self::signature::Signature;
 use self::whitened::Whitened;
+use crate::geom::Pose2;
 
 /// x ↦ A x + t.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,12 @@ impl AffineMap {
     #[must_use]
     pub fn apply(&self, point: &Point2<f64>) -> Point2<f64> {
         Point2::from(self.linear * point.coords + self.shift)
+    }
+
+    /// The pose of a map that is a rotation and a shift.
+    pub(super) fn rigid(&self) -> Pose2 {
+        let (cos, sin) = (self.linear[(0, 0)], self.linear[(1, 0)]);
+        Pose2::from_cos_sin(self.shift.x, self.shift.y, cos, sin)
     }
 }
 

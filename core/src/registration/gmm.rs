@@ -23,6 +23,7 @@ use nalgebra::{DVector, Matrix2, Point2, Vector2};
 
 use self::bfgs::descend;
 
+use super::trace::{Correspondence, Iteration, Watch};
 use super::{AffineMap, gauss_transform};
 use crate::bounds::config;
 use crate::geom::{Pose2, sin_cos};
@@ -75,6 +76,17 @@ pub fn register_mixtures(
     start: &Pose2,
     config: &GmmConfig,
 ) -> Option<GmmFit> {
+    register_mixtures_watched(moving, fixed, start, config, &mut ())
+}
+
+/// [`register_mixtures`], with somebody who looks.
+pub(super) fn register_mixtures_watched(
+    moving: &[Point2<f64>],
+    fixed: &[Point2<f64>],
+    start: &Pose2,
+    config: &GmmConfig,
+    watch: &mut impl Watch,
+) -> Option<GmmFit> {
     let (from, to) = (Extent::of(moving)?, Extent::of(fixed)?);
     let scale = from.size.max(to.size);
     let normal = |points: &[Point2<f64>], mean: &Vector2<f64>| -> Vec<Point2<f64>> {
@@ -89,14 +101,34 @@ pub fn register_mixtures(
         true => vec![shift.x, shift.y, cos, -sin, sin, cos],
         false => vec![shift.x, shift.y, start.heading()],
     });
+    let map = |parameters: &DVector<f64>| {
+        let (linear, shift) = linear(parameters.as_slice());
+        AffineMap {
+            linear,
+            shift: to.mean + shift * scale - linear * from.mean,
+        }
+    };
+    let back = |point: Vector2<f64>| Point2::from(to.mean + point * scale);
     let mut width = config.first_width.max(config.last_width);
     let (mut iterations, mut is_settled) = (0, false);
     for _ in 0..MOST_ROUNDS {
         let problem = Mixtures::of(&y, &x, width, config.error);
-        let found = descend(parameters, FLAT, config.max_iterations, |at| {
+        let value = |at: &DVector<f64>| {
             let (value, gradient) = problem.value(at.as_slice());
             (value, DVector::from_vec(gradient))
-        });
+        };
+        let look = |at: &DVector<f64>| {
+            watch.see(|| {
+                let pulls = problem.pulls(at.as_slice()).into_iter();
+                let pairs = pulls.map(|(from, to, weight)| Correspondence {
+                    from: back(from),
+                    to: back(to),
+                    weight,
+                });
+                Iteration::of(map(at).rigid(), width * scale, pairs)
+            });
+        };
+        let found = descend(parameters, FLAT, config.max_iterations, value, look);
         parameters = found.at;
         iterations += found.iterations;
         is_settled = found.is_settled;
@@ -108,12 +140,8 @@ pub fn register_mixtures(
     let problem = Mixtures::of(&y, &x, width, config.error);
     let own = problem.own(&x);
     let (value, _) = problem.value(parameters.as_slice());
-    let (linear, shift) = linear(parameters.as_slice());
     Some(GmmFit {
-        map: AffineMap {
-            linear,
-            shift: to.mean + shift * scale - linear * from.mean,
-        },
+        map: map(&parameters),
         distance: ((value + own) / (2.0 * own)).max(0.0),
         iterations,
         is_settled,
@@ -183,12 +211,32 @@ impl<'a> Mixtures<'a> {
         sums.iter().map(|[sum]| sum).sum::<f64>() / (count * count)
     }
 
+    fn moved(&self, parameters: &[f64]) -> Vec<Point2<f64>> {
+        let (linear, shift) = linear(parameters);
+        let moved = |p: &Point2<f64>| Point2::from(linear * p.coords + shift);
+        self.moving.iter().map(moved).collect()
+    }
+
+    /// Σ g, Σ g x and Σ g y of the fixed points at each of these.
+    fn at(&self, moved: &[Point2<f64>]) -> Vec<[f64; 3]> {
+        let (fixed, weights) = (self.fixed, &self.weights);
+        gauss_transform(fixed, weights, moved, self.sigma, self.error, None)
+    }
+
+    /// Each moving point, the mean of the fixed ones as it hears them, and how much it hears.
+    fn pulls(&self, parameters: &[f64]) -> Vec<(Vector2<f64>, Vector2<f64>, f64)> {
+        let moved = self.moved(parameters);
+        let sums = self.at(&moved);
+        let heard = moved.iter().zip(sums).filter(|(_, [sum, ..])| *sum > 0.0);
+        heard
+            .map(|(p, [sum, x, y])| (p.coords, Vector2::new(x, y) / sum, sum))
+            .collect()
+    }
+
     /// f and its gradient.
     fn value(&self, parameters: &[f64]) -> (f64, Vec<f64>) {
-        let (linear, shift) = linear(parameters);
-        let moved: Vec<_> = (self.moving.iter())
-            .map(|p| Point2::from(linear * p.coords + shift))
-            .collect();
+        let (_, shift) = linear(parameters);
+        let moved = self.moved(parameters);
         let (m, n) = (self.moving.len() as f64, self.fixed.len() as f64);
         let scale = 1.0 / (self.sigma * self.sigma);
         let (mut value, mut gradient) = (0.0, vec![0.0; parameters.len()]);
@@ -219,14 +267,7 @@ impl<'a> Mixtures<'a> {
                 }
             }
         };
-        let sums = gauss_transform(
-            self.fixed,
-            &self.weights,
-            &moved,
-            self.sigma,
-            self.error,
-            None,
-        );
+        let sums = self.at(&moved);
         add(&moved, &sums, -2.0 / (m * n), false);
         if parameters.len() > 3 {
             let own = weights(&moved);

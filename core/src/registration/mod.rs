@@ -5,8 +5,8 @@
 //! method is a file here and a row of the table below.
 //!
 //! Whoever has two clouds calls [`register_clouds`], which has all methods behind one interface,
-//! and one judge of what they find; [`register_affine`], [`drift`] and [`register_mixtures`] find
-//! maps that are not rigid.
+//! and one judge of what they find, or [`trace_clouds`] to see each iteration;
+//! [`register_affine`], [`drift`] and [`register_mixtures`] find maps that are not rigid.
 
 mod affine;
 mod clouds;
@@ -22,11 +22,14 @@ mod point_to_line;
 mod point_to_point;
 mod rolling;
 mod target;
+mod trace;
 
 pub use affine::{AffineError, AffineFit, AffineMap, AffineMethod, register_affine};
 pub use clouds::{
-    Association, Cloud, CloudError, CloudMethod, CorrelationConfig, IcpConfig, JudgeConfig, Metric,
-    NdtConfig, RobustKernel, Selection, Weighting, register_clouds,
+    Advice, Association, Basin, BasinAxes, BasinCell, BasinConfig, BasinOutcome, Cloud, CloudError,
+    CloudMethod, CorrelationConfig, IcpConfig, JudgeConfig, Likeness, MEASURED, MEASURED_PAIRS,
+    MeasuredCondition, MeasuredMethod, Metric, NEAR_SHIFT, NEAR_TURN, NdtConfig, RobustKernel,
+    Selection, Trace, Weighting, advise, likeness, register_clouds, trace_clouds,
 };
 pub use correlative::{Candidate, SearchWindow, search, search_turned};
 pub use cpd::{CpdConfig, CpdError, CpdKind, Drift, MOST_NON_RIGID, drift};
@@ -41,6 +44,7 @@ pub use modes::{Modes, ModesConfig, modes};
 pub use outcome::{Prior, Registration, Verdict};
 pub use rolling::{MotionError, Part, Rolling, RollingPrior, register_rolling};
 pub use target::Target;
+pub use trace::{Correspondence, Iteration};
 
 use nalgebra::Point2;
 

@@ -15,6 +15,7 @@
 //! | `doors` | doors that open and shut, by the clock and on order |
 //! | `movers` | discs that walk along way-points |
 //! | `sensors/` | lidars, infra-red rangers on a servo, sonars |
+//! | `scan_pair` | two scans and the motion between them, to try registration on |
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
 //!
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors
@@ -32,6 +33,7 @@ mod movers;
 mod noise;
 mod reachable;
 pub mod response;
+pub mod scan_pair;
 pub mod sensors;
 mod simulation;
 mod world;

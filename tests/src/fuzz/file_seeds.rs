@@ -25,6 +25,13 @@ pub(super) fn calibration() -> Vec<Vec<u8>> {
     ]
 }
 
+pub(super) fn point_lists() -> Vec<Vec<u8>> {
+    vec![
+        b"x,y\n1.0,2.0\n1.1,2.0\n# a wall\n1.2;2.0\n".to_vec(),
+        b"0 0\n-1e2\t3\n".to_vec(),
+    ]
+}
+
 pub(super) fn worlds() -> Vec<Vec<u8>> {
     let named = ["arena", "doors"].into_iter().filter_map(worlds::builtin);
     named

@@ -11,8 +11,8 @@ use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
 use slamlab_core::format::{
-    TextLogError, calibration, carmen, g2o, og_map, preset, ranger_log, relations, revolution_log,
-    rover_log, slamlab, smap, tum, world,
+    TextLogError, calibration, carmen, g2o, og_map, point_list, preset, ranger_log, relations,
+    revolution_log, rover_log, slamlab, smap, tum, world,
 };
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::LogReader;
@@ -31,6 +31,11 @@ pub(super) const FILES: &[Target] = &[
         name: "calibration",
         seeds: seeds::calibration,
         run: calibration_run,
+    },
+    Target {
+        name: "point-list",
+        seeds: seeds::point_lists,
+        run: point_list_run,
     },
     Target {
         name: "world",
@@ -153,6 +158,13 @@ fn calibration_run(input: &[u8]) -> Result<u64, String> {
         .map(|_| ())
         .map_err(words);
     Ok(outcome(&(read, fit)))
+}
+
+fn point_list_run(input: &[u8]) -> Result<u64, String> {
+    let read = point_list::read(input)
+        .map(|points| points.len().min(9))
+        .map_err(words);
+    Ok(outcome(&read))
 }
 
 fn world_run(input: &[u8]) -> Result<u64, String> {

@@ -27,8 +27,8 @@ pub(crate) use names::names;
 pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
-    BeamRow, ClosureRow, DoorRow, EditRow, HypothesisRow, LineRow, PointRow, SubmapRow, TrailRow,
-    TwinRow, flat,
+    BasinRow, BeamRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, HypothesisRow,
+    IterationRow, LineRow, PointRow, SubmapRow, TrailRow, TwinRow, flat,
 };
 pub use values::SettingValues;
 

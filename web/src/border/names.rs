@@ -120,6 +120,17 @@ names! {
     TearName of slamlab_core::estimation::TearKind {
         Doubled = "doubled", Contradicted = "contradicted", Loose = "loose", Unproven = "unproven",
     }
+    /// What the registration of two clouds is worth.
+    VerdictName of slamlab_core::registration::Verdict {
+        Converged = "converged", Degenerate = "degenerate", TooFewPoints = "too-few-points",
+        NotConverged = "not-converged", LocalMinimum = "local-minimum",
+    }
+    /// What the axes of a map of starts are.
+    BasinAxesName of slamlab_core::registration::BasinAxes { ShiftTurn = "shift-turn", Place = "place" }
+    /// What became of a start; a row of `BASIN` has its place in this list.
+    BasinOutcomeName of slamlab_core::registration::BasinOutcome {
+        Found = "found", LostAndSaysSo = "lost-and-says-so", WronglySure = "wrongly-sure",
+    }
     /// What a person changes on the map.
     EditName = slamlab_core::estimation::EditKind { Erase = "erase", Wall = "wall", Glass = "glass" }
     /// How σ of the range grows with the range.

@@ -55,6 +55,14 @@ rows! {
         old, new, x, y, heading, off_shift, off_turn, chi2, doubt_shift, doubt_turn, searched, overlap, part,
         evidence, asked, rival,
     }
+    /// An iteration of a registration: the pose of the moving cloud before its step, how far it
+    /// looks, the weighted residual (m, rad), and how many points have a partner.
+    "ITERATION": IterationRow of f64 { x, y, heading, width, residual, matched }
+    /// A point of the moving cloud, where an iteration wants it, m, and how much it counts, to 1.
+    "CORRESPONDENCE": CorrespondenceRow of f32 { from_x, from_y, to_x, to_y, weight }
+    /// A cell of a map of starts: its place row by row from the lower left, what became of it, and
+    /// how far it ended from the right pose, m.
+    "BASIN": BasinRow of f32 { index, outcome, error }
     /// How a hit was read: range and σ in m, and the sensor's own quality; NaN where it tells none.
     "BEAM": BeamRow of f32 { range, sigma, quality }
     /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one

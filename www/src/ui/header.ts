@@ -1,4 +1,4 @@
-// Name, one sentence on what is happening, theme and help.
+// Name, one sentence on what is happening, registration lab, theme and help.
 
 import { css, html, type TemplateResult } from "lit";
 import { isDark, switchTheme } from "../theme.js";
@@ -46,6 +46,8 @@ export class SlamHeader extends SlamElement {
         <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${words.more}</span>` : ""}</p>
       </div>
       <div class="tools">
+        <button class="icon" aria-label="Registration lab" title="Registration lab: two scans on each other (L)" data-testid="registration"
+          @click=${() => this.dispatchEvent(new CustomEvent("show-registration", { bubbles: true, composed: true }))}>${icons.scans}</button>
         <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title="${dark ? "Light" : "Dark"} theme (T)" data-testid="theme"
           @click=${this.press(() => switchTheme(store))}>${dark ? icons.sun : icons.moon}</button>
         <button class="icon" aria-label="Help" title="Help (?)" data-testid="help"

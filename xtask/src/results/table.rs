@@ -214,6 +214,8 @@ fn sizes() -> Result<String> {
         "main.js",
         "worker.js",
         "local_bridge.js",
+        "registration.js",
+        "registration_worker.js",
     ];
     let mut lines = vec![];
     for name in files {

@@ -9,9 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use slamlab_core::geom::{Pose2, unit_vector};
 use slamlab_core::registration::Cloud;
 use slamlab_core::replay::{Log, Replay};
+use slamlab_core::sim::scan_pair::{SHIFT, TURN};
 use slamlab_core::slam::Method;
 
-use super::pairs::{Pair, SHIFT, TURN};
+use super::pairs::Pair;
 use crate::{Args, log_file};
 
 /// Names and files, in the folder of data.

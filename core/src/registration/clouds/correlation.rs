@@ -1,5 +1,6 @@
 //! The best pose within a window for sure, by branch and bound, made exact by points to lines.
 
+use super::super::trace::{Iteration, Watch};
 use super::super::{SearchWindow, search};
 use super::icp::{self, IcpConfig};
 use super::{Cloud, Found};
@@ -31,7 +32,9 @@ pub(super) fn run(
     fixed: &Cloud,
     start: &Pose2,
     config: &CorrelationConfig,
+    watch: &mut impl Watch,
 ) -> Found {
+    watch.see(|| Iteration::of(*start, config.window.shift, []));
     let places = fixed.points().iter().copied();
     let pyramid = LikelihoodPyramid::new(places, config.cell, config.cell, config.levels);
     let stride = moving
@@ -50,5 +53,5 @@ pub(super) fn run(
         first_scale: 2.0 * config.cell,
         ..IcpConfig::default()
     };
-    icp::run(moving, fixed, &best.pose, &fine)
+    icp::run(moving, fixed, &best.pose, &fine, watch)
 }

@@ -23,6 +23,7 @@ mod step;
 pub use self::options::{Association, IcpConfig, Metric, RobustKernel, Selection, Weighting};
 
 use self::pairs::{Pairing, Search, Seeker};
+use super::super::trace::Watch;
 use super::{Cloud, Found};
 use crate::geom::{Length, Pose2};
 use crate::lanes;
@@ -33,7 +34,13 @@ const FEWEST_PAIRS: usize = 3;
 const ALMOST: f64 = 1.2;
 
 /// Runs ICP from `start`.
-pub(super) fn run(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &IcpConfig) -> Found {
+pub(super) fn run(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    config: &IcpConfig,
+    watch: &mut impl Watch,
+) -> Found {
     let search = Search::of(moving, fixed, config);
     let selected = select::select(moving, config.selection).into_iter();
     let mut points: Vec<_> = selected
@@ -63,6 +70,7 @@ pub(super) fn run(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &IcpConf
         if config.kept < 1.0 {
             pairs::trim(&mut pairs, config.kept);
         }
+        watch.see(|| step::iteration(&pairs, &found.pose, scale, config));
         if pairs.len() < FEWEST_PAIRS {
             break;
         }

@@ -224,6 +224,40 @@ impl Kernel for Partners<'_> {
     }
 }
 
+/// How two clouds lie on each other at a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Likeness {
+    /// Part of the moving points that lie on a surface of the fixed cloud, 0 to 1.
+    pub overlap: f64,
+    /// Standard deviation of their distances across it, m: the noise of both.
+    pub sigma: f64,
+    /// Part of the points of both clouds that lie on no surface at all: alone, or in no order.
+    pub scatter: f64,
+}
+
+/// What two clouds are like at `pose`, which should be right.
+#[must_use]
+pub fn likeness(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfig) -> Likeness {
+    let pairs = lanes::run(Partners {
+        moving,
+        fixed,
+        pose,
+        left_out: &[],
+    });
+    let sigma = sigma(&pairs, config);
+    let on_surface = sums(&pairs, sigma, config).inliers;
+    let surfaces = || moving.surfaces().iter().chain(fixed.surfaces());
+    let part = |some: usize, all: usize| some as f64 / all.max(1) as f64;
+    Likeness {
+        overlap: part(on_surface, moving.points().len()),
+        sigma,
+        scatter: part(
+            surfaces().filter(|s| s.is_none()).count(),
+            surfaces().count(),
+        ),
+    }
+}
+
 /// Standard deviation of the pairs, by their median, m.
 fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
     let farthest = config.inlier_sigmas * config.most_sigma;

@@ -7,28 +7,35 @@
 //! is worth is judged in one place for all ([`JudgeConfig`]), by how the two clouds lie on each
 //! other there.
 
+mod advice;
+mod basin;
 mod bearings;
 mod cloud;
 mod correlation;
 mod icp;
 mod judge;
+mod measured;
 mod ndt;
 mod neighbours;
 mod surfaces;
 #[cfg(test)]
 mod tests;
 
+pub use advice::{Advice, MeasuredCondition, MeasuredMethod, NEAR_SHIFT, NEAR_TURN, advise};
+pub use basin::{Basin, BasinAxes, BasinCell, BasinConfig, BasinOutcome};
 pub use cloud::{Cloud, CloudError};
 pub use correlation::CorrelationConfig;
 pub use icp::{Association, IcpConfig, Metric, RobustKernel, Selection, Weighting};
-pub use judge::JudgeConfig;
+pub use judge::{JudgeConfig, Likeness, likeness};
+pub use measured::{MEASURED, MEASURED_PAIRS};
 pub use ndt::NdtConfig;
 
 use nalgebra::Vector2;
 
-use super::cpd::{CpdConfig, CpdKind, drift};
-use super::gmm::{GmmConfig, register_mixtures};
-use super::{AffineMap, Registration};
+use super::Registration;
+use super::cpd::{CpdConfig, CpdKind, drift_watched};
+use super::gmm::{GmmConfig, register_mixtures_watched};
+use super::trace::{FromStart, Iteration, Watch};
 use crate::geom::Pose2;
 
 /// How the motion between two clouds is found.
@@ -47,9 +54,12 @@ pub enum CloudMethod {
 }
 
 impl CloudMethod {
+    /// How many there are.
+    pub const COUNT: usize = 7;
+
     /// All methods by name, each as it is best by itself.
     #[must_use]
-    pub fn all() -> [(&'static str, Self); 7] {
+    pub fn all() -> [(&'static str, Self); Self::COUNT] {
         let icp = |metric| {
             Self::Icp(IcpConfig {
                 metric,
@@ -109,6 +119,44 @@ pub fn register_clouds(
     method: &CloudMethod,
     config: &JudgeConfig,
 ) -> Registration {
+    register_watched(moving, fixed, start, method, config, &mut ())
+}
+
+/// A registration, and how it came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// As [`register_clouds`] gives it, to the bit.
+    pub registration: Registration,
+    /// Every iteration, the first one from the start. A correlation begins with its search, which
+    /// is one here and counted nowhere else.
+    pub iterations: Vec<Iteration>,
+}
+
+/// [`register_clouds`], with all that it did on the way.
+#[must_use]
+pub fn trace_clouds(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    method: &CloudMethod,
+    config: &JudgeConfig,
+) -> Trace {
+    let mut iterations = vec![];
+    let registration = register_watched(moving, fixed, start, method, config, &mut iterations);
+    Trace {
+        registration,
+        iterations,
+    }
+}
+
+fn register_watched(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    method: &CloudMethod,
+    config: &JudgeConfig,
+    watch: &mut impl Watch,
+) -> Registration {
     let start = if start.is_finite() {
         *start
     } else {
@@ -119,24 +167,34 @@ pub fn register_clouds(
     }
     // One row for each method.
     let found = match method {
-        CloudMethod::Icp(config) => icp::run(moving, fixed, &start, config),
-        CloudMethod::Ndt(config) => ndt::run(moving, fixed, &start, config),
-        CloudMethod::Cpd(config) => by_drift(moving, fixed, &start, config),
-        CloudMethod::Gmm(config) => by_mixtures(moving, fixed, &start, config),
-        CloudMethod::Correlation(config) => correlation::run(moving, fixed, &start, config),
+        CloudMethod::Icp(config) => icp::run(moving, fixed, &start, config, watch),
+        CloudMethod::Ndt(config) => ndt::run(moving, fixed, &start, config, watch),
+        CloudMethod::Cpd(config) => by_drift(moving, fixed, &start, config, watch),
+        CloudMethod::Gmm(config) => by_mixtures(moving, fixed, &start, config, watch),
+        CloudMethod::Correlation(config) => correlation::run(moving, fixed, &start, config, watch),
     };
     judge::judge(moving, fixed, &found, config)
 }
 
 /// Coherent point drift of the cloud as it lies at the start.
-fn by_drift(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &CpdConfig) -> Found {
+fn by_drift(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    config: &CpdConfig,
+    watch: &mut impl Watch,
+) -> Found {
     let config = CpdConfig {
         scales: false,
         ..*config
     };
     let moved: Vec<_> = moving.points().iter().map(|p| *start * *p).collect();
-    let drifted = drift(&moved, fixed.points(), CpdKind::Rigid, &config).ok();
-    let found = drifted.and_then(|drift| Some((rigid(&drift.map?), drift)));
+    let mut watch = FromStart {
+        start: *start,
+        watch,
+    };
+    let drifted = drift_watched(&moved, fixed.points(), CpdKind::Rigid, &config, &mut watch).ok();
+    let found = drifted.and_then(|drift| Some((drift.map?.rigid(), drift)));
     found.map_or_else(
         || Found::start(start),
         |(by, drift)| Found {
@@ -147,24 +205,24 @@ fn by_drift(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &CpdConfig) ->
     )
 }
 
-fn by_mixtures(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &GmmConfig) -> Found {
+fn by_mixtures(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    config: &GmmConfig,
+    watch: &mut impl Watch,
+) -> Found {
     let config = GmmConfig {
         is_affine: false,
         ..*config
     };
-    let fit = register_mixtures(moving.points(), fixed.points(), start, &config);
+    let fit = register_mixtures_watched(moving.points(), fixed.points(), start, &config, watch);
     fit.map_or_else(
         || Found::start(start),
         |fit| Found {
-            pose: rigid(&fit.map),
+            pose: fit.map.rigid(),
             iterations: fit.iterations,
             is_settled: fit.is_settled,
         },
     )
-}
-
-/// A map that is a rotation and a shift, as a pose.
-fn rigid(map: &AffineMap) -> Pose2 {
-    let (cos, sin) = (map.linear[(0, 0)], map.linear[(1, 0)]);
-    Pose2::from_cos_sin(map.shift.x, map.shift.y, cos, sin)
 }

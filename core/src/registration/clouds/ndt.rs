@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2, Vector3};
 
 use super::super::gauss_newton::{Sums, free_direction};
+use super::super::trace::{Correspondence, Iteration, Watch};
 use super::{Cloud, Found};
 use crate::bounds::config;
 use crate::geom::{Length, Pose2};
@@ -57,7 +58,13 @@ struct Layers {
 }
 
 /// Runs the normal distributions transform from `start`.
-pub(super) fn run(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &NdtConfig) -> Found {
+pub(super) fn run(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    config: &NdtConfig,
+    watch: &mut impl Watch,
+) -> Found {
     let mut found = Found::start(start);
     let mut side = config.first_cell.max(config.last_cell);
     loop {
@@ -65,6 +72,7 @@ pub(super) fn run(moving: &Cloud, fixed: &Cloud, start: &Pose2, config: &NdtConf
         found.is_settled = false;
         for _ in 0..config.max_iterations {
             found.iterations += 1;
+            watch.see(|| layers.iteration(moving.points(), &found.pose));
             let Some(step) = layers.step(moving.points(), &found.pose, config) else {
                 return found;
             };
@@ -117,6 +125,24 @@ impl Layers {
         }
     }
 
+    /// Each point with the mean of the cell in which it is the likeliest.
+    fn iteration(&self, points: &[Point2<f64>], pose: &Pose2) -> Iteration {
+        let likeliest = |point: &Point2<f64>| {
+            let from = *pose * *point;
+            let cells = places(&from, self.side);
+            let pairs = cells.iter().filter_map(|place| {
+                let cell = self.cells.get(place)?;
+                Some(Correspondence {
+                    from,
+                    to: Point2::from(cell.mean),
+                    weight: cell.off(&from).1,
+                })
+            });
+            pairs.max_by(|a, b| a.weight.total_cmp(&b.weight))
+        };
+        Iteration::of(*pose, self.side, points.iter().filter_map(likeliest))
+    }
+
     fn step(
         &self,
         points: &[Point2<f64>],
@@ -131,8 +157,7 @@ impl Layers {
                 let Some(cell) = self.cells.get(&cell) else {
                     continue;
                 };
-                let off = place.coords - cell.mean;
-                let weight = libm::exp(-0.5 * off.dot(&(cell.information * off)));
+                let (off, weight) = cell.off(&place);
                 sums.add_off(&cell.information, &arm, &off, weight);
                 sums.matched += 1;
             }
@@ -142,6 +167,15 @@ impl Layers {
         }
         let free = free_direction(&sums.hessian, config.min_share);
         sums.step(free.as_ref())
+    }
+}
+
+impl Normal {
+    /// From the mean to a place, and how likely that is, beside the mean.
+    fn off(&self, place: &Point2<f64>) -> (Vector2<f64>, f64) {
+        let off = place.coords - self.mean;
+        let weight = libm::exp(-0.5 * off.dot(&(self.information * off)));
+        (off, weight)
     }
 }
 

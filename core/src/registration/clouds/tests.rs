@@ -1,5 +1,9 @@
 //! Every method on rooms and corridors whose pose is known; the parts against brute force.
 
+mod advice;
+mod basin;
+mod trace;
+
 use nalgebra::Point2;
 use proptest::prelude::*;
 use rand::SeedableRng;

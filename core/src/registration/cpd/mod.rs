@@ -25,8 +25,10 @@ mod tests;
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use self::posterior::Posterior;
+use super::trace::{Correspondence, Iteration, Watch};
 use super::{AffineMap, first_too_far};
 use crate::bounds::config;
+use crate::geom::Pose2;
 
 config! {
     /// How clouds drift.
@@ -157,6 +159,17 @@ pub fn drift(
     kind: CpdKind,
     config: &CpdConfig,
 ) -> Result<Drift, CpdError> {
+    drift_watched(moving, fixed, kind, config, &mut ())
+}
+
+/// [`drift`], with somebody who looks.
+pub(super) fn drift_watched(
+    moving: &[Point2<f64>],
+    fixed: &[Point2<f64>],
+    kind: CpdKind,
+    config: &CpdConfig,
+    watch: &mut impl Watch,
+) -> Result<Drift, CpdError> {
     check(moving, "moving", kind)?;
     check(fixed, "fixed", kind)?;
     let normal = Normalised::of(moving, fixed)?;
@@ -171,6 +184,7 @@ pub fn drift(
     while iterations < config.max_iterations {
         iterations += 1;
         let owed = Posterior::of(&y, &x, variance, config);
+        watch.see(|| normal.iteration(&y, &owed, variance, &motion));
         if owed.total < 1e-9 {
             failed = true;
             break;
@@ -200,14 +214,7 @@ pub fn drift(
     let moved = y.iter().map(|p| normal.back(p)).collect();
     Ok(Drift {
         moved,
-        map: motion.linear().map(|(linear, shift)| {
-            let from = normal.moving_mean;
-            let to = normal.fixed_mean + shift * normal.scale;
-            AffineMap {
-                linear,
-                shift: to - linear * from,
-            }
-        }),
+        map: normal.map(&motion),
         sigma: variance.sqrt() * normal.scale,
         iterations,
         is_settled: is_settled && !failed,
@@ -274,6 +281,37 @@ impl Normalised {
     fn take(&self, points: &[Point2<f64>], mean: &Vector2<f64>) -> Vec<Point2<f64>> {
         let moved = |p: &Point2<f64>| Point2::from((p.coords - mean) / self.scale);
         points.iter().map(moved).collect()
+    }
+
+    /// The motion between the clouds as they were, if it is linear.
+    fn map(&self, motion: &Motion) -> Option<AffineMap> {
+        motion.linear().map(|(linear, shift)| {
+            let to = self.fixed_mean + shift * self.scale;
+            AffineMap {
+                linear,
+                shift: to - linear * self.moving_mean,
+            }
+        })
+    }
+
+    /// Each point, and the mean of what it is owed.
+    fn iteration(
+        &self,
+        y: &[Point2<f64>],
+        owed: &Posterior,
+        variance: f64,
+        motion: &Motion,
+    ) -> Iteration {
+        let pairs = y.iter().zip(&owed.of_moving).filter(|(_, o)| o.part > 0.0);
+        let pairs = pairs.map(|(y, owed)| Correspondence {
+            from: self.back(y),
+            to: self.back(&Point2::from(owed.place / owed.part)),
+            weight: owed.part,
+        });
+        let pose = self
+            .map(motion)
+            .map_or_else(Pose2::identity, |map| map.rigid());
+        Iteration::of(pose, variance.sqrt() * self.scale, pairs)
     }
 
     /// A point of the fixed frame, as it was.

@@ -30,12 +30,13 @@ pub(super) struct Descended {
 }
 
 /// Descends from `start` until the largest part of the gradient is below `flat`; `value` gives the
-/// function and its gradient.
+/// function and its gradient; `before_step` is told from where each step is taken.
 pub(super) fn descend(
     start: DVector<f64>,
     flat: f64,
     most_iterations: usize,
     value: impl Fn(&DVector<f64>) -> (f64, DVector<f64>),
+    mut before_step: impl FnMut(&DVector<f64>),
 ) -> Descended {
     let size = start.len();
     let (mut at, mut inverse) = (start, DMatrix::identity(size, size));
@@ -68,6 +69,7 @@ pub(super) fn descend(
                 is_settled: true,
             };
         };
+        before_step(&at);
         let (moved, turned) = (&there - &at, &after - &gradient);
         let bend = moved.dot(&turned);
         if bend > 1e-12 * moved.length() * turned.length() {
@@ -101,21 +103,21 @@ mod tests {
             (a * a + 100.0 * b * b, DVector::from_vec(gradient))
         };
         let start = DVector::from_vec(vec![-1.2, 1.0]);
-        let found = descend(start.clone(), 1e-9, 100, valley);
+        let found = descend(start.clone(), 1e-9, 100, valley, |_| {});
         assert!(
             found.is_settled && found.iterations < 60,
             "{}",
             found.iterations
         );
         assert!((found.at - DVector::from_element(2, 1.0)).length() < 1e-8);
-        let cut = descend(start, 1e-9, 3, valley);
+        let cut = descend(start, 1e-9, 3, valley, |_| {});
         assert!(!cut.is_settled && cut.iterations == 3);
     }
 
     #[test]
     fn stays_where_it_is_flat() {
         let bowl = |p: &DVector<f64>| (p.norm_squared(), p * 2.0);
-        let found = descend(DVector::zeros(3), 1e-9, 10, bowl);
+        let found = descend(DVector::zeros(3), 1e-9, 10, bowl, |_| {});
         assert!(found.is_settled && found.iterations == 0);
     }
 }

@@ -3,12 +3,86 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::super::super::gauss_newton::{MatchConfig, Sums, free_direction};
+use super::super::super::trace::{Correspondence, Iteration};
 use super::pairs::Pair;
 use super::{IcpConfig, Metric, RobustKernel, Weighting};
 use crate::geom::{Length, Pose2};
 
 /// Standard deviation of a point along its surface beside that across it, for surface to surface.
 const ALONG: f64 = 30.0;
+
+impl Pair {
+    /// From the line through the partner to the point, m.
+    #[inline(always)]
+    fn across(&self, normal: &Vector2<f64>) -> f64 {
+        normal.dot(&self.off)
+    }
+
+    /// The information of the pair by both surfaces, and how far apart they are by it, m.
+    #[inline(always)]
+    fn between_surfaces(&self) -> Option<(Matrix2<f64>, f64)> {
+        let [Some(normal), own] = self.normals else {
+            return None;
+        };
+        let across = |n: &Vector2<f64>| n * n.transpose() * (1.0 / (ALONG * ALONG) - 1.0);
+        let one = |n: &Vector2<f64>| Matrix2::identity() + across(n);
+        let cov = one(&normal) + one(&own.unwrap_or(normal));
+        let information = cov.try_inverse()?;
+        let square = self.off.dot(&(information * self.off));
+        Some((
+            information,
+            std::f64::consts::SQRT_2 / ALONG * square.sqrt(),
+        ))
+    }
+
+    /// What the metric makes small.
+    fn residual(&self, metric: Metric) -> Option<f64> {
+        match metric {
+            Metric::PointToPoint => Some(self.off.length()),
+            Metric::PointToLine => self.normals[0].map(|normal| self.across(&normal)),
+            Metric::SurfaceToSurface => self.between_surfaces().map(|(_, residual)| residual),
+        }
+    }
+}
+
+/// The pairs of an iteration, with what they weigh.
+pub(super) fn iteration(
+    pairs: &[Pair],
+    pose: &Pose2,
+    scale: f64,
+    config: &IcpConfig,
+) -> Iteration {
+    let correspondence = |pair: &Pair| {
+        let residual = pair.residual(config.metric)?;
+        let from = pose.position() + pair.arm;
+        Some(Correspondence {
+            from,
+            to: from - pair.off,
+            weight: weight(pair, residual, scale, config),
+        })
+    };
+    Iteration::of(*pose, scale, pairs.iter().filter_map(correspondence))
+}
+
+/// What a pair weighs, so far apart, m.
+#[inline(always)]
+fn weight(pair: &Pair, residual: f64, scale: f64, config: &IcpConfig) -> f64 {
+    let parts = residual / scale;
+    let by_kernel = match config.kernel {
+        RobustKernel::None => 1.0,
+        RobustKernel::Huber => 1.0 / parts.abs().max(1.0),
+        RobustKernel::Cauchy => 1.0 / (1.0 + parts * parts),
+    };
+    let by_weighting = match config.weighting {
+        Weighting::Equal => 1.0,
+        Weighting::ByNormals => match pair.normals {
+            [Some(a), Some(b)] => a.dot(&b).abs(),
+            _ => 0.5,
+        },
+        Weighting::ByDistance => 1.0 - pair.square.sqrt() / (config.max_scales * scale),
+    };
+    by_kernel * by_weighting
+}
 
 /// The motion (x, y, θ) that makes the metric of the pairs least.
 pub(super) fn step(
@@ -17,23 +91,7 @@ pub(super) fn step(
     scale: f64,
     config: &IcpConfig,
 ) -> Option<Vector3<f64>> {
-    let weight = |pair: &Pair, residual: f64| {
-        let parts = residual / scale;
-        let by_kernel = match config.kernel {
-            RobustKernel::None => 1.0,
-            RobustKernel::Huber => 1.0 / parts.abs().max(1.0),
-            RobustKernel::Cauchy => 1.0 / (1.0 + parts * parts),
-        };
-        let by_weighting = match config.weighting {
-            Weighting::Equal => 1.0,
-            Weighting::ByNormals => match pair.normals {
-                [Some(a), Some(b)] => a.dot(&b).abs(),
-                _ => 0.5,
-            },
-            Weighting::ByDistance => 1.0 - pair.square.sqrt() / (config.max_scales * scale),
-        };
-        by_kernel * by_weighting
-    };
+    let weight = |pair: &Pair, residual: f64| weight(pair, residual, scale, config);
     // One row for each metric.
     match config.metric {
         Metric::PointToPoint => rigid_fit(pairs, pose, weight),
@@ -43,23 +101,15 @@ pub(super) fn step(
                 let [Some(normal), _] = pair.normals else {
                     continue;
                 };
-                let residual = normal.dot(&pair.off);
+                let residual = pair.across(&normal);
                 lines.add(&normal, &pair.arm, residual, weight(pair, residual));
             }
             least(lines.into())
         }
         Metric::SurfaceToSurface => gauss_newton(pairs, |pair, sums| {
-            let [Some(normal), own] = pair.normals else {
+            let Some((information, residual)) = pair.between_surfaces() else {
                 return;
             };
-            let across = |n: &Vector2<f64>| n * n.transpose() * (1.0 / (ALONG * ALONG) - 1.0);
-            let one = |n: &Vector2<f64>| Matrix2::identity() + across(n);
-            let cov = one(&normal) + one(&own.unwrap_or(normal));
-            let Some(information) = cov.try_inverse() else {
-                return;
-            };
-            let square = pair.off.dot(&(information * pair.off));
-            let residual = std::f64::consts::SQRT_2 / ALONG * square.sqrt();
             sums.add_off(&information, &pair.arm, &pair.off, weight(pair, residual));
         }),
     }

@@ -1,0 +1,102 @@
+//! Which method to take for two scans, by what was measured on scans like them.
+//!
+//! In: how two clouds lie on each other ([`Likeness`]), and how far the start is off. Out: the
+//! condition of the measured table that they are most like, and the method that did best there.
+//!
+//! 1. The table holds, for each condition, what such pairs are like in the median, and for each
+//!    method how often it found the motion and how long it took.
+//! 2. The nearest condition is the one whose figures differ least, each by its own scale.
+//! 3. Of the methods that were found nearly as often as the best, the fastest is taken.
+//!
+//! The table is measured by `report -- registration`, which fails where it no longer holds.
+
+use super::CloudMethod;
+use super::judge::Likeness;
+use super::measured::MEASURED;
+
+/// What was measured of one method under one condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredMethod {
+    /// As [`CloudMethod::all`] names it.
+    pub name: &'static str,
+    /// Part found of all pairs, and of those whose start is near.
+    pub found: [f64; 2],
+    /// Median time, µs, on the machine of the table.
+    pub micros: f64,
+    /// Part of what it calls converged that is off by more than three of its σ.
+    pub wrong: f64,
+}
+
+/// What was measured under one condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredCondition {
+    /// As the report names it.
+    pub name: &'static str,
+    /// As a person reads it: "scans like ...".
+    pub title: &'static str,
+    /// What its pairs are like, in the median.
+    pub likeness: Likeness,
+    /// All methods, in the order of [`CloudMethod::all`].
+    pub methods: [MeasuredMethod; CloudMethod::COUNT],
+}
+
+/// Starts up to here are near: a shift, m, ...
+pub const NEAR_SHIFT: f64 = 0.5;
+/// ... and a turn, rad.
+pub const NEAR_TURN: f64 = 0.2618;
+
+/// Differences that weigh the same.
+const SCALE: Likeness = Likeness {
+    overlap: 0.25,
+    sigma: 0.01,
+    scatter: 0.2,
+};
+/// A method is as good as the best if it was found at most this part less often.
+const AS_GOOD: f64 = 0.03;
+
+/// What to take, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advice {
+    /// The condition that the scans are most like.
+    pub condition: &'static MeasuredCondition,
+    /// Whether the start is near.
+    pub is_near: bool,
+    /// The method to take.
+    pub method: &'static MeasuredMethod,
+    /// The one that was found most often; often the same.
+    pub surest: &'static MeasuredMethod,
+    /// The one that takes the least time.
+    pub fastest: &'static MeasuredMethod,
+}
+
+/// Which method to take for scans like these, from a start that is off by `shift`, m, and `turn`,
+/// rad.
+#[must_use]
+pub fn advise(likeness: &Likeness, shift: f64, turn: f64) -> Option<Advice> {
+    let is_near = shift <= NEAR_SHIFT && turn.abs() <= NEAR_TURN;
+    let found = |method: &MeasuredMethod| method.found[usize::from(is_near)];
+    let condition = MEASURED.iter().min_by(|a, b| {
+        let [a, b] = [a, b].map(|condition| distance(likeness, &condition.likeness));
+        a.total_cmp(&b)
+    })?;
+    let methods = condition.methods.iter();
+    let surest = methods.max_by(|a, b| found(a).total_cmp(&found(b)))?;
+    let by_time = |a: &&MeasuredMethod, b: &&MeasuredMethod| a.micros.total_cmp(&b.micros);
+    let good = |method: &&MeasuredMethod| found(method) >= found(surest) - AS_GOOD;
+    Some(Advice {
+        condition,
+        is_near,
+        method: condition.methods.iter().filter(good).min_by(by_time)?,
+        surest,
+        fastest: condition.methods.iter().min_by(by_time)?,
+    })
+}
+
+fn distance(a: &Likeness, b: &Likeness) -> f64 {
+    let parts = [
+        (a.overlap - b.overlap) / SCALE.overlap,
+        (a.sigma - b.sigma) / SCALE.sigma,
+        (a.scatter - b.scatter) / SCALE.scatter,
+    ];
+    parts.iter().map(|part| part * part).sum()
+}

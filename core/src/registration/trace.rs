@@ -1,0 +1,110 @@
+//! What a method does, iteration by iteration: for whoever wants to see it at work.
+//!
+//! Every method that iterates shows each iteration to a [`Watch`], from the one place where it is
+//! computed. `()` looks at nothing, and then nothing is made for it: a plain call costs as before.
+
+use nalgebra::Point2;
+
+use crate::geom::{Length, Pose2};
+
+/// A point of the moving cloud, and where one iteration wants it to be; fixed frame, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correspondence {
+    /// Where the point lies before the iteration's step.
+    pub from: Point2<f64>,
+    /// Its partner: a point, the foot on a surface, the mean of a cell, or, where every point
+    /// counts a little, the mean of all that it is owed.
+    pub to: Point2<f64>,
+    /// How much it counts beside the one that counts most in this iteration, up to 1.
+    pub weight: f64,
+}
+
+/// One iteration of a method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iteration {
+    /// `fixed_from_moving` before its step.
+    pub pose: Pose2,
+    /// How far it looks, m: the scale of the kernel (ICP), the side of a cell (NDT), σ of the
+    /// mixture (CPD, GMM), half of the window (correlation).
+    pub width: f64,
+    /// Root of the mean squared distance of its correspondences by their weights, m; 0 of none.
+    pub residual: f64,
+    /// Which points pull where. Those that count for less than a hundredth of the first are left
+    /// out.
+    pub correspondences: Vec<Correspondence>,
+}
+
+/// Correspondences that count for less than this part of the one that counts most are none.
+const LEAST_WEIGHT: f64 = 0.01;
+
+impl Iteration {
+    /// Of correspondences with weights of any scale.
+    pub(super) fn of(
+        pose: Pose2,
+        width: f64,
+        pairs: impl IntoIterator<Item = Correspondence>,
+    ) -> Self {
+        let mut correspondences: Vec<_> = pairs.into_iter().collect();
+        let most = correspondences.iter().map(|c| c.weight).fold(0.0, f64::max);
+        correspondences.retain_mut(|pair| {
+            pair.weight /= most;
+            pair.weight >= LEAST_WEIGHT
+        });
+        let (mut total, mut squares) = (0.0, 0.0);
+        for pair in &correspondences {
+            let distance = (pair.to - pair.from).length();
+            total += pair.weight;
+            squares += pair.weight * distance * distance;
+        }
+        let residual = if total > 0.0 {
+            (squares / total).sqrt()
+        } else {
+            0.0
+        };
+        Self {
+            pose,
+            width,
+            residual,
+            correspondences,
+        }
+    }
+}
+
+/// Who looks at the iterations of a method.
+pub(super) trait Watch {
+    /// Called once for each iteration, before its step; only who looks makes what there is to see.
+    fn see(&mut self, iteration: impl FnOnce() -> Iteration);
+}
+
+/// Nobody looks.
+impl Watch for () {
+    #[inline]
+    fn see(&mut self, _: impl FnOnce() -> Iteration) {}
+}
+
+/// All are kept.
+impl Watch for Vec<Iteration> {
+    fn see(&mut self, iteration: impl FnOnce() -> Iteration) {
+        self.push(iteration());
+    }
+}
+
+/// Looks at a method that moves a cloud from where it lies at a start: its poses count from there.
+pub(super) struct FromStart<'a, W> {
+    pub(super) start: Pose2,
+    pub(super) watch: &'a mut W,
+}
+
+impl<W: Watch> Watch for FromStart<'_, W> {
+    #[inline]
+    fn see(&mut self, iteration: impl FnOnce() -> Iteration) {
+        let start = self.start;
+        self.watch.see(|| {
+            let iteration = iteration();
+            Iteration {
+                pose: iteration.pose * start,
+                ..iteration
+            }
+        });
+    }
+}

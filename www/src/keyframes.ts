@@ -1,0 +1,46 @@
+// Scans of the run, one for each half metre or twenty degrees of the way: for whoever wants to lay
+// two of them on each other.
+
+import type { Status } from "./protocol/frame.js";
+
+/** A scan and where the map has it. */
+export interface Keyframe {
+  /** Run time, s. */
+  readonly time: number;
+  /** x y heading in the map. */
+  readonly pose: readonly [number, number, number];
+  /** x y of what it hit, map frame, m. */
+  readonly hits: Float32Array;
+}
+
+const LEAST_SHIFT = 0.5;
+const LEAST_TURN = 0.35;
+const MOST = 40;
+/** Fewer hits are no scan worth keeping. */
+const FEWEST = 20;
+
+export class Keyframes {
+  #all: Keyframe[] = [];
+
+  /** The last scan, if the robot has moved on since the one that was kept last. */
+  take(status: Status, hits: Float32Array): void {
+    if (hits.length < 2 * FEWEST) return;
+    const last = this.#all.at(-1);
+    if (last) {
+      const [x, y, heading] = last.pose;
+      const turn = Math.abs(Math.atan2(Math.sin(status.heading - heading), Math.cos(status.heading - heading)));
+      if (Math.hypot(status.x - x, status.y - y) < LEAST_SHIFT && turn < LEAST_TURN) return;
+    }
+    this.#all.push({ time: status.time, pose: [status.x, status.y, status.heading], hits });
+    if (this.#all.length > MOST) this.#all.shift();
+  }
+
+  clear(): void {
+    this.#all = [];
+  }
+
+  /** The oldest first. */
+  get all(): readonly Keyframe[] {
+    return this.#all;
+  }
+}

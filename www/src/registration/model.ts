@@ -1,0 +1,282 @@
+// The state of the registration lab, and its end of the wire to the worker. Components read it and
+// call it; all that is computed comes from the worker.
+
+import { handle, type Handlers } from "../protocol.js";
+import { BASIN, BASIN_STRIDE, type BasinAxesName, ITERATION, ITERATION_STRIDE, type RegistrationAdvice, type RegistrationOffer } from "../protocol/module.js";
+import { between, middle, NOWHERE, place, turned } from "./pose.js";
+import type { Found, LabAnswer, LabCommand, Pose, Role } from "./protocol.js";
+
+/** Two clouds, each in its own frame, m. */
+export interface Clouds {
+  readonly title: string;
+  readonly fixed: Float64Array;
+  readonly moving: Float64Array;
+  /** The pose of the moving one in the fixed one's frame, if anybody knows, and who. */
+  readonly truth: Pose | null;
+  readonly truthWords: string;
+  /** A sensor stood at the origin of each. */
+  readonly areScans: boolean;
+}
+
+export interface BasinMap {
+  readonly method: string;
+  readonly axes: BasinAxesName;
+  readonly cells: number;
+  readonly shift: number;
+  readonly turn: number;
+  readonly right: Pose;
+  /** Of each cell its outcome and its error; NaN where nothing is known yet. */
+  readonly outcomes: Float32Array;
+  readonly errors: Float32Array;
+  readonly progress: number;
+  readonly state: "running" | "done" | "cancelled";
+}
+
+/** Clouds with more points than this are thinned: the lab is for the hand. */
+export const MOST_POINTS = 2000;
+/** Pictures of an iteration a second while it plays. */
+const PLAY_MILLIS = 220;
+/** The farthest starts of a map of them, m and rad. */
+export const REACH = { shift: 2, turn: Math.PI / 2 } as const;
+const EMPTY = new Float64Array(0);
+
+export class LabModel {
+  offer: RegistrationOffer | null = null;
+  clouds: Clouds = { title: "", fixed: EMPTY, moving: EMPTY, truth: null, truthWords: "", areScans: true };
+  /** The name of the built-in pair that is shown. */
+  pair = "";
+  start: Pose = NOWHERE;
+  /** Those that run. */
+  shown: ReadonlySet<string> = new Set();
+  found: readonly Found[] = [];
+  advice: RegistrationAdvice | null = null;
+  right: Pose | null = null;
+  /** The iteration that is shown; one past the last is the end. */
+  step = 0;
+  playing = false;
+  correspondences: ReadonlyMap<string, Float32Array> = new Map();
+  basin: BasinMap | null = null;
+  /** What is drawn by hand now. */
+  pen: Role | null = null;
+  error = "";
+  note = "";
+  /** The worker runs the methods. */
+  running = false;
+
+  readonly #worker = new Worker(new URL("registration_worker.js", import.meta.url), { type: "module", name: "registration" });
+  readonly #listeners = new Set<() => void>();
+  /** The start that the next run is to begin from, while one is under way. */
+  #isStale = false;
+  #isLooking = false;
+  #wished: number | null = null;
+  /** The end stays in sight while clouds are dragged. */
+  #atEnd = true;
+  #player: ReturnType<typeof setInterval> | null = null;
+
+  constructor() {
+    this.#worker.onmessage = (event: MessageEvent<LabAnswer>) => handle(this.#handlers, event.data);
+    this.#worker.onerror = (event) => this.#change({ error: `The lab stopped: ${event.message || "its worker could not be started"}. Reload the page.` });
+  }
+
+  on(listener: () => void): () => void {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  /** A pair that is always there. */
+  choose(name: string): void {
+    this.#send({ kind: "pair", name });
+  }
+
+  open(file: File, role: Role): void {
+    void file.arrayBuffer().then((bytes) => this.#send({ kind: "file", name: file.name, bytes, role }, [bytes]), () => this.#change({ error: `${file.name} cannot be read.` }));
+  }
+
+  /** Other clouds; they begin at `start`. */
+  setClouds(clouds: Clouds, start: Pose): void {
+    const [fixed, moving] = [thinned(clouds.fixed), thinned(clouds.moving)];
+    const dropped = (clouds.fixed.length + clouds.moving.length - fixed.length - moving.length) / 2;
+    const note = dropped > 0 ? `Of each cloud at most ${MOST_POINTS} points are used: ${dropped} were left out, evenly.` : "";
+    this.#change({ clouds: { ...clouds, fixed, moving }, start, found: [], advice: null, right: null, step: 0, basin: null, correspondences: new Map(), error: "", note });
+    this.#send({ kind: "clouds", fixed, moving, areScans: clouds.areScans });
+    this.#atEnd = true;
+    this.run();
+  }
+
+  move(start: Pose): void {
+    this.#change({ start });
+    this.run();
+  }
+
+  /** Turned about the middle of the moving cloud. */
+  turn(by: number): void {
+    this.move(turned(this.start, by, place(this.start, ...middle(this.clouds.moving))));
+  }
+
+  toggle(method: string): void {
+    const shown = new Set(this.shown);
+    if (!shown.delete(method)) shown.add(method);
+    this.#change({ shown });
+    this.run();
+  }
+
+  /** Runs the chosen methods from the present start: at once, or when the run before has ended. */
+  run(): void {
+    const { fixed, moving, truth } = this.clouds;
+    if (fixed.length === 0 || moving.length === 0 || this.shown.size === 0) return this.#change({ found: [], advice: null, correspondences: new Map() });
+    this.#isStale = this.running;
+    if (this.running) return;
+    this.#change({ running: true });
+    this.#send({ kind: "register", start: this.start, methods: this.methods, truth });
+  }
+
+  /** Those that run, in the order of the core. */
+  get methods(): string[] {
+    return (this.offer?.methods ?? []).filter((name) => this.shown.has(name));
+  }
+
+  /** The step after the last iteration of the longest run. */
+  get lastStep(): number {
+    return Math.max(0, ...this.found.map(iterations));
+  }
+
+  show(step: number): void {
+    this.#atEnd = step >= this.lastStep;
+    this.#change({ step: Math.min(Math.max(step, 0), this.lastStep) });
+    this.#look();
+  }
+
+  play(on: boolean): void {
+    if (this.#player) clearInterval(this.#player);
+    this.#player = null;
+    this.#change({ playing: on });
+    if (!on) return;
+    if (this.step >= this.lastStep) this.show(0);
+    this.#player = setInterval(() => {
+      if (this.step >= this.lastStep) this.play(false);
+      else this.show(this.step + 1);
+    }, PLAY_MILLIS);
+  }
+
+  /** Fills a map of starts about the right pose. */
+  fill(method: string, axes: BasinAxesName, cells: number): void {
+    const { right } = this;
+    if (!right) return;
+    const count = cells * cells;
+    this.#change({ basin: { method, axes, cells, ...REACH, right, outcomes: new Float32Array(count).fill(NaN), errors: new Float32Array(count).fill(NaN), progress: 0, state: "running" } });
+    this.#send({ kind: "basin", ask: { method, right: [...right], axes, ...REACH, cells } });
+  }
+
+  cancelFill(): void {
+    if (this.basin?.state !== "running") return;
+    this.#send({ kind: "basin-stop" });
+    this.#change({ basin: { ...this.basin, state: "cancelled" } });
+  }
+
+  setPen(pen: Role | null): void {
+    this.#change({ pen });
+  }
+
+  /** The lab is closed: nothing goes on behind the page's back. */
+  rest(): void {
+    this.play(false);
+    this.cancelFill();
+  }
+
+  say(error: string): void {
+    this.#change({ error });
+  }
+
+  #look(): void {
+    if (this.#isLooking) {
+      this.#wished = this.step;
+      return;
+    }
+    this.#isLooking = true;
+    this.#send({ kind: "look", methods: this.found.map(({ method }) => method), iteration: this.step });
+  }
+
+  #send(command: LabCommand, transfer: Transferable[] = []): void {
+    this.#worker.postMessage(command, transfer);
+  }
+
+  #change(patch: Partial<LabModel>): void {
+    Object.assign(this, patch);
+    for (const listener of this.#listeners) listener();
+  }
+
+  readonly #handlers: Handlers<LabAnswer> = {
+    ready: ({ offer }) => {
+      this.#change({ offer, shown: new Set(offer.methods) });
+      const first = offer.pairs[0];
+      if (first && this.clouds.fixed.length === 0) this.choose(first.name);
+    },
+    pair: ({ name, pair }) => {
+      const title = this.offer?.pairs.find((each) => each.name === name)?.title ?? name;
+      this.#change({ pair: name, pen: null });
+      this.setClouds({ title, fixed: pair.fixed, moving: pair.moving, truth: pair.truth, truthWords: "the simulator knows it", areScans: true }, NOWHERE);
+    },
+    file: ({ name, role, points }) => {
+      // The other cloud of a file stays; one that was something else goes with it.
+      const isNext = this.pair === "files";
+      const kept = isNext ? this.clouds : { ...this.clouds, fixed: EMPTY, moving: EMPTY };
+      this.#change({ pair: "files", pen: null });
+      this.setClouds({ ...kept, title: name, [role]: points, truth: null, truthWords: "", areScans: isNext ? this.clouds.areScans : true }, NOWHERE);
+    },
+    registered: ({ found, advice, right }) => {
+      this.#change({ found, advice, right, running: false });
+      const last = this.lastStep;
+      this.#change({ step: this.#atEnd ? last : Math.min(this.step, last) });
+      this.#look();
+      if (this.#isStale) this.run();
+    },
+    looked: ({ methods, rows }) => {
+      this.#isLooking = false;
+      this.#change({ correspondences: new Map(methods.map((method, i) => [method, rows[i] ?? new Float32Array(0)])) });
+      if (this.#wished === null) return;
+      this.#wished = null;
+      this.#look();
+    },
+    basin: ({ cells, progress, isOver }) => {
+      const { basin } = this;
+      if (basin?.state !== "running") return;
+      for (let i = 0; i + BASIN_STRIDE <= cells.length; i += BASIN_STRIDE) {
+        const index = cells[i + BASIN.index] ?? 0;
+        basin.outcomes[index] = cells[i + BASIN.outcome] ?? NaN;
+        basin.errors[index] = cells[i + BASIN.error] ?? NaN;
+      }
+      this.#change({ basin: { ...basin, progress, state: isOver ? "done" : "running" } });
+    },
+    failed: ({ text }) => this.#change({ error: text, running: false }),
+  };
+}
+
+/** Iterations that were seen. */
+export function iterations({ steps }: Found): number {
+  return steps.length / ITERATION_STRIDE;
+}
+
+/** The moving cloud at a step of a run; past its last iteration where it ended. */
+export function poseAt(found: Found, step: number): Pose {
+  if (step >= iterations(found)) return found.pose;
+  const at = (field: number): number => found.steps[step * ITERATION_STRIDE + field] ?? 0;
+  return [at(ITERATION.x), at(ITERATION.y), at(ITERATION.heading)];
+}
+
+/** A figure of an iteration; of the last one where the run has ended. */
+export function figureAt(found: Found, step: number, field: "width" | "residual" | "matched"): number {
+  const row = Math.min(step, iterations(found) - 1);
+  return found.steps[row * ITERATION_STRIDE + ITERATION[field]] ?? NaN;
+}
+
+/** How far a pose is from the right one. */
+export function errorOf(pose: Pose, right: Pose): { shift: number; turn: number } {
+  const [x, y, turn] = between(right, pose);
+  return { shift: Math.hypot(x, y), turn: Math.abs(turn) };
+}
+
+/** Evenly so many points that a hand can drag them. */
+function thinned(points: Float64Array): Float64Array {
+  const every = Math.ceil(points.length / 2 / MOST_POINTS);
+  return every <= 1 ? points : points.filter((_, i) => Math.floor(i / 2) % every === 0);
+}
