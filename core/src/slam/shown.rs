@@ -87,8 +87,8 @@ impl Slam {
         self.walkers.as_ref().map_or(&[], Walkers::points)
     }
 
-    /// What moves about, moved before, or is too new to say, and what stands where the map was
-    /// free; in the robot frame when the last scan came.
+    /// What moves about or moved before, and what stands where the map was free; in the robot frame
+    /// when the last scan came.
     #[must_use]
     pub fn tracks(&self) -> &[Track] {
         self.moving.tracks()

@@ -107,7 +107,7 @@ pub(super) fn sighting(
         at,
         cov,
         age: cluster.iter().map(|hit| hit.beam.age).sum::<f64>() / count,
-        may_begin: free as f64 >= FREE_PART * count,
+        is_free: free as f64 >= FREE_PART * count,
     })
 }
 
@@ -156,7 +156,7 @@ mod tests {
                 let seen = seen.unwrap();
                 let off = (seen.at - at).length();
                 assert!(off < 0.05, "{off} m at {distance} m, {turn} rad");
-                assert!(seen.may_begin);
+                assert!(seen.is_free);
             }
         }
     }

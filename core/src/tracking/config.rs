@@ -65,11 +65,9 @@ config! {
         /// seconds, from which on a track moves. Default 13.8: one in a thousand that stand seems
         /// to. Growing: slow ones are seen to move later.
         pub significance: f64 = 13.8,
-        /// What does not move for so long after it appeared was misplaced, or put there, and
-        /// belongs into the map, s. Default 2. Growing: things that were put down are mapped later.
-        pub settle: f64 = 2.0,
-        /// Who moved and stands still may move on for so long, s; then belongs into the map.
-        /// Default 15.
+        /// Who moved and stands still may move on for so long at most, s, and for a second for each
+        /// scan that saw them move; then belongs into the map. Default 15. Growing: people who stop
+        /// stay out of it for longer.
         pub memory: f64 = 15.0,
     }
 }
@@ -91,7 +89,7 @@ impl TrackingConfig {
     pub const DETECTION: Bounds = [0.05, 0.999];
     /// What [`Self::clutter`] may be, 1/m².
     pub const CLUTTER: Bounds = [1e-6, 10.0];
-    /// What [`Self::coast`], [`Self::settle`] and [`Self::memory`] may be, s.
+    /// What [`Self::coast`] and [`Self::memory`] may be, s.
     pub const SECONDS: Bounds = [0.0, 600.0];
 
     /// # Errors    [`OutOfBounds`] naming the first figure out of its bounds.
@@ -107,7 +105,6 @@ impl TrackingConfig {
             ("clutter", self.clutter, Self::CLUTTER),
             ("coast", self.coast, Self::SECONDS),
             ("significance", self.significance, Self::GATE),
-            ("settle", self.settle, Self::SECONDS),
             ("memory", self.memory, Self::SECONDS),
         ])
     }

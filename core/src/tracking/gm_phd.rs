@@ -46,6 +46,8 @@ pub(super) struct Component {
     pub(super) weight: f64,
     pub(super) state: ObjectState,
     id: u32,
+    /// Whether the newest sighting that it is of stands in free space.
+    is_free: bool,
 }
 
 /// The density.
@@ -65,7 +67,7 @@ impl GmPhd {
         self.merge();
         self.extract();
         for (sighting, explained) in sightings.iter().zip(explained) {
-            if sighting.may_begin && explained < EXPLAINED {
+            if sighting.is_free && explained < EXPLAINED {
                 self.begin(BORN, ObjectState::begun(sighting, SPEED_SIGMA));
             }
         }
@@ -80,6 +82,7 @@ impl GmPhd {
             weight,
             state,
             id: self.next_id,
+            is_free: true,
         });
         self.next_id += 1;
     }
@@ -97,6 +100,7 @@ impl GmPhd {
         let predicted = self.components.clone();
         for component in &mut self.components {
             component.weight *= 1.0 - config.detection;
+            component.is_free = false;
         }
         let mut explained = vec![];
         for sighting in sightings {
@@ -106,6 +110,7 @@ impl GmPhd {
                 (innovation.d2 <= config.gate).then(|| Component {
                     weight,
                     state: component.state.corrected(&innovation),
+                    is_free: sighting.is_free,
                     ..*component
                 })
             };
@@ -168,7 +173,8 @@ impl GmPhd {
                 self.next_id += 1;
             }
             if component.weight > LEAST {
-                let object = Object::of_mixture(component.id, component.state, is_there);
+                let seen = [is_there, is_there && component.is_free];
+                let object = Object::of_mixture(component.id, component.state, seen);
                 known.insert(component.id, object);
             }
         }
@@ -276,7 +282,7 @@ mod tests {
                 let mut seen = vec![];
                 let mut see = |x: f64, y: f64| {
                     seen.push(Sighting {
-                        may_begin: !tells_births,
+                        is_free: !tells_births,
                         ..sighting(x, y)
                     });
                 };

@@ -7,7 +7,8 @@
 //!    costs as much as the gate. JPDA: each track is the mixture of all it may be, by the marginal
 //!    probabilities of the joint events, made one Gaussian again.
 //! 3. A sighting in free space that surely is of no track begins one.
-//! 4. A track that was not seen for long ends: a new one sooner.
+//! 4. A track that was not seen for long ends, a new one sooner; and so does one of which it is not
+//!    known any more where it is, before it takes a pillar for itself.
 
 use super::config::{TrackAssociation, TrackingConfig};
 use super::state::{ObjectState, Sighting};
@@ -18,6 +19,8 @@ pub(super) const SPEED_SIGMA: f64 = 0.8;
 /// Sightings that make a track, and how long it goes on without one before that, s.
 const CONFIRMED: u32 = 3;
 const UNCONFIRMED_COAST: f64 = 0.5;
+/// A track that is known no better than this is lost, m.
+const LOST_SIGMA: f64 = 0.4;
 /// A sighting that is of some track with more than this probability begins none.
 const EXPLAINED: f64 = 0.1;
 /// A track was seen in a scan with at least this probability.
@@ -28,8 +31,9 @@ const SEEN: f64 = 0.5;
 pub(super) struct Object {
     pub(super) id: u32,
     pub(super) state: ObjectState,
-    /// Whether it was seen in the newest scan.
+    /// Whether it was seen in the newest scan, and in free space.
     pub(super) is_seen: bool,
+    pub(super) is_free: bool,
     /// How often it was seen.
     sightings: u32,
     /// How long ago it was seen, s.
@@ -49,7 +53,7 @@ impl KalmanTracks {
         for track in &mut self.tracks {
             track.state = track.state.predicted(seconds, config.acceleration);
             track.unseen += seconds;
-            track.is_seen = false;
+            (track.is_seen, track.is_free) = (false, false);
         }
         let explained = match config.association {
             TrackAssociation::Nearest => self.take_nearest(sightings, config),
@@ -62,14 +66,16 @@ impl KalmanTracks {
             } else {
                 UNCONFIRMED_COAST
             };
-            track.unseen <= coast
+            let sigma = track.state.position_cov().diagonal().max().sqrt();
+            track.unseen <= coast && sigma <= LOST_SIGMA
         });
         for (sighting, explained) in sightings.iter().zip(explained) {
-            if sighting.may_begin && explained < EXPLAINED {
+            if sighting.is_free && explained < EXPLAINED {
                 self.tracks.push(Object {
                     id: self.next_id,
                     state: ObjectState::begun(sighting, SPEED_SIGMA),
                     is_seen: true,
+                    is_free: true,
                     sightings: 1,
                     unseen: 0.0,
                 });
@@ -111,7 +117,7 @@ impl KalmanTracks {
                 && let Some(innovation) = track.state.innovation(sighting)
             {
                 track.state = track.state.corrected(&innovation);
-                track.see();
+                track.see(sighting.is_free);
                 explained[number] = 1.0;
             }
         }
@@ -138,11 +144,13 @@ impl KalmanTracks {
         let mut explained = vec![0.0; sightings.len()];
         for (track, found) in self.tracks.iter_mut().zip(joint_probabilities(&options)) {
             let mut parts = vec![(found.missed, track.state)];
+            let mut free = 0.0;
             for &(number, probability) in &found.sightings {
-                let innovation = sightings
-                    .get(number)
-                    .and_then(|s| track.state.innovation(s));
-                if let Some(innovation) = innovation {
+                let Some(sighting) = sightings.get(number) else {
+                    continue;
+                };
+                if let Some(innovation) = track.state.innovation(sighting) {
+                    free += if sighting.is_free { probability } else { 0.0 };
                     parts.push((probability, track.state.corrected(&innovation)));
                     explained[number] += probability;
                 }
@@ -151,7 +159,7 @@ impl KalmanTracks {
                 track.state = state;
             }
             if 1.0 - found.missed >= SEEN {
-                track.see();
+                track.see(free >= SEEN);
             }
         }
         explained
@@ -159,17 +167,18 @@ impl KalmanTracks {
 }
 
 impl Object {
-    fn see(&mut self) {
-        (self.is_seen, self.unseen) = (true, 0.0);
+    fn see(&mut self, is_free: bool) {
+        (self.is_seen, self.is_free, self.unseen) = (true, is_free, 0.0);
         self.sightings += 1;
     }
 
     /// One of a mixture, which counts for itself how long it goes on.
-    pub(super) fn of_mixture(id: u32, state: ObjectState, is_seen: bool) -> Self {
+    pub(super) fn of_mixture(id: u32, state: ObjectState, [is_seen, is_free]: [bool; 2]) -> Self {
         Self {
             id,
             state,
             is_seen,
+            is_free,
             sightings: 0,
             unseen: 0.0,
         }

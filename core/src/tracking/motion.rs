@@ -3,7 +3,8 @@
 //! In: where it was at each scan. Out: what it is: new, moving, standing after it moved, or
 //! standing ever since.
 //!
-//! Its velocity is the mean one over the last [`WINDOW`] seconds, that of the newest instant being
+//! Only what is seen in free space counts: where nothing is known, the end of a wall comes into
+//! sight as fast as the robot drives. Its velocity is the mean one over the last [`WINDOW`] seconds, that of the newest instant being
 //! known too badly: people who walk slowly would not seem to move. It moves where that velocity is
 //! significant by its covariance, and so is more than what an edge seems to walk when the robot
 //! sees another side of it.
@@ -21,6 +22,13 @@ const WINDOW: f64 = 2.0;
 const SHORTEST: f64 = 0.3;
 /// Who moves got so far meanwhile, m.
 const LEAST_WAY: f64 = 0.2;
+/// Who was not seen to move for longer does not count as moving, s.
+const SHORTLY: f64 = 1.0;
+/// Who moved may move on for this long for each scan that saw so, s: what only seemed to is soon
+/// forgotten.
+const PER_SIGHTING: f64 = 1.0;
+/// What never moved is new for so long, s.
+const NEW: f64 = 2.0;
 /// Sightings before which nothing is said.
 const LEAST_SIGHTINGS: usize = 3;
 
@@ -33,7 +41,7 @@ pub enum TrackMotion {
     Moving,
     /// It moved before and may move on.
     Paused,
-    /// It has not moved for long: it belongs into the map.
+    /// It was not seen to move for long: it belongs into the map.
     Standing,
 }
 
@@ -41,10 +49,13 @@ pub enum TrackMotion {
 #[derive(Clone, Debug)]
 pub(super) struct History {
     begun: f64,
-    /// When, where, and how well that was known; of scans in which it was seen, the newest last.
+    /// When, where, and how well that was known; of scans in which it was seen in free space, the
+    /// newest last.
     seen: VecDeque<(f64, Point2<f64>, Matrix2<f64>)>,
     sightings: usize,
     moved: Option<f64>,
+    /// In how many scans it moved.
+    moves_seen: u32,
     /// Whether its velocity was significant in the newest scan that saw it, and in the one before.
     is_significant: bool,
     moves: bool,
@@ -57,12 +68,13 @@ impl History {
             seen: VecDeque::new(),
             sightings: 0,
             moved: None,
+            moves_seen: 0,
             is_significant: false,
             moves: false,
         }
     }
 
-    /// Notes where the track is now; one that was not seen says nothing new.
+    /// Notes where the track is now, seen in free space; one that was not says nothing new.
     pub(super) fn see(
         &mut self,
         now: f64,
@@ -84,15 +96,23 @@ impl History {
         self.moves = is_significant && before;
         if self.moves {
             self.moved = Some(now);
+            self.moves_seen += 1;
         }
         self.seen.push_back((now, at, cov));
     }
 
+    /// Whether it moves, or may move on.
+    pub(super) fn moved_lately(&self, now: f64, config: &TrackingConfig) -> bool {
+        let memory = config.memory.min(PER_SIGHTING * f64::from(self.moves_seen));
+        self.moved
+            .is_some_and(|moved| now - moved <= memory.max(SHORTLY))
+    }
+
     pub(super) fn motion(&self, now: f64, config: &TrackingConfig) -> TrackMotion {
         match self.moved {
-            _ if self.moves => TrackMotion::Moving,
-            Some(moved) if now - moved <= config.memory => TrackMotion::Paused,
-            None if now - self.begun <= config.settle => TrackMotion::New,
+            Some(moved) if self.moves && now - moved <= SHORTLY => TrackMotion::Moving,
+            _ if self.moved_lately(now, config) => TrackMotion::Paused,
+            None if now - self.begun <= NEW => TrackMotion::New,
             _ => TrackMotion::Standing,
         }
     }

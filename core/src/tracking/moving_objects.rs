@@ -1,8 +1,7 @@
 //! Objects that move, followed from scan to scan.
 //!
-//! 1. Before a scan is used: beams that end where an object is expected are told
-//!    ([`MovingObjects::taken_out`]), so that estimation does without them. Objects that are too
-//!    new to say whether they move count too; those that have stood for long do not.
+//! 1. Before a scan is used: beams that end where something is expected that moves, or moved just
+//!    before, are told ([`MovingObjects::taken_out`]), so that estimation does without them.
 //! 2. Afterwards, when it is known where the robot is ([`MovingObjects::update`]): hits are
 //!    compared with the map, clustered, and given to tracks.
 //! 3. A pose that is off puts many hits into free space. Where more than [`MOST_FREE`] of those
@@ -153,18 +152,20 @@ impl MovingObjects {
         if !(self.config.is_on && self.config.keeps_out) || seconds > SLOWEST {
             return &self.taken_out;
         }
+        let expected: Vec<&Object> = (self.filter.objects().iter())
+            .filter(|object| {
+                let history = self.histories.get(&object.id);
+                history.is_some_and(|h| h.moved_lately(points.stamp.seconds(), &self.config))
+            })
+            .collect();
+        if expected.is_empty() {
+            return &self.taken_out;
+        }
         // `robot_now_from_robot_as_odometry_has_it`.
         let turn = unreported_turn(last.hits.iter().copied(), moved, points);
         let local_from_robot = self.local_from_robot * *moved * turn.inverse();
         let map_from_robot = *map_from_robot * turn.inverse();
         let robot_from_local = local_from_robot.inverse();
-        let expected: Vec<&Object> = (self.filter.objects().iter())
-            .filter(|object| {
-                let history = self.histories.get(&object.id);
-                let motion = history.map(|h| h.motion(points.stamp.seconds(), &self.config));
-                motion != Some(TrackMotion::Standing)
-            })
-            .collect();
         let hits: Vec<Hit> = points
             .hits()
             .map(|beam| Hit {
@@ -299,7 +300,7 @@ impl MovingObjects {
             Some(Sighting {
                 at: self.local_from_robot * own.at,
                 cov: rotation * own.cov * rotation.transpose(),
-                may_begin: own.may_begin && is_sound,
+                is_free: own.is_free && is_sound,
                 ..own
             })
         });
@@ -313,7 +314,7 @@ impl MovingObjects {
         for object in objects {
             let history = before.remove(&object.id);
             let mut history = history.unwrap_or_else(|| History::begun(now));
-            if object.is_seen {
+            if object.is_free {
                 let state = &object.state;
                 history.see(now, state.position(), state.position_cov(), &self.config);
             }
@@ -373,3 +374,6 @@ impl Default for Filter {
         Self::of(TrackAssociation::default())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -24,8 +24,9 @@ pub struct Sighting {
     pub cov: Matrix2<f64>,
     /// How long before the instant of the scan it was seen, s.
     pub age: f64,
-    /// Whether it stands in free space, so that a track may begin with it.
-    pub may_begin: bool,
+    /// Whether it surely stands in free space: a track begins, and is seen to move, with such ones
+    /// only.
+    pub is_free: bool,
 }
 
 /// Position and velocity of an object.
@@ -176,7 +177,7 @@ pub(super) mod tests {
             at: Point2::new(x, y),
             cov: Matrix2::identity() * 0.0025,
             age: 0.0,
-            may_begin: true,
+            is_free: true,
         }
     }
 

@@ -204,7 +204,7 @@ rows! { MOVING = OF_MOVING;
     "moving.on", "Follow what moves", switch(), [slam.tracking.is_on],
         "People are found where the map is free, and followed from scan to scan. It takes a lidar that looks round at least once a second.";
     "moving.keeps_out", "Keep it out of pose and map", switch(), [slam.tracking.keeps_out].needs(MOVING_ON, ON),
-        "Points of what moves, moved just before, or is too new to say are not used. Off: people are drawn into the map and pull at the pose.";
+        "Points of what moves, or moved just before, are not used. Off: people are drawn into the map and pull at the pose.";
     "moving.association", "Which sighting is whose", one_of::<TrackAssociation>(), [slam.tracking.association].needs(MOVING_ON, ON),
         "Each sighting to the nearest track; to all that it may be, by the probabilities of all joint events; or to a density over where moving objects are (Vo & Ma 2006).";
     "moving.margin", "Farther from all that is not free", real(TrackingConfig::MARGIN, CENTIMETRES), [slam.tracking.margin].needs(MOVING_ON, ON),
@@ -227,10 +227,8 @@ rows! { MOVING = OF_MOVING;
         "A track that is not seen goes on for so long. Larger: people keep their number behind pillars, and false tracks stay.";
     "moving.significance", "Moves from here on", real(TrackingConfig::GATE, D2), [slam.tracking.significance].needs(MOVING_ON, ON),
         "Distance of its velocity from none. Larger: slow people are seen to move later.";
-    "moving.settle", "Belongs into the map after", real(TrackingConfig::SECONDS, SECONDS), [slam.tracking.settle].needs(MOVING_ON, ON),
-        "What appeared and never moved. Larger: what was put down is mapped later.";
     "moving.memory", "May move on for", real(TrackingConfig::SECONDS, SECONDS), [slam.tracking.memory].needs(MOVING_ON, ON),
-        "Who moved and stands still; then belongs into the map. Larger: people who stop stay out of it for longer.";
+        "At most, and a second for each scan that saw them move: who stands still then belongs into the map. Larger: people who stop stay out of it for longer.";
 }
 
 fn growth(settings: &Settings) -> Option<f64> {
