@@ -312,21 +312,22 @@ mod tests {
 
     const OBJECTS: usize = 5;
 
-    /// Monte Carlo: on average the expected number is the true one, told where objects began.
-    /// Where each false sighting may begin one too, some of them are counted.
+    /// Monte Carlo: on average the expected number is the true one, told where objects began; and
+    /// those are extracted that were just seen, nine in ten, for what is not seen keeps a tenth of
+    /// its weight. Where each false sighting may begin one too, some of them are counted.
     #[test]
     fn it_counts_objects_amid_clutter() {
         let true_count = OBJECTS as f64;
         let [expected, extracted] = counted(true);
         assert!((expected - true_count).abs() < 0.15, "{expected} expected");
         assert!(
-            (extracted - true_count).abs() < 0.3,
+            (extracted - 0.9 * true_count).abs() < 0.15,
             "{extracted} extracted"
         );
         let [expected, extracted] = counted(false);
         assert!((expected - true_count).abs() < 0.7, "{expected} expected");
         assert!(
-            (extracted - true_count).abs() < 0.7,
+            (extracted - 0.9 * true_count).abs() < 0.7,
             "{extracted} extracted"
         );
     }

@@ -27,8 +27,8 @@ pub(crate) use names::names;
 pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
-    BeamRow, ClosureRow, DoorRow, EditRow, HypothesisRow, LineRow, PointRow, SubmapRow, TrailRow,
-    TwinRow, flat,
+    BeamRow, ClosureRow, DoorRow, EditRow, HypothesisRow, LineRow, PointRow, SubmapRow, TrackRow,
+    TrailRow, TwinRow, flat,
 };
 pub use values::SettingValues;
 
