@@ -47,6 +47,8 @@ pub mod registration;
 
 pub mod estimation;
 
+pub mod tracking;
+
 pub mod plan;
 
 pub mod control;

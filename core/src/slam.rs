@@ -26,6 +26,7 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
+use crate::bounds::OutOfBounds;
 use crate::estimation::{
     EditError, EditKind, EkfError, GridParticlesError, RestoreError, ScanMatcher, ScanMatcherError,
 };
@@ -34,6 +35,7 @@ use crate::geom::Pose2;
 use crate::map::{Grid, GridError, VectorMap};
 use crate::points::{BlindZone, MotionHistory, Points, Walkers, sectors};
 use crate::robot::{Odometry, OdometryError, Scan, ScanError, Stamp};
+use crate::tracking::MovingObjects;
 pub use config::{EarlierMap, SlamConfig};
 use drawn::Drawn;
 use method::Estimator;
@@ -68,6 +70,9 @@ pub enum SlamError {
     /// A setting of grid mapping by particles.
     #[error(transparent)]
     GridParticles(#[from] GridParticlesError),
+    /// A setting of what follows moving objects.
+    #[error("moving objects: {0}")]
+    Tracking(#[from] OutOfBounds),
     /// A saved map that the scan matcher cannot take up.
     #[error(transparent)]
     Restore(#[from] RestoreError),
@@ -100,6 +105,7 @@ pub struct Slam {
     track: Vec<(Stamp, Pose2)>,
     points: Option<Points>,
     blind_zone: BlindZone,
+    moving: MovingObjects,
     /// `None` where nobody is driven.
     walkers: Option<Walkers>,
     /// The same points, with what is near and was not seen.
@@ -121,6 +127,7 @@ impl Slam {
             return Err(SlamError::NoSavedMap);
         }
         (config.point_features.validate()).map_err(LineError::from)?;
+        config.tracking.validate()?;
         let estimator = method.begin(&config)?;
         // It is the estimator's from here on.
         config.saved_map = None;
@@ -133,6 +140,7 @@ impl Slam {
             // The slowest sweep is that of a ranger on a servo, a few seconds.
             history: MotionHistory::new(5.0),
             blind_zone: BlindZone::new(config.blind_zone),
+            moving: MovingObjects::new(config.tracking),
             walkers: Some(Walkers::default()),
             vector: VectorMap::default(),
             sonar_grid: None,
@@ -162,13 +170,20 @@ impl Slam {
     pub fn scan(&mut self, scan: &Scan) -> Result<(), SlamError> {
         scan.validate()?;
         let scan = PreparedScan::new(self.readable(scan), &self.history, &self.config);
+        let (points, moved) = (scan.points.clone(), self.motion_since_scan);
+        let expected = self.estimator.estimate().pose;
+        let grid = grid_of(&*self.estimator, &self.drawn);
+        let theirs = (self.moving).taken_out(&points, &moved, grid, &expected);
+        let scan = scan.without(theirs);
         if let Some(evidence) = self.estimator.update(&scan)? {
             let pose = self.estimator.estimate().pose;
             let quality = self.estimator.view().pose_quality;
             self.drawn.grid_for(quality)?.draw(&evidence, &pose);
             self.track.push((scan.points.stamp, pose));
         }
-        let points = scan.points;
+        let (pose, matched) = (self.estimator.estimate().pose, self.estimator.matched());
+        let grid = grid_of(&*self.estimator, &self.drawn);
+        self.moving.update(&points, &moved, grid, &pose, &matched);
         self.conclude(points);
         Ok(())
     }
@@ -225,6 +240,7 @@ impl Slam {
     pub fn reconfigure(&mut self, config: &SlamConfig) -> Result<(), SlamError> {
         config.lines.validate()?;
         (config.point_features.validate()).map_err(LineError::from)?;
+        config.tracking.validate()?;
         self.config = SlamConfig {
             matcher: self.config.matcher,
             grid_particles: self.config.grid_particles,
@@ -233,6 +249,7 @@ impl Slam {
             saved_map: None,
             ..config.clone()
         };
+        self.moving.reconfigure(self.config.tracking);
         self.blind_zone.reconfigure(self.config.blind_zone);
         self.estimator.reconfigure(&self.config);
         Ok(())
@@ -280,6 +297,12 @@ impl Slam {
     pub fn disable_walkers(&mut self) {
         self.walkers = None;
     }
+}
+
+/// The map: a method's own, or what is drawn for it.
+fn grid_of<'a>(estimator: &'a dyn Estimator, drawn: &'a Drawn) -> &'a Grid {
+    let own = estimator.view().own_map;
+    own.map_or_else(|| drawn.grid(), OwnMap::grid)
 }
 
 /// Number of places of the trajectory that a method keeps itself.

@@ -17,7 +17,7 @@ use Imports::{AllBefore, These};
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and
 /// sinks that no stage imports, so a real robot, the simulator and a recording can stand in for
 /// each other.
-const MAY_IMPORT: [(&str, Imports); 26] = [
+const MAY_IMPORT: [(&str, Imports); 27] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("bounds", These(&[])),
@@ -60,6 +60,10 @@ const MAY_IMPORT: [(&str, Imports); 26] = [
             "association",
             "registration",
         ]),
+    ),
+    (
+        "tracking",
+        These(&["bounds", "geom", "robot", "points", "map", "association"]),
     ),
     ("plan", These(&["bounds", "geom", "robot", "points", "map"])),
     (

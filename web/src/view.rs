@@ -11,12 +11,13 @@ use slamlab_core::plan::Path;
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::session::Session;
 use slamlab_core::slam::Slam;
+use slamlab_core::tracking::Track;
 use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
     BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LineRow, PointName, PointRow,
-    Typed, Uint8Array, WebError, flat, typed,
+    TrackMotionName, TrackRow, Typed, Uint8Array, WebError, flat, typed,
 };
 use crate::run::WebRun;
 
@@ -75,6 +76,22 @@ impl WebRun {
                 .iter()
                 .map(|point| PointRow::of(point, &map_from_robot)),
         ))
+    }
+
+    /// What moves about, see `TRACK`.
+    #[must_use]
+    pub fn tracks(&self) -> Vec<f32> {
+        let map_from_robot = map_from_robot_at_scan(self.session());
+        let tracks = self.slam().tracks().iter();
+        flat(tracks.map(|track| TrackRow::of(track, &map_from_robot)))
+    }
+
+    /// x y of what the last scan hit that was kept out of pose and map, m.
+    #[must_use]
+    pub fn taken_out(&self) -> Vec<f32> {
+        let map_from_robot = map_from_robot_at_scan(self.session());
+        let points = self.slam().taken_out().iter();
+        points.flat_map(|at| pair(map_from_robot * *at)).collect()
     }
 
     /// x1 y1 x2 y2 of the walls of the prior map, m; empty for other methods.
@@ -259,11 +276,7 @@ fn found(session: &Session) -> Float32Array {
 impl PointRow {
     fn of(point: &PointFeature, map_from_robot: &Pose2) -> Self {
         let at = *map_from_robot * point.position;
-        // Columns of the rotation.
-        let turn = Matrix2::from_columns(
-            &[Vector2::x(), Vector2::y()].map(|axis| map_from_robot.rotate(axis)),
-        );
-        let cov = turn * point.cov * turn.transpose();
+        let cov = turned(&point.cov, map_from_robot);
         Self {
             x: at.x as f32,
             y: at.y as f32,
@@ -278,6 +291,37 @@ impl PointRow {
             confidence: point.confidence as f32,
         }
     }
+}
+
+impl TrackRow {
+    fn of(track: &Track, map_from_robot: &Pose2) -> Self {
+        let at = *map_from_robot * track.position;
+        let velocity = map_from_robot.rotate(track.velocity);
+        let cov = turned(
+            &track.cov.fixed_view::<2, 2>(0, 0).into_owned(),
+            map_from_robot,
+        );
+        Self {
+            id: track.id as f32,
+            x: at.x as f32,
+            y: at.y as f32,
+            velocity_x: velocity.x as f32,
+            velocity_y: velocity.y as f32,
+            var_x: cov[(0, 0)] as f32,
+            cov_xy: cov[(0, 1)] as f32,
+            var_y: cov[(1, 1)] as f32,
+            motion: f32::from(TrackMotionName::from(&track.motion) as u8),
+            seen: flag(track.is_seen) as f32,
+        }
+    }
+}
+
+/// A covariance of the robot frame in the map frame.
+fn turned(cov: &Matrix2<f64>, map_from_robot: &Pose2) -> Matrix2<f64> {
+    // Columns of the rotation.
+    let axes = [Vector2::x(), Vector2::y()].map(|axis| map_from_robot.rotate(axis));
+    let turn = Matrix2::from_columns(&axes);
+    turn * cov * turn.transpose()
 }
 
 /// A number for yes or no.
@@ -334,6 +378,8 @@ fn pair(point: Point2<f64>) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{Matrix4, Vector4};
+    use slamlab_core::tracking::TrackMotion;
 
     #[test]
     fn covariance_of_a_point_turns_with_the_robot() {
@@ -351,6 +397,25 @@ mod tests {
         let row: [f32; PointRow::STRIDE] = PointRow::of(&point, &quarter).into();
         // x becomes y, y becomes -x.
         let expected = [2.0, 4.0, 9.0, -1.0, 4.0, 3.0, 0.25, 0.75];
+        assert!(
+            row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{row:?}"
+        );
+    }
+
+    #[test]
+    fn a_track_turns_with_the_robot() {
+        let track = Track {
+            id: 7,
+            position: Point2::new(1.0, 0.0),
+            velocity: Vector2::new(0.5, 0.25),
+            cov: Matrix4::from_diagonal(&Vector4::new(4.0, 9.0, 1.0, 1.0)),
+            motion: TrackMotion::Paused,
+            is_seen: true,
+        };
+        let quarter = Pose2::new(2.0, 3.0, std::f64::consts::FRAC_PI_2);
+        let row: [f32; TrackRow::STRIDE] = TrackRow::of(&track, &quarter).into();
+        let expected = [7.0, 2.0, 4.0, -0.25, 0.5, 9.0, 0.0, 4.0, 2.0, 1.0];
         assert!(
             row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
             "{row:?}"

@@ -49,6 +49,7 @@ import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import type { SlamRegistration } from "./registration/lab.js";
 import { wallEnds } from "./view/layers/spot.js";
+import { tracksOf } from "./view/layers/tracks.js";
 import { SlamMap } from "./view/map_view.js";
 import { readPalette } from "./view/palette.js";
 import { Scene } from "./view/scene.js";
@@ -201,6 +202,9 @@ const figures = {
   get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
   /** Places where the robot may be; 0 where it knows. */
   get points() { return scene.points.length / POINT_STRIDE; },
+  /** Number and place of what is followed and moves. */
+  get tracks() { return tracksOf(scene.tracks); },
+  get takenOut() { return scene.takenOut.length / 2; },
   get hypotheses() { return scene.hypotheses.length / HYPOTHESIS_STRIDE; },
   /** Sides of what was changed by hand. */
   get edits() { return scene.edits.length / EDIT_STRIDE; },

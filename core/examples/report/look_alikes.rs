@@ -195,7 +195,7 @@ fn truth_of(experiment: &Experiment) -> BTreeMap<Stamp, Pose2> {
 }
 
 /// The middles of the cells that are occupied, map frame.
-fn occupied(grid: &Grid) -> impl Iterator<Item = Point2<f64>> {
+pub(crate) fn occupied(grid: &Grid) -> impl Iterator<Item = Point2<f64>> {
     let rect = grid.bounds();
     let states = rect.map_or(vec![], |rect| grid.states(rect));
     let middle = move |index: usize| {

@@ -56,6 +56,7 @@ mod outcome;
 #[path = "../shared/peak_memory.rs"]
 mod peak_memory;
 mod peers;
+mod people;
 mod planners;
 mod ray_cast;
 mod registration;
@@ -101,6 +102,7 @@ const REPORTS: &[Entry] = &[
     ("kidnap", kidnap::measure),
     ("line-fit", line_fit::measure),
     ("look-alikes", look_alikes::measure),
+    ("people", people::measure),
     ("planners", planners::measure),
     ("ray-cast", ray_cast::measure),
     ("registration", registration::measure),

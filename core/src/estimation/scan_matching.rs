@@ -355,6 +355,16 @@ impl ScanMatcher {
         }
     }
 
+    /// The motion between the last two scans as they were matched, which no closed loop changes;
+    /// `None` where the last one was gathered only. And how well the last one is known in the
+    /// running submap.
+    pub(crate) fn last_match(&self) -> (Option<Pose2>, Matrix3<f64>) {
+        let newest = self.trajectory.last().map(|at| at.stamp);
+        let matched = self.motion.pasts.back().map(|past| past.stamp);
+        let motion = self.motion.speed.filter(|_| newest == matched);
+        (motion.map(|(_, motion)| motion), self.local.cov)
+    }
+
     /// The map.
     #[must_use]
     pub fn grid(&self) -> &Grid {

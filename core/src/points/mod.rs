@@ -26,3 +26,4 @@ pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::SpacingModel;
 pub use walkers::Walkers;
+pub(crate) use walkers::unreported_turn;

@@ -153,20 +153,13 @@ impl Walkers {
         &self.points
     }
 
-    /// Step 1: the turn about the sensor by which the scan before fits the newest one best.
+    /// Step 1.
     fn unreported_turn(&self, points: &Points, moved: &Pose2) -> Pose2 {
         let Some(past) = self.past.back() else {
             return Pose2::identity();
         };
-        let sensor = points.sensor_in_robot;
-        let now_from_then = moved.inverse() * past.now_from_then;
-        let before = past.hits.iter().map(|hit| now_from_then * *hit - sensor);
-        let now = points.hits().map(|beam| beam.end_in_robot - sensor);
-        let (way, turned) = (moved.position().coords.length(), moved.heading().abs());
-        let most = TURN_DRIFT * turned.sqrt() + WAY_DRIFT * way.sqrt();
-        let turn = turn::between(before, now, most.min(SEAM));
-        let about_sensor = Pose2::new(sensor.x, sensor.y, turn);
-        about_sensor * Pose2::new(-sensor.x, -sensor.y, 0.0)
+        let in_robot_before = past.hits.iter().map(|hit| past.now_from_then * *hit);
+        unreported_turn(in_robot_before, moved, points)
     }
 
     /// Steps 2 and 3.
@@ -296,6 +289,26 @@ impl PastBeam {
             range,
         })
     }
+}
+
+/// The turn about the sensor that odometry missed since the scan before: it takes what stands where
+/// odometry has it in the robot frame now to where it is (step 1 of [`Walkers`]). `before` are hits
+/// of the scan before, in the robot frame then; `moved` is `robot_before_from_robot_now` by
+/// odometry.
+pub(crate) fn unreported_turn(
+    before: impl Iterator<Item = Point2<f64>>,
+    moved: &Pose2,
+    points: &Points,
+) -> Pose2 {
+    let sensor = points.sensor_in_robot;
+    let now_from_before = moved.inverse();
+    let before = before.map(|hit| now_from_before * hit - sensor);
+    let now = points.hits().map(|beam| beam.end_in_robot - sensor);
+    let (way, turned) = (moved.position().coords.length(), moved.heading().abs());
+    let most = TURN_DRIFT * turned.sqrt() + WAY_DRIFT * way.sqrt();
+    let turn = turn::between(before, now, most.min(SEAM));
+    let about_sensor = Pose2::new(sensor.x, sensor.y, turn);
+    about_sensor * Pose2::new(-sensor.x, -sensor.y, 0.0)
 }
 
 #[cfg(test)]

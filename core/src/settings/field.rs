@@ -14,6 +14,7 @@ use crate::points::{BreakRule, SectorRange};
 use crate::registration::RegistrationMethod;
 use crate::robot::{BodyShape, Sharp};
 use crate::slam::PriorMapMatching;
+use crate::tracking::TrackAssociation;
 
 /// A field that holds a number.
 pub(super) trait Number {
@@ -164,7 +165,8 @@ choices!(
     SectorRange,
     Sharp,
     Shortening,
-    SpikeForm
+    SpikeForm,
+    TrackAssociation
 );
 choices! {
     BreakRule = 3, Self::all();

@@ -38,7 +38,7 @@ const ANY: Group = Group {
 /// The methods that look for lines, and draw a grid as each scan comes.
 const BY_LINES: &[Method] = &[Method::LineEkf, Method::PriorMap];
 /// All settings, each group in one piece, a choice before the settings that depend on it.
-const TABLE: [&[Setting]; 18] = [
+const TABLE: [&[Setting]; 19] = [
     sensor::LIDAR,
     sensor::RANGERS,
     sensor::SONAR,
@@ -51,6 +51,7 @@ const TABLE: [&[Setting]; 18] = [
     perception::LINES,
     perception::POINT_FEATURES,
     perception::BLIND_ZONE,
+    perception::MOVING,
     estimation::FILTER,
     estimation::SCAN_MATCHING,
     estimation::GRID_PARTICLES,

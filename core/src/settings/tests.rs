@@ -102,6 +102,7 @@ fn validated(settings: &Settings) -> Result<(), String> {
     let slam = &settings.slam;
     slam.lines.validate().map_err(|e| e.to_string())?;
     slam.point_features.validate().map_err(|e| e.to_string())?;
+    slam.tracking.validate().map_err(|e| e.to_string())?;
     slam.ekf.validate().map_err(|e| e.to_string())?;
     slam.grid.validate().map_err(|e| e.to_string())?;
     slam.matcher.grid.validate().map_err(|e| e.to_string())?;
@@ -117,6 +118,7 @@ fn a_configuration_allows_just_what_the_table_does() {
         "Sensor",
         "Lines",
         "Corners and posts",
+        "Moving objects",
         "Filter",
         "Scan matching",
         "Map",

@@ -10,6 +10,7 @@ use crate::estimation::{
 use crate::features::{LineConfig, PointFeatureConfig};
 use crate::map::{EvidenceConfig, GridConfig};
 use crate::points::{BlindZoneConfig, PointConfig, SectorConfig};
+use crate::tracking::TrackingConfig;
 
 /// Settings of every stage.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +21,8 @@ pub struct SlamConfig {
     pub sectors: Option<SectorConfig>,
     /// What is remembered of things too near to be seen.
     pub blind_zone: BlindZoneConfig,
+    /// What moves, and how it is kept out of pose and map.
+    pub tracking: TrackingConfig,
     /// How lines are found.
     pub lines: LineConfig,
     /// Which points are found beside them: to be looked at, no method uses them yet.

@@ -19,6 +19,7 @@ use crate::estimation::ScanMatcher;
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
+use crate::tracking::Matched;
 
 /// What a method does. The map and the trajectory are [`super::Slam`]'s, for a method that does not
 /// change what was drawn.
@@ -32,6 +33,14 @@ pub(super) trait Estimator: Debug + Send + Sync {
 
     /// Where the robot is now, map frame, the odometry since the last scan included.
     fn estimate(&self) -> PoseEstimate;
+
+    /// How the last scan was found to lie, for those who follow what moves.
+    fn matched(&self) -> Matched {
+        Matched {
+            motion: None,
+            cov: self.estimate().cov,
+        }
+    }
 
     /// What there is to show.
     fn view(&self) -> View<'_> {

@@ -37,6 +37,22 @@ impl<'a> PreparedScan<'a> {
         }
     }
 
+    /// The scan without some of its beams, as if they had given no reading.
+    pub(super) fn without(mut self, beams: &[usize]) -> Self {
+        if beams.is_empty() {
+            return self;
+        }
+        let scan = self.scan.to_mut();
+        for &beam in beams {
+            if let Some(range) = scan.ranges.get_mut(beam) {
+                *range = f32::NAN;
+            }
+        }
+        let is_left = |beam: &Beam| beams.binary_search(&beam.beam_idx).is_err();
+        self.points.beams.retain(is_left);
+        self
+    }
+
     /// Variance of the heading that odometry gathered since each beam of the scan was taken, rad².
     pub(super) fn heading_variances(&self) -> Vec<f64> {
         self.moved.iter().map(|m| m.heading_variance).collect()

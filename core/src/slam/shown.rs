@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{Method, OwnMap, Slam, SlamConfig, SlamError, View};
+use super::{Method, OwnMap, Slam, SlamConfig, SlamError, View, grid_of};
 use crate::estimation::SavedMap;
 use crate::features::{LineExtractor, PointFeature, find_points};
 use crate::geom::{Pose2, PoseEstimate};
@@ -10,6 +10,7 @@ use crate::hash::StateHash;
 use crate::map::{Grid, VectorMap};
 use crate::points::{Points, Walkers};
 use crate::robot::Stamp;
+use crate::tracking::Track;
 
 impl Slam {
     /// How the pose is estimated.
@@ -33,8 +34,7 @@ impl Slam {
     /// The occupancy grid. While a robot is lost in its prior map: what it has drawn since.
     #[must_use]
     pub fn grid(&self) -> &Grid {
-        let drawn = self.drawn.grid();
-        self.view().own_map.map_or(drawn, OwnMap::grid)
+        grid_of(&*self.estimator, &self.drawn)
     }
 
     /// The walls as segments with ends; empty for methods without lines.
@@ -85,6 +85,19 @@ impl Slam {
     #[must_use]
     pub fn walkers(&self) -> &[Point2<f64>] {
         self.walkers.as_ref().map_or(&[], Walkers::points)
+    }
+
+    /// What moves about or moved before, and what stands where the map was free; in the robot frame
+    /// when the last scan came.
+    #[must_use]
+    pub fn tracks(&self) -> &[Track] {
+        self.moving.tracks()
+    }
+
+    /// Points of the last scan that were kept out of pose and map, in the robot frame when it came.
+    #[must_use]
+    pub fn taken_out(&self) -> &[Point2<f64>] {
+        self.moving.taken_out_points()
     }
 
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.

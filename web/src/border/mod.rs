@@ -28,7 +28,7 @@ pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
     BasinRow, BeamRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, HypothesisRow,
-    IterationRow, LineRow, PointRow, SubmapRow, TrailRow, TwinRow, flat,
+    IterationRow, LineRow, PointRow, SubmapRow, TrackRow, TrailRow, TwinRow, flat,
 };
 pub use values::SettingValues;
 

@@ -105,6 +105,10 @@ names! {
     PointName of slamlab_core::features::PointKind {
         Corner = "corner", Spike = "spike", Crossing = "crossing", Circle = "circle",
     }
+    /// Whether something that is followed moves.
+    TrackMotionName of slamlab_core::tracking::TrackMotion {
+        New = "new", Moving = "moving", Paused = "paused", Standing = "standing",
+    }
     /// A field of the grid: distance to the nearest wall, how well a beam's end fits, the room
     /// around the robot's centre.
     FieldName { Distance = "distance", Likelihood = "likelihood", Room = "room" }

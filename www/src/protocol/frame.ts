@@ -66,7 +66,11 @@ export interface Change {
   hypotheses: Float32Array | null;
   /** x y of the particles behind them. */
   particles: Float32Array | null;
-  /** x y radius of what walks about. */
+  /** What the run follows of that, see TRACK. */
+  tracks: Float32Array | null;
+  /** x y of what the last scan hit that was kept out of pose and map. */
+  takenOut: Float32Array | null;
+  /** x y radius of what truly walks about. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */
   path: Float32Array | null;

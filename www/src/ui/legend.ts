@@ -40,6 +40,8 @@ const ENTRIES: readonly Entry[] = [
     sign: svg`<circle cx="14" cy="9" r="7" fill="none" stroke="var(--map-torn)" stroke-width="2.2"/><path d="m11 6 6 6m0-6-6 6" stroke="var(--map-torn)" stroke-width="2"/>` },
   { name: "scan", label: "Current scan", meaning: "What the sensor sees just now.",
     sign: svg`<path d="M4 14h.01M8 10h.01M13 7h.01M18 6h.01M23 8h.01" stroke="var(--map-scan)" stroke-width="3.4"/>` },
+  { name: "tracks", label: "Moving objects", meaning: "Who moves about: each with its number, its velocity (the arrow is a second long) and the ellipse in which it is with 95 % probability. Dashed: it may move, or moved just before. Points in this colour are theirs, and kept out of pose and map.",
+    sign: svg`<ellipse cx="8" cy="11" rx="5.5" ry="4.5" fill="none" stroke="var(--map-moving)" stroke-width="1.8"/><path d="m8 11 14-6m-5-1 5 1-3 4.5" fill="none" stroke="var(--map-moving)" stroke-width="1.8"/>` },
   { name: "found", label: "Lines found", meaning: "Straight pieces of the last scan, before they are compared with the walls.", sign: stroke("found", "", 3.5) },
   { name: "points", label: "Points found", meaning: "Of the last scan: squares are corners, triangles spikes, crosses crossings of lines, rings posts and pillars. Each lies in its ellipse with 95 % probability. Settings say which are looked for.",
     sign: svg`<path d="M3 6h6v6H3z" stroke="var(--map-points)" stroke-width="1.8"/><circle cx="14" cy="9" r="3.5" stroke="var(--map-points)" stroke-width="1.8"/><path d="m19 12 3.5-7 3.5 7z" stroke="var(--map-points)" stroke-width="1.8"/>` },

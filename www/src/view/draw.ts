@@ -27,6 +27,7 @@ import * as tree from "./layers/tree.js";
 import * as truth from "./layers/truth.js";
 import { TruthPicture } from "./layers/truth_picture.js";
 import * as twin from "./layers/twin.js";
+import * as tracks from "./layers/tracks.js";
 import * as walls from "./layers/walls.js";
 
 export type Switches = Readonly<Record<LayerName, boolean>>;
@@ -52,6 +53,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["walls", walls.draw],
   ["tree", tree.draw],
   ["scan", scan.draw],
+  ["tracks", tracks.draw],
   ["found", found.draw],
   ["points", points.draw],
   ["rawPath", path.drawRaw],
@@ -84,7 +86,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
 }
 
 /** What stands on the newest submap, and glides with it. */
-const WITH_ROBOT: ReadonlySet<LayerName> = new Set(["scan", "found", "points", "robot"]);
+const WITH_ROBOT: ReadonlySet<LayerName> = new Set(["scan", "tracks", "found", "points", "robot"]);
 
 function withRobot(brush: Brush, draw: (brush: Brush) => void): void {
   const { submaps } = brush.scene;

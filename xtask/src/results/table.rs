@@ -112,6 +112,8 @@ pub(super) const TABLE: &[Entry] = &[
         "Safe mode touches no wall and drives into nobody, whatever the stick says."),
     entry("crowd", Report, Slow, CORE,
         "A robot among people gets where it goes."),
+    entry("people", Report, Slow, CORE,
+        "A map gets as good among people as without them, and they are followed."),
     entry("kidnap", Report, Slow, CORE,
         "A robot that was carried off finds itself again, and so does one that begins anywhere in a map."),
     entry("ray-cast", Report, Quick, &["core/src/geom", "core/src/sim"],

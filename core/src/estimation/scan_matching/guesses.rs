@@ -13,11 +13,11 @@
 //!
 //! Source of step 2: Vizzo et al. (2023), "KISS-ICP: in defense of point-to-point ICP".
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::ScanMatcher;
 use super::odometry_watch::Believed;
-use crate::geom::{Pose2, PoseEstimate, pose_cov};
+use crate::geom::{Length, Pose2, PoseEstimate, pose_cov};
 use crate::registration::{Prior, RollingPrior};
 use crate::robot::Stamp;
 
@@ -72,8 +72,8 @@ impl ScanMatcher {
                 let turned = here.rotation();
                 let mut cov = turned * moved.cov * turned.transpose();
                 if moved.motion == Pose2::identity() {
-                    // Who stops at once, to the last digit, may go on while odometry hangs.
-                    let went_on = (here * as_before).minus(&here);
+                    // Who stops more suddenly than robots do may go on while odometry hangs.
+                    let went_on = unbraked(&(here * as_before).minus(&here), seconds);
                     cov += went_on * went_on.transpose();
                 }
                 Guess {
@@ -168,4 +168,15 @@ impl ScanMatcher {
             self.config.odometry_turn_sigma + turn.min(TURN_ACCELERATION * half_square),
         )
     }
+}
+
+/// What is left of a motion (x, y, θ) from scan to scan when a robot has braked as is usual for so
+/// many seconds.
+fn unbraked(motion: &Vector3<f64>, seconds: f64) -> Vector3<f64> {
+    let left = |speed: f64, braking: f64| {
+        let by_brake = braking * seconds * seconds;
+        (1.0 - by_brake / speed.max(1e-9)).max(0.0)
+    };
+    let shift = motion.xy() * left(motion.xy().length(), ACCELERATION);
+    shift.push(motion.z * left(motion.z.abs(), TURN_ACCELERATION))
 }

@@ -1,4 +1,4 @@
-//! What is made of scans: points, lines, and what is remembered in the blind zone.
+//! What is made of scans: points, lines, what is remembered in the blind zone, and what moves.
 
 use super::{ANY, BY_LINES, Group};
 use crate::features::{Hough, LineConfig, PointFeatureConfig, Ransac, SpikeForm, SplitRule};
@@ -6,9 +6,10 @@ use crate::points::{BreakRule, Growth, RangeSigma, SectorConfig, SectorRange};
 use crate::settings::Settings;
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
-    CENTIMETRES, DEGREES, Field, METRES, NUMBER, Named, PERCENT, SIGMAS, SQUARE_METRES, Setting,
-    named, one_of, real, si, switch, whole,
+    CENTIMETRES, D2, DEGREES, Field, METRES, NUMBER, Named, PERCENT, SECONDS, SIGMAS,
+    SQUARE_METRES, Setting, named, one_of, real, si, switch, whole,
 };
+use crate::tracking::{TrackAssociation, TrackingConfig};
 
 const OF_POINTS: Group = Group {
     name: "Points",
@@ -191,6 +192,43 @@ rows! { BLIND_ZONE = OF_BLIND_ZONE;
         "A beam that ends this far behind a remembered point says that it has gone. Larger: what has gone is remembered longer.";
     "near.beams", "Beams that speak of a point", real([0.0, 20.0], si("beams")), [slam.blind_zone.beams],
         "How far beside a remembered point a beam may pass and still say that it has gone, in angles between two beams. Larger: more is forgotten.";
+}
+
+const OF_MOVING: Group = Group {
+    name: "Moving objects",
+    ..ANY
+};
+const MOVING_ON: &str = "moving.on";
+
+rows! { MOVING = OF_MOVING;
+    "moving.on", "Follow what moves", switch(), [slam.tracking.is_on],
+        "People are found where the map is free, and followed from scan to scan. It takes a lidar that looks round at least once a second.";
+    "moving.keeps_out", "Keep it out of pose and map", switch(), [slam.tracking.keeps_out].needs(MOVING_ON, ON),
+        "Points of what moves, or moved just before, are not used. Off: people are drawn into the map and pull at the pose.";
+    "moving.association", "Which sighting is whose", one_of::<TrackAssociation>(), [slam.tracking.association].needs(MOVING_ON, ON),
+        "Each sighting to the nearest track; to all that it may be, by the probabilities of all joint events; or to a density over where moving objects are (Vo & Ma 2006).";
+    "moving.margin", "Farther from all that is not free", real(TrackingConfig::MARGIN, CENTIMETRES), [slam.tracking.margin].needs(MOVING_ON, ON),
+        "A hit in free space is, beyond the doubt of the pose. Larger: who walks along a wall is found later, walls are taken for people more seldom.";
+    "moving.max_width", "Widest thing that moves", real(TrackingConfig::MAX_WIDTH, CENTIMETRES), [slam.tracking.max_width].needs(MOVING_ON, ON),
+        "Larger: groups and carts are followed, and so may walls be that are misplaced.";
+    "moving.min_hits", "Fewest points of it", whole(TrackingConfig::MIN_HITS, NUMBER), [slam.tracking.min_hits].needs(MOVING_ON, ON),
+        "Larger: fewer false tracks, people are seen less far away.";
+    "moving.sigma", "σ of a sighting", real(TrackingConfig::POSITION_SIGMA, CENTIMETRES), [slam.tracking.position_sigma].needs(MOVING_ON, ON),
+        "Of the middle of what is seen from one side. Larger: calmer tracks, that move later.";
+    "moving.acceleration", "Noise of acceleration", real(TrackingConfig::ACCELERATION, si("m²/s³")), [slam.tracking.acceleration].needs(MOVING_ON, ON),
+        "How fast velocities change. Larger: tracks follow faster and scatter more.";
+    "moving.gate", "Gate of a track", real(TrackingConfig::GATE, D2), [slam.tracking.gate].needs(MOVING_ON, ON),
+        "Sightings farther away are not of it. Larger: fewer lost tracks, more that take each other's sightings.";
+    "moving.detection", "Seen in a scan", real(TrackingConfig::DETECTION, PERCENT), [slam.tracking.detection].needs(MOVING_ON, ON),
+        "With what probability. Larger: what is hidden is forgotten sooner.";
+    "moving.clutter", "False sightings", real(TrackingConfig::CLUTTER, si("1/m²")), [slam.tracking.clutter].needs(MOVING_ON, ON),
+        "In each scan, for each square metre. Larger: tracks are begun and kept more cautiously.";
+    "moving.coast", "Unseen for", real(TrackingConfig::SECONDS, SECONDS), [slam.tracking.coast].needs(MOVING_ON, ON),
+        "A track that is not seen goes on for so long. Larger: people keep their number behind pillars, and false tracks stay.";
+    "moving.significance", "Moves from here on", real(TrackingConfig::GATE, D2), [slam.tracking.significance].needs(MOVING_ON, ON),
+        "Distance of its velocity from none. Larger: slow people are seen to move later.";
+    "moving.memory", "May move on for", real(TrackingConfig::SECONDS, SECONDS), [slam.tracking.memory].needs(MOVING_ON, ON),
+        "At most, and a second for each scan that saw them move: who stands still then belongs into the map. Larger: people who stop stay out of it for longer.";
 }
 
 fn growth(settings: &Settings) -> Option<f64> {

@@ -6,6 +6,7 @@ use crate::estimation::ScanMatcher;
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
+use crate::tracking::Matched;
 
 pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError> {
     let Some(EarlierMap { map, start }) = &config.saved_map else {
@@ -29,6 +30,11 @@ impl Estimator for ScanMatcher {
 
     fn estimate(&self) -> PoseEstimate {
         Self::estimate(self)
+    }
+
+    fn matched(&self) -> Matched {
+        let (motion, cov) = self.last_match();
+        Matched { motion, cov }
     }
 
     fn view(&self) -> View<'_> {

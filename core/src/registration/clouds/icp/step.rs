@@ -46,12 +46,7 @@ impl Pair {
 }
 
 /// The pairs of an iteration, with what they weigh.
-pub(super) fn iteration(
-    pairs: &[Pair],
-    pose: &Pose2,
-    scale: f64,
-    config: &IcpConfig,
-) -> Iteration {
+pub(super) fn iteration(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpConfig) -> Iteration {
     let correspondence = |pair: &Pair| {
         let residual = pair.residual(config.metric)?;
         let from = pose.position() + pair.arm;

@@ -1,0 +1,101 @@
+//! Where hits lie in what is known: on walls, in space that was seen to be free, or where nothing
+//! is known.
+//!
+//! In: the grid, a place, and how uncertain that is. Out: what stands there.
+//!
+//! A hit violates free space if all cells as near to it as its place is uncertain are known to be
+//! free, so that neither an error of the pose nor a wall beside it explains the hit.
+//!
+//! Source: Wang, Thorpe, Thrun, Hebert & Durrant-Whyte (2007), "Simultaneous localization, mapping
+//! and moving object tracking", §IV, consistency-based detection.
+
+use nalgebra::{Point2, Vector2};
+
+use crate::geom::unit_vector;
+use crate::map::{CellState, Grid};
+
+/// A hit so many cells from an occupied one is of what stands there.
+const BESIDE: i32 = 1;
+/// Places that are asked on each ring around a hit.
+const ON_RING: usize = 16;
+
+/// What a place is known to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Occupied, or right beside what is.
+    Wall,
+    /// Surely free.
+    Free,
+    /// Neither is sure.
+    Unknown,
+}
+
+/// Looks up a place of the map that is known to `doubt` metres.
+pub(super) fn place(grid: &Grid, at: Point2<f64>, doubt: f64) -> Place {
+    if is_beside_wall(grid, at) {
+        return Place::Wall;
+    }
+    let is_free = |at| grid.state(grid.cell_at(at)) == CellState::Free;
+    if !is_free(at) {
+        return Place::Unknown;
+    }
+    // Rings a cell apart, the outermost at the doubt itself.
+    let rings = (doubt / grid.resolution()).ceil().clamp(1.0, 40.0) as usize;
+    let around = |ring: usize| {
+        let radius = doubt * ring as f64 / rings as f64;
+        let step = std::f64::consts::TAU / ON_RING as f64;
+        (0..ON_RING).map(move |part| at + unit_vector(part as f64 * step) * radius)
+    };
+    match (1..=rings).flat_map(around).all(is_free) {
+        true => Place::Free,
+        false => Place::Unknown,
+    }
+}
+
+/// Whether a place lies in an occupied cell or right beside one.
+pub(super) fn is_beside_wall(grid: &Grid, at: Point2<f64>) -> bool {
+    let cell = |col: i32, row: i32| {
+        let off = Vector2::new(f64::from(col), f64::from(row)) * grid.resolution();
+        grid.state(grid.cell_at(at + off)) == CellState::Occupied
+    };
+    (-BESIDE..=BESIDE).any(|row| (-BESIDE..=BESIDE).any(|col| cell(col, row)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Pose2;
+    use crate::map::{Evidence, GridConfig};
+
+    /// 4 by 4 m that are free, with a wall along x = 1.
+    fn grid() -> Grid {
+        let mut grid = Grid::new(GridConfig::default()).unwrap();
+        for _ in 0..5 {
+            let rows = (0..80).map(|row| f64::from(row) * 0.05 - 1.975);
+            let free = rows
+                .clone()
+                .map(|y| [Point2::new(-2.0, y), Point2::new(0.99, y)]);
+            let evidence = Evidence {
+                free: free.collect(),
+                hits: rows.map(|y| Point2::new(1.02, y)).collect(),
+            };
+            grid.draw(&evidence, &Pose2::identity());
+        }
+        grid
+    }
+
+    #[test]
+    fn free_is_what_is_free_all_around_as_far_as_it_is_uncertain() {
+        let grid = grid();
+        let at = |x: f64, doubt: f64| place(&grid, Point2::new(x, 0.0), doubt);
+        assert_eq!(at(0.0, 0.1), Place::Free);
+        assert_eq!(at(0.0, 0.9), Place::Free);
+        assert_eq!(at(0.0, 1.1), Place::Unknown, "the wall may be it");
+        assert_eq!(at(0.85, 0.1), Place::Free);
+        assert_eq!(at(0.85, 0.3), Place::Unknown);
+        assert_eq!(at(0.97, 0.1), Place::Wall);
+        assert_eq!(at(1.2, 0.1), Place::Unknown, "nobody saw what is behind");
+        assert_eq!(at(-1.95, 0.2), Place::Unknown);
+        assert_eq!(at(50.0, 0.1), Place::Unknown);
+    }
+}
