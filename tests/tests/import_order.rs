@@ -75,7 +75,15 @@ const MAY_IMPORT: [(&str, Imports); 27] = [
     ("sim", These(&["bounds", "geom", "robot"])),
     (
         "format",
-        These(&["geom", "robot", "snapshot", "map", "estimation", "sim"]),
+        These(&[
+            "geom",
+            "robot",
+            "snapshot",
+            "map",
+            "registration",
+            "estimation",
+            "sim",
+        ]),
     ),
     ("wire", These(&["geom", "robot"])),
     ("settings", AllBefore),

@@ -107,9 +107,10 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             );
             Ok(run)
         })?;
-        let of = |place: usize| runs.iter().skip(place).step_by(kinds.len());
+        let of =
+            |place: usize| -> Vec<&Run> { runs.iter().skip(place).step_by(kinds.len()).collect() };
         let rows: Vec<Row> = (0..kinds.len())
-            .map(|place| Row::of(of(place), of(0)))
+            .map(|place| Row::of(&of(place), &of(0)))
             .collect();
         let name = kinds[0].method.name().replace('-', "_");
         for (kind, row) in kinds.iter().zip(&rows) {
@@ -171,14 +172,15 @@ struct Row {
 }
 
 impl Row {
-    fn of<'a>(
-        runs: impl Iterator<Item = &'a Run> + Clone,
-        alone: impl Iterator<Item = &'a Run> + Clone,
-    ) -> Self {
+    fn of(runs: &[&Run], alone: &[&Run]) -> Self {
+        let runs = runs.iter().copied();
         let sum = |of: fn(&Run) -> usize| runs.clone().map(of).sum::<usize>();
         let errors = || runs.clone().flat_map(|run| &run.tracking.errors);
         let part = |a: usize, b: usize| a as f64 / b as f64;
-        let ious = runs.clone().zip(alone).map(|(run, alone)| run.iou(alone));
+        let ious = runs
+            .clone()
+            .zip(alone.iter().copied())
+            .map(|(run, alone)| run.iou(alone));
         Self {
             runs: runs.clone().count(),
             not_done: sum(|run| usize::from(!run.is_done)),

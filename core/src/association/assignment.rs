@@ -95,7 +95,7 @@ mod tests {
         fn nothing_is_cheaper(
             (rows, cols) in (0..6_usize, 1..6_usize), all in proptest::array::uniform32(-3.0..10.0_f64), gaps in any::<u32>(),
         ) {
-            let cost = |place: usize| match gaps >> place & 1 == 1 && place % 3 == 0 {
+            let cost = |place: usize| match gaps >> place & 1 == 1 && place.is_multiple_of(3) {
                 true => f64::INFINITY,
                 false => all[place],
             };

@@ -300,7 +300,10 @@ mod tests {
                 phd.update(STEP, &seen, &config);
                 if number >= 10 {
                     // Before what has just begun.
-                    let born = phd.components.iter().filter(|c| c.weight == BORN);
+                    let born = phd
+                        .components
+                        .iter()
+                        .filter(|c| c.weight.to_bits() == BORN.to_bits());
                     sums[0] += phd.expected_count() - born.map(|c| c.weight).sum::<f64>();
                     sums[1] += phd.objects().iter().filter(|o| o.is_seen).count() as f64;
                     count += 1.0;

@@ -4,10 +4,10 @@
 //! standing ever since.
 //!
 //! Only what is seen in free space counts: where nothing is known, the end of a wall comes into
-//! sight as fast as the robot drives. Its velocity is the mean one over the last [`WINDOW`] seconds, that of the newest instant being
-//! known too badly: people who walk slowly would not seem to move. It moves where that velocity is
-//! significant by its covariance, and so is more than what an edge seems to walk when the robot
-//! sees another side of it.
+//! sight as fast as the robot drives. Its velocity is the mean one over the last [`WINDOW`]
+//! seconds, that of the newest instant being known too badly: people who walk slowly would not seem
+//! to move. It moves where that velocity is significant by its covariance, and so is more than what
+//! an edge seems to walk when the robot sees another side of it.
 
 use std::collections::VecDeque;
 

@@ -77,9 +77,9 @@ rows! {
     /// kind among the names of `PointName` (corner, spike, crossing, circle), the radius of a
     /// circle (m, else 0), and the confidence, 0 to 1.
     "POINT": PointRow of f32 { x, y, var_x, cov_xy, var_y, kind, radius, confidence }
-    /// Something that is followed: its number, where it is and its velocity, map frame (m, m/s), the
-    /// covariance of its place (m²), the place of what it does among the names of `TrackMotionName`
-    /// (new, moving, paused, standing), and whether the last scan saw it.
+    /// Something that is followed: its number, where it is and its velocity, map frame (m, m/s),
+    /// the covariance of its place (m²), the place of what it does among the names of
+    /// `TrackMotionName` (new, moving, paused, standing), and whether the last scan saw it.
     "TRACK": TrackRow of f32 { id, x, y, velocity_x, velocity_y, var_x, cov_xy, var_y, motion, seen }
     /// A sample of the twin: s, pose (map frame, m and rad), how far it is off with 3σ (m, rad),
     /// and the ranges' (m).

@@ -107,7 +107,7 @@ impl Motion {
     /// What is to be believed of odometry without its bias as the motion since the robot was
     /// matched at `here`.
     pub(super) fn believed(&mut self, moved: Odometry, here: &Pose2, stamp: Stamp) -> Believed {
-        let believed = self.watch.moved(moved, here, self.pasts.iter(), stamp);
+        let believed = self.watch.moved(moved, here, &self.pasts, stamp);
         if !matches!(believed, Believed::Counted(counted) if counted.motion == moved.motion) {
             // Nothing is to be learned from what failed.
             (self.since_keyframe, self.keyframe_is_sure) = (None, false);

@@ -11,6 +11,8 @@
 //!    a motion that the matches hold already: the robot goes on as before. Where it does not, the
 //!    jump is still tried.
 
+use std::collections::VecDeque;
+
 use super::motion::Past;
 use crate::geom::{Length, Pose2};
 use crate::robot::{Odometry, Stamp};
@@ -67,11 +69,11 @@ impl From<Option<Odometry>> for Believed {
 impl OdometryWatch {
     /// Takes odometry without its bias, where the robot was matched last, the scans before, and
     /// when this one was taken.
-    pub(super) fn moved<'a>(
+    pub(super) fn moved(
         &mut self,
         odometry: Odometry,
         here: &Pose2,
-        pasts: impl DoubleEndedIterator<Item = &'a Past> + ExactSizeIterator + Clone,
+        pasts: &VecDeque<Past>,
         stamp: Stamp,
     ) -> Believed {
         if odometry.motion == Pose2::identity() {
@@ -131,15 +133,11 @@ fn counted_from(begin: &Pose2, odometry: Odometry, here: &Pose2) -> Odometry {
 
 /// Whether a robot that moved so far would suddenly be many times as fast as it was. Stamps jitter,
 /// and several scans may have one: the way is held against that between other scans too.
-fn jumps<'a>(
-    motion: &Pose2,
-    pasts: impl DoubleEndedIterator<Item = &'a Past> + ExactSizeIterator + Clone,
-    stamp: Stamp,
-) -> bool {
-    let (Some(first), Some(last)) = (pasts.clone().next(), pasts.clone().next_back()) else {
+fn jumps(motion: &Pose2, pasts: &VecDeque<Past>, stamp: Stamp) -> bool {
+    let (Some(first), Some(last)) = (pasts.front(), pasts.back()) else {
         return false;
     };
-    let steps = pasts.clone().zip(pasts.clone().skip(1));
+    let steps = pasts.iter().zip(pasts.iter().skip(1));
     let ways = steps.map(|(a, b)| {
         let step = a.odom_from_robot.delta_to(&b.odom_from_robot);
         step.position().coords.length()
@@ -161,8 +159,6 @@ snapshot!(OdometryWatch {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::VecDeque;
-
     use nalgebra::Matrix3;
 
     use super::*;
@@ -191,8 +187,7 @@ mod tests {
         fn moves(&mut self, motion: Pose2, odometry: Pose2) -> Believed {
             let stamp = Stamp(SCAN * (self.pasts.len() as u64 + 1));
             let last = self.here;
-            let pasts = self.pasts.iter();
-            let believed = self.watch.moved(counted(odometry), &last, pasts, stamp);
+            let believed = (self.watch).moved(counted(odometry), &last, &self.pasts, stamp);
             (self.here, self.odom) = (self.here * motion, self.odom * odometry);
             self.watch.matched(&last, &self.here);
             self.pasts.push_back(Past {
@@ -280,8 +275,8 @@ mod tests {
         // Seven scans are lost.
         let stamp = robot.pasts.back().unwrap().stamp.0 + 8 * SCAN;
         let far = counted(ahead(8.0 * STEP));
-        let pasts = robot.pasts.iter();
-        let believed = robot.watch.moved(far, &robot.here, pasts, Stamp(stamp));
+        let (watch, pasts) = (&mut robot.watch, &robot.pasts);
+        let believed = watch.moved(far, &robot.here, pasts, Stamp(stamp));
         assert!(believed.counted().is_some());
     }
 }

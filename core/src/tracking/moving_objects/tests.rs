@@ -91,12 +91,20 @@ impl Run {
     }
 }
 
+/// As it is, and what moves is kept out.
+fn keeping_out() -> TrackingConfig {
+    TrackingConfig {
+        keeps_out: true,
+        ..TrackingConfig::default()
+    }
+}
+
 #[test]
 fn who_walks_is_followed_and_kept_out_by_each_association() {
     for (name, association, _) in TrackAssociation::ALL {
         let mut run = Run::new(TrackingConfig {
             association,
-            ..TrackingConfig::default()
+            ..keeping_out()
         });
         let still = Pose2::identity();
         let drive = Pose2::new(0.03, 0.0, 0.02);
@@ -154,7 +162,7 @@ fn a_pose_that_is_off_makes_nobody_walk_and_drops_no_wall() {
         Pose2::new(0.0, 0.0, 0.12),
         Pose2::new(-0.2, 0.2, -0.08),
     ] {
-        let mut run = Run::new(TrackingConfig::default());
+        let mut run = Run::new(keeping_out());
         let drive = Pose2::new(0.02, 0.0, 0.03);
         for number in 0..80 {
             let is_off = (30..34).contains(&number) || number >= 50;
@@ -171,7 +179,7 @@ fn what_was_put_down_is_mapped_and_who_stops_is_later() {
     let still = Pose2::identity();
     let mut run = Run::new(TrackingConfig {
         memory: 6.0,
-        ..TrackingConfig::default()
+        ..keeping_out()
     });
     for _ in 0..10 {
         run.step(&still, None, &still);
@@ -195,7 +203,7 @@ fn what_was_put_down_is_mapped_and_who_stops_is_later() {
 #[test]
 fn it_can_be_switched_off_and_begins_anew_after_a_pause() {
     let still = Pose2::identity();
-    let mut run = Run::new(TrackingConfig::default());
+    let mut run = Run::new(keeping_out());
     for number in 0..25 {
         let at = (2.0, 2.0 - 0.16 * number.max(10) as f64, 0.22);
         run.step(&still, (number >= 10).then_some(at), &still);
@@ -203,10 +211,10 @@ fn it_can_be_switched_off_and_begins_anew_after_a_pause() {
     assert_eq!(run.moving().len(), 1);
     run.moving.reconfigure(TrackingConfig {
         is_on: false,
-        ..TrackingConfig::default()
+        ..keeping_out()
     });
     assert!(run.moving.tracks().is_empty());
-    run.moving.reconfigure(TrackingConfig::default());
+    run.moving.reconfigure(keeping_out());
     run.number += 100;
     assert_eq!(run.step(&still, None, &still), [0; 0]);
     assert!(run.moving.tracks().is_empty());

@@ -69,7 +69,7 @@ fn odometry_that_hangs_for_long_does_not_hold_the_robot_back() {
         })
     };
     for seed in 0..2 {
-        let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), seed, hangs.clone());
+        let (truth, _, matcher) = run_with(ScanMatcherConfig::default(), seed, hangs);
         let [shift, turn] = worst(&truth, &matcher);
         assert!(shift < 0.15 && turn < 0.03, "{seed}: {shift} m, {turn} rad");
     }
