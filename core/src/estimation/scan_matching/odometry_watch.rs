@@ -211,7 +211,11 @@ mod tests {
         for number in 0..50 {
             // As matches scatter.
             let jitter = Pose2::new(0.05, -0.05, 0.02);
-            let moved = if number % 2 == 0 { jitter } else { jitter.inverse() };
+            let moved = if number % 2 == 0 {
+                jitter
+            } else {
+                jitter.inverse()
+            };
             let believed = robot.moves(moved, Pose2::identity());
             assert!(believed.counted().is_some());
         }
