@@ -4,6 +4,7 @@
 import init, { builtin_pair, read_point_list, registration_offer, type WebBasin, WebClouds } from "../../pkg/slamlab_web.js";
 import { faultOf } from "../fault.js";
 import { handle, type Handlers } from "../protocol.js";
+import { Turns } from "../turns.js";
 import type { Found, LabAnswer, LabCommand, Pose } from "./protocol.js";
 
 /** Wall milliseconds of one slice of a map of starts, and between two reports. */
@@ -18,22 +19,17 @@ let clouds: WebClouds | null = null;
 
 /** A map of starts, filled in slices: between them commands are heard. */
 class BasinRunner {
-  readonly #channel = new MessageChannel();
+  readonly #turns = new Turns(() => guard(() => this.#turn()));
   #basin: WebBasin | null = null;
   #cells: number[] = [];
   #reportAt = -Infinity;
-  #isDue = false;
-
-  constructor() {
-    this.#channel.port1.onmessage = () => guard(() => this.#turn());
-  }
 
   begin(basin: WebBasin): void {
     this.stop();
     this.#basin = basin;
     this.#cells = [];
     this.#reportAt = -Infinity;
-    this.#wake();
+    this.#turns.wake();
   }
 
   stop(): void {
@@ -41,14 +37,7 @@ class BasinRunner {
     this.#basin = null;
   }
 
-  #wake(): void {
-    if (this.#isDue) return;
-    this.#isDue = true;
-    this.#channel.port2.postMessage(null);
-  }
-
   #turn(): void {
-    this.#isDue = false;
     const basin = this.#basin;
     if (!basin) return;
     const begin = performance.now();
@@ -65,7 +54,7 @@ class BasinRunner {
       post({ kind: "basin", cells, progress: basin.progress(), isOver }, [cells.buffer]);
     }
     if (isOver) this.stop();
-    else this.#wake();
+    else this.#turns.wake();
   }
 }
 

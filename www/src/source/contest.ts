@@ -4,23 +4,18 @@
 import { fail, post } from "../answer.js";
 import { faultOf } from "../fault.js";
 import type { WebContest } from "../protocol/module.js";
+import { Turns } from "../turns.js";
 
 /** Wall milliseconds of one slice, and between two reports. */
 const SLICE_MILLIS = 10;
 const REPORT_MILLIS = 120;
 
 export class ContestRunner {
-  readonly #channel = new MessageChannel();
+  readonly #turns = new Turns(() => this.#turn());
   #contest: WebContest | null = null;
   #watched = 0;
   #reportAt = -Infinity;
-  /** A turn waits in the channel: one is enough. */
-  #isDue = false;
   #isHalted = false;
-
-  constructor() {
-    this.#channel.port1.onmessage = () => this.#turn();
-  }
 
   /** Begins another contest; one that cannot be leaves nothing behind. */
   begin(watched: number, make: () => WebContest): void {
@@ -34,7 +29,7 @@ export class ContestRunner {
     }
     this.#reportAt = -Infinity;
     this.#isHalted = false;
-    this.#wake();
+    this.#turns.wake();
   }
 
   /** Whose tree is sent. */
@@ -54,14 +49,7 @@ export class ContestRunner {
     this.#contest = null;
   }
 
-  #wake(): void {
-    if (this.#isDue) return;
-    this.#isDue = true;
-    this.#channel.port2.postMessage(null);
-  }
-
   #turn(): void {
-    this.#isDue = false;
     const contest = this.#contest;
     if (!contest || this.#isHalted) return;
     try {
@@ -74,7 +62,7 @@ export class ContestRunner {
         now = performance.now();
       }
       if (!goesOn || begin - this.#reportAt >= REPORT_MILLIS) this.#report(contest, goesOn);
-      if (goesOn) this.#wake();
+      if (goesOn) this.#turns.wake();
     } catch (error) {
       this.close();
       fail(error);

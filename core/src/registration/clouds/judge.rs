@@ -76,12 +76,7 @@ pub(super) fn judge(
     config: &JudgeConfig,
 ) -> Registration {
     let pose = &found.pose;
-    let there = lanes::run(Partners {
-        moving,
-        fixed,
-        pose,
-        left_out: &[],
-    });
+    let there = partners(moving, fixed, pose, &[]);
     let sigma = sigma(&there, config);
     let mut sums = sums(&there, sigma, config);
     let matching = MatchConfig::default();
@@ -112,12 +107,7 @@ pub(super) fn judge(
     // A surface that a point lies on agrees; the others have to be asked.
     let met = is_met.iter().filter(|is_met| **is_met).count();
     (agree, all) = (agree + met, all + met);
-    let back = lanes::run(Partners {
-        moving: fixed,
-        fixed: moving,
-        pose: &pose.inverse(),
-        left_out: &is_met,
-    });
+    let back = partners(fixed, moving, &pose.inverse(), &is_met);
     for agrees in back
         .iter()
         .filter_map(|pair| pair.compare(moving, limit, config))
@@ -172,7 +162,17 @@ struct Pair {
     is_on_surface: bool,
 }
 
-/// Pairs each point with what of the other cloud is nearest to it.
+/// Pairs each point with what of the other cloud is nearest to it, but for those `left_out`.
+fn partners(moving: &Cloud, fixed: &Cloud, pose: &Pose2, left_out: &[bool]) -> Vec<Pair> {
+    lanes::run(Partners {
+        moving,
+        fixed,
+        pose,
+        left_out,
+    })
+}
+
+/// See [`partners`].
 struct Partners<'a> {
     moving: &'a Cloud,
     fixed: &'a Cloud,
@@ -238,12 +238,7 @@ pub struct Likeness {
 /// What two clouds are like at `pose`, which should be right.
 #[must_use]
 pub fn likeness(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfig) -> Likeness {
-    let pairs = lanes::run(Partners {
-        moving,
-        fixed,
-        pose,
-        left_out: &[],
-    });
+    let pairs = partners(moving, fixed, pose, &[]);
     let sigma = sigma(&pairs, config);
     let on_surface = sums(&pairs, sigma, config).inliers;
     let surfaces = || moving.surfaces().iter().chain(fixed.surfaces());
