@@ -185,12 +185,12 @@ impl SurfelMap {
         }
     }
 
-    /// Averages points, in the frame of the map, into surfels that were seen often, as long as that
+    /// Averages points, in the frame of the map, into the surfels that they fall on, as long as that
     /// makes them surer. Adds none, and moves none for ever: a robot may stand for hours.
     pub fn sharpen(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         for point in points {
             if let Some(surfel) = self.under(&point)
-                && (SEEN_OFTEN..MAX_WEIGHT).contains(&surfel.weight)
+                && surfel.weight < MAX_WEIGHT
             {
                 surfel.average(&point);
             }
@@ -453,13 +453,10 @@ mod tests {
     }
 
     #[test]
-    fn only_what_was_seen_often_is_sharpened_and_not_for_ever() {
+    fn what_is_known_is_sharpened_and_not_for_ever() {
         let wall = |x: f64| point(x, 0.51, (-1.0, 0.0));
         let mut map = SurfelMap::new(SurfelConfig::default());
-        map.insert([wall(1.0), wall(1.0)]);
-        map.sharpen([wall(1.03)]);
-        assert_eq!(map.surfels()[0].position.x, 1.0);
-        map.insert([wall(1.0)]);
+        map.insert([wall(1.0), wall(1.0), wall(1.0)]);
         map.sharpen([wall(1.04)]);
         assert!((map.surfels()[0].position.x - 1.01).abs() < 1e-12);
         // The other side of the wall, and a place where nothing is known.

@@ -6,16 +6,24 @@
 //! scan has to wait for it. What is drawn of a keyframe is what it surely says
 //! ([`Evidence::certain`]): beams taken as thin and exact clear walls that they meet at a flat
 //! angle.
+//!
+//! Where a surface stands, many scans together know better than one. A keyframe's points on
+//! surfaces are moved onto those of its submap, when it is made and once more when the submap is
+//! closed: else the noise of ranges makes walls two cells thick, and a beam behind a wall never
+//! comes to clear the second.
 
 use nalgebra::Point2;
 
 use super::super::pose_graph::differs;
 use super::ScanMatcher;
 use super::edits::{erase, lay_walls};
-use crate::geom::Pose2;
-use crate::map::{Evidence, Grid};
+use crate::geom::{Length, Pose2};
+use crate::map::{Evidence, Grid, SEEN_OFTEN, SurfelMap};
 use crate::points::{Beam, Points};
 use crate::snapshot::snapshot;
+
+/// A point is moved onto a surface of its submap that is no farther away than this, m.
+const SETTLES: f64 = 0.1;
 
 /// A grid in the making.
 #[derive(Clone, Debug)]
@@ -131,6 +139,25 @@ impl ScanMatcher {
 }
 
 impl Keyframe {
+    /// Moves its points onto the surfaces of its submap, those that were seen often, and from the
+    /// side on which they face it: a thin wall has two.
+    pub(super) fn settle(&mut self, surfels: &SurfelMap) {
+        let at = self.submap_from_robot;
+        for hit in &mut self.hits {
+            let place = at * double(*hit);
+            let Some(surfel) = surfels.nearest(place) else {
+                continue;
+            };
+            let off = surfel.position - place;
+            let faces = surfel.normal.dot(&(at.position() - place)) > 0.0;
+            if faces && surfel.weight >= SEEN_OFTEN && off.length() <= SETTLES {
+                let by = at.inverse().rotate(surfel.normal * surfel.normal.dot(&off));
+                hit[0] += by.x as f32;
+                hit[1] += by.y as f32;
+            }
+        }
+    }
+
     /// The beams, from the sensor to where they are surely free, in the submap.
     pub(super) fn rays(&self) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
         self.rays_from(&self.submap_from_robot)
@@ -164,3 +191,70 @@ snapshot!(Keyframe {
     free,
     hits,
 });
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+
+    use super::*;
+    use crate::map::SurfelConfig;
+    use crate::points::OrientedPoint;
+
+    /// Where points at these x, 2 m to the side of a robot at (1, 0.5) that looks along -y, are
+    /// drawn when the submap has a wall at x = 2, seen `often` from the left.
+    fn settled(places: &[f64], often: usize) -> Vec<f64> {
+        let mut surfels = SurfelMap::new(SurfelConfig::default());
+        for _ in 0..often {
+            surfels.insert((0..40).map(|at| OrientedPoint {
+                position: Point2::new(2.0, 0.1 * f64::from(at)),
+                normal: Vector2::new(-1.0, 0.0),
+            }));
+        }
+        let at = Pose2::new(1.0, 0.5, -std::f64::consts::FRAC_PI_2);
+        let mut keyframe = Keyframe {
+            submap: 0,
+            submap_from_robot: at,
+            free: vec![],
+            hits: (places.iter())
+                .map(|&x| at.inverse() * Point2::new(x, 2.51))
+                .map(|hit| [hit.x as f32, hit.y as f32])
+                .collect(),
+        };
+        keyframe.settle(&surfels);
+        let hits = keyframe.hits.iter();
+        hits.map(|hit| at * double(*hit))
+            .inspect(|place| assert!((place.y - 2.51).abs() < 1e-5, "moved along the wall"))
+            .map(|place| place.x)
+            .collect()
+    }
+
+    #[test]
+    fn points_are_drawn_on_the_wall_that_many_scans_know() {
+        for (given, expected) in [(1.95, 2.0), (2.06, 2.0), (2.15, 2.15)] {
+            let found = settled(&[given], 4)[0];
+            assert!((found - expected).abs() < 1e-5, "{given}: {found}");
+        }
+        // Once seen, it may be anything.
+        assert!((settled(&[2.06], 1)[0] - 2.06).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_other_side_of_a_thin_wall_stays_where_it_was_seen() {
+        let mut surfels = SurfelMap::new(SurfelConfig::default());
+        for _ in 0..4 {
+            surfels.insert([OrientedPoint {
+                position: Point2::new(2.0, 0.5),
+                normal: Vector2::new(-1.0, 0.0),
+            }]);
+        }
+        // From beyond, the same surface is seen from behind.
+        let mut keyframe = Keyframe {
+            submap: 0,
+            submap_from_robot: Pose2::new(3.0, 0.5, 0.0),
+            free: vec![],
+            hits: vec![[-0.94, 0.0]],
+        };
+        keyframe.settle(&surfels);
+        assert_eq!(keyframe.hits, [[-0.94, 0.0]]);
+    }
+}

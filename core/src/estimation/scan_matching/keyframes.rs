@@ -86,7 +86,8 @@ impl ScanMatcher {
         }
         let at = self.local.pose;
         self.running.insert(moved(&seen.surfaces, at));
-        let keyframe = self.keyframe_of(&seen.points, &seen.sigmas);
+        let mut keyframe = self.keyframe_of(&seen.points, &seen.sigmas);
+        keyframe.settle(&self.running);
         self.recent.push_back(Recent {
             submap_from_robot: at,
             surfaces: seen.surfaces,
@@ -169,6 +170,10 @@ impl ScanMatcher {
         let map_from_submap = self.map_from_running() * old_from_new;
         let new_from_old = old_from_new.inverse();
         let begun = SurfelMap::new(self.config.surfels);
+        let [first, behind] = self.keyframes_of(self.submaps.len() - 1);
+        for keyframe in &mut self.keyframes[first..behind] {
+            keyframe.settle(&self.running);
+        }
         let surfels = std::mem::replace(&mut self.running, begun).into_surfels();
         for recent in &mut self.recent {
             recent.submap_from_robot = new_from_old * recent.submap_from_robot;
