@@ -49,7 +49,7 @@ pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
 pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
 pub use pose_graph::{SolvedGraph, solve_graph};
-pub use quality::{Quality, Stretch, Tear, WebJudgement};
+pub use quality::{ClosedLoop, Quality, Stretch, Tear, WebJudgement};
 pub use recording::{ReplaySetup, WebLogReader};
 pub use registration::{
     AdvisedMethod, BasinAsk, CloudPair, LabError, MeasuredRow, PairInfo, Registered,
