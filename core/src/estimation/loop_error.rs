@@ -9,8 +9,8 @@
 //! 3. If both are honest, eᵀ (C + Σ)⁻¹ e is χ² of 3 degrees of freedom. Its root over √3 is the
 //!    ratio: 1 on the mean of squares, and more where less was known than was said.
 //!
-//! Closures of one loop that are accepted together are off alike, for they close one way. Nothing is
-//! decided by these figures.
+//! Closures of one loop that are accepted together are off alike, for they close one way. Nothing
+//! is decided by these figures.
 //!
 //! Source of step 3: Bar-Shalom, Li & Kirubarajan (2001), "Estimation with Applications to Tracking
 //! and Navigation", §5.4, the normalised innovation squared.

@@ -5,8 +5,10 @@
 //! The first line names the columns: `t_s`, `x_m`, `y_m`, `yaw_rad` and `range0` to `range3`, in
 //! any order; others, such as a ranger that looks up, are passed over. Each other line is a flash
 //! of the four, which look to the right, ahead, to the left and back. Units are seconds, metres and
-//! radians; a range that is empty, `nan`, 0 or below is none. A range that is infinite is none either,
-//! and a line without a time or a pose is left out; both are told ([`RangerLog::left_out`]).
+//! radians; a range that is empty, `nan`, 0 or below is none.
+//!
+//! A range that is infinite is none either, and a line without a time or a pose is left out; both
+//! are told ([`RangerLog::left_out`]).
 //!
 //! The order of the rangers was checked on a recorded log, by how ranges change as the robot
 //! drives.

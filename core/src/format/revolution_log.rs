@@ -18,7 +18,7 @@
 //! samples of a line to be evenly spaced in time, with places for those that were lost. The flag
 //! divides nothing: a line is a turn, as a bit may be damaged. Nor is there a reading that says
 //! that a beam met nothing. A distance that is no number or negative was not measured, and a sample
-//! whose angle is no number was lost; both are told ([`RevolutionLog::left_out`]).
+//! whose angle is no number was lost; both are told (`RevolutionLog::left_out`).
 //!
 //! Source: Pilch 2016 §3.4.1, (3.3). It does not say which way angles run: they are those of the
 //! sensor, as its program `ultra_simple` prints them, and so are degrees, mm and quality (SLAMTEC

@@ -9,7 +9,7 @@
 //! cannot be told.
 //!
 //! A range that is no number or negative measured nothing, and a line with a counter that is no
-//! number is left out; both are told ([`RoverLog::left_out`]).
+//! number is left out; both are told (`RoverLog::left_out`).
 //!
 //! The file says nothing of the robot: how many counts make a revolution of a wheel, how large it
 //! is, and how far apart the wheels are has to be said beside it (settings `log.*`).

@@ -58,7 +58,7 @@ impl<'a> Fields<'a> {
 
     /// Whether the line can be used, now that all of it was read; what cannot be is told to the
     /// log.
-    pub(super) fn is_usable(self, left_out: &mut LeftOut) -> bool {
+    pub(super) fn finish(self, left_out: &mut LeftOut) -> bool {
         if self.unusable.count > 0 {
             left_out.lines.append(Tally {
                 count: 1,

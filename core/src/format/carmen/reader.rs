@@ -141,7 +141,7 @@ impl CarmenReader {
         fields.pose()?;
         fields.skip(3)?;
         fields.seconds()?;
-        fields.is_usable(&mut self.left_out);
+        fields.finish(&mut self.left_out);
         Ok(())
     }
 
@@ -152,7 +152,7 @@ impl CarmenReader {
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
         let seconds = fields.seconds()?;
-        if !fields.is_usable(&mut self.left_out) {
+        if !fields.finish(&mut self.left_out) {
             self.readings.truncate(start);
             return Ok(());
         }
@@ -190,7 +190,7 @@ impl CarmenReader {
         let odom_from_robot = fields.pose()?;
         fields.skip(5)?;
         let seconds = fields.seconds()?;
-        if !fields.is_usable(&mut self.left_out) {
+        if !fields.finish(&mut self.left_out) {
             self.readings.truncate(start);
             return Ok(());
         }
