@@ -26,9 +26,9 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{EditKind, SavedMap, ScanMatcher};
+use slamlab_core::estimation::{EditKind, ScanMatcher};
 use slamlab_core::format::slamlab::{self, Experiment};
-use slamlab_core::robot::{RobotModel, Stamp};
+use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::slam::Method;
 
@@ -176,14 +176,10 @@ fn merge(first: &Path, second: &Path, out: &Path) -> Result<Value> {
         let (first, second) = (first.display(), second.display());
         format!("{first} and {second} cannot be made one map")
     })?;
-    let later = |(stamp, seconds): &(Stamp, f64)| {
-        let stamp = Stamp(stamp.0.saturating_add(merged.stamp_shift));
-        (stamp, *seconds)
-    };
-    let times = other_experiment.map.times.iter().map(later);
-    experiment.map.times.extend(times);
+    let times = [&experiment.map.times[..], &other_experiment.map.times[..]];
+    experiment.map = merged.saved(times);
     experiment.title = format!("{} and {}", experiment.title, other_experiment.title);
-    save(out, experiment, &merged.matcher)?;
+    write(out, experiment)?;
     Ok(json!({ "map": figures(&merged.matcher) }))
 }
 
@@ -204,12 +200,13 @@ fn open(path: &Path) -> Result<(Experiment, ScanMatcher)> {
 }
 
 fn save(path: &Path, experiment: Experiment, matcher: &ScanMatcher) -> Result<()> {
-    let mut state = vec![];
-    matcher.save(&mut state);
-    let times = experiment.map.times;
+    let map = matcher.saved(experiment.map.times);
+    write(path, Experiment { map, ..experiment })
+}
+
+fn write(path: &Path, experiment: Experiment) -> Result<()> {
     let experiment = Experiment {
         program: concat!("slamlab ", env!("CARGO_PKG_VERSION")).to_owned(),
-        map: SavedMap { state, times },
         ..experiment
     };
     let bytes = slamlab::write(&experiment)?;

@@ -22,6 +22,7 @@ mod tests;
 use nalgebra::Point2;
 
 use crate::estimation::{DriveFit, EditKind, SavedMap};
+use crate::format::LeftOut;
 use crate::format::carmen::CarmenLog;
 use crate::format::revolution_log::RevolutionLog;
 use crate::geom::{Length, Pose2};
@@ -94,6 +95,7 @@ impl Replay {
     ) -> Result<Self, ReplayError> {
         let log = log.into();
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
+        notes.extend(log.left_out().into_iter().flat_map(LeftOut::sentences));
         let uses_odometry = settings.log.uses_odometry && log.has_odometry();
         if !uses_odometry {
             if method.needs_prior_map() {

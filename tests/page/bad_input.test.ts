@@ -18,7 +18,7 @@ const CASES: readonly [what: string, file: string, bytes: string | Buffer, says:
   ['a JPEG named .log', 'photo.log', jpeg, /photo\.log.*no text.*expected a CARMEN log.*a rover's log/is],
   ['a log that is cut off', 'cut.log', log.slice(0, -scan.length / 2), /cut\.log.*line 7.*cut off/is],
   ['a packed log that is cut off', 'cut.log.gz', gzipSync(log).subarray(0, -20), /cut\.log\.gz.*gzip file is damaged/is],
-  ['a log with NaN', 'nan.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' nan')), /nan\.log.*line 7: field 3.*`nan`/is],
+  ['a log with a word for a range', 'word.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' far')), /word\.log.*line 7: field 3.*`far`/is],
   ['a text without a scan', 'notes.log', 'ODOM 0 0 0 0 0 0 1 host 1\nhello\n', /notes\.log.*no laser message/is],
   ['a world whose robot stands in a wall', 'walled.json', world(0.05), /walled\.json.*(start|robot)/is],
   ['a world with a word for a number', 'word.json', world(1).replace('"x":1', '"x":"one"'), /word\.json: world file, line \d+, column \d+: start\.x: invalid type: string "one", expected a number/s],
@@ -45,6 +45,21 @@ test('bad files are refused in words, and the map stays', async ({ lab, page }) 
   }
   await lab.at('play').click();
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan((before.status?.time ?? 0) + 0.5);
+});
+
+test('ranges and poses that are none cost only themselves, and the page says so', async ({ lab, page }) => {
+  await lab.open();
+  const words = scan.split(' ');
+  const nan = (place: number): string => words.map((word, i) => (i === place ? 'nan' : word)).join(' ');
+  const pose = words.length - 9;
+  const damaged = [...lines.slice(0, -2), nan(2), nan(pose), scan, ''].join('\n');
+  await drop(page, 'nan.log', Buffer.from(damaged));
+  await expect.poll(async () => (await lab.state()).title, 'it is opened').toBe('nan.log');
+  await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
+  await lab.show('log');
+  const log = lab.at('log');
+  await expect(log).toContainText('1 range is no measurement and was left out: line 7: field 3 of FLASER is `nan`');
+  await expect(log).toContainText(`1 line cannot be used and was left out: line 8: field ${pose + 1} of FLASER is \`nan\``);
 });
 
 /** A map of ROS: 20 x 10 cells, free. */

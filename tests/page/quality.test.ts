@@ -28,6 +28,19 @@ test('a map is judged when its recording ends, and again when somebody asks', as
   await expect(lab.at('tears')).toHaveCount(0);
 });
 
+test('of each loop it is said how far its way was off, in units of what was known of it', async ({ lab }) => {
+  await open(lab, record(400).text);
+  await lab.watch((s) => s.finished, 'it is mapped', 60_000).toBe(true);
+  await lab.show('status');
+  await expect(lab.at('loops')).toContainText(/Loops were closed from \d+ stretches of the way\./);
+  const { loops, loopRatio } = (await quality(lab))!;
+  expect(loops.length).toBeGreaterThan(4);
+  const sorted = loops.map(({ ratio }) => ratio).sort((a, b) => a - b);
+  expect(loopRatio, 'the median').toBe(sorted[sorted.length >> 1]);
+  await expect(lab.at('loops')).toContainText(`off by ${loopRatio!.toFixed(loopRatio! < 1 ? 2 : 1)} times`);
+  await expect(lab.at('loop-plot').locator('circle')).toHaveCount(loops.length);
+});
+
 test('of a single scan nothing good is said', async ({ lab }) => {
   await open(lab, record(1).text);
   await lab.watch((s) => s.finished, 'it is mapped').toBe(true);

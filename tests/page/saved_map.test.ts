@@ -97,6 +97,62 @@ test('a press on the picture of a saved map says where the robot begins', { tag:
   await expect(lab.at('caption')).toContainText('a piece of its own');
 });
 
+test('two maps of one building become one, and other buildings are refused', async ({ lab, page }) => {
+  test.setTimeout(240_000);
+  await explored(lab, 'arena', 15);
+  const arena = await saveMap(lab);
+  await explored(lab, 'office', 60);
+  const first = await saveMap(lab);
+  await lab.at('seed').fill('11');
+  await lab.at('seed').press('Enter');
+  await lab.watch((s) => s.time, 'another run').toBeLessThan(30);
+  await lab.watch((s) => s.time, 'it drives', 60_000).toBeGreaterThan(60);
+  await lab.pause();
+  const { hash } = await lab.state();
+  const second = await saveMap(lab);
+
+  await lab.at('merge-map').setInputFiles({ name: 'arena.slamlab', mimeType: '', buffer: arena });
+  await expect(lab.at('toast')).toContainText('arena.slamlab: it is not proved where the maps overlap');
+  await expect(lab.at('going-on')).toBeHidden();
+  await expect(lab.at('caption')).not.toContainText('Loading');
+
+  await lab.at('merge-map').setInputFiles({ name: 'floor.slamlab', mimeType: '', buffer: first });
+  await expect(lab.at('going-on'), 'it waits for the next run').toContainText('office and floor from the next one on', { timeout: 60_000 });
+  expect((await lab.state()).hash, 'the run itself stays as it was').toBe(hash);
+  const coming = page.waitForEvent('download');
+  await lab.at('save-saved-map').click();
+  const download = await coming;
+  expect(download.suggestedFilename()).toBe('office-and-floor.slamlab');
+  const merged = await readFile(await download.path());
+  expect(merged.length, 'both are in it').toBeGreaterThan(1.2 * Math.max(first.length, second.length));
+
+  await lab.at('begin-in-it').click();
+  await lab.watch((s) => s.time, 'a new run').toBeLessThan(30);
+  await expect(lab.at('begin-in-it')).toBeHidden();
+  await expect(lab.at('going-on')).toHaveText('Runs by scan matching go on in office and floor.');
+  await lab.at('empty-map').click();
+  await expect(lab.at('going-on')).toBeHidden();
+});
+
+test('what newer parts of a map cover is taken out', { tag: '@phone' }, async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await drop(page, 'laps.log', Buffer.from(record(600).text));
+  await lab.watch((s) => s.source === 'replay' && s.finished, 'the recording ends', 60_000).toBe(true);
+  const whole = await saveMap(lab);
+  await lab.at('prune-map').click();
+  await expect(lab.at('going-on')).toContainText('laps from the next one on');
+  await lab.show('log');
+  await expect(lab.at('log')).toContainText(/Taken out of laps\.log: [1-9]\d* submaps with [1-9]\d* keyframes/);
+  await lab.show('run');
+  const coming = page.waitForEvent('download');
+  await lab.at('save-saved-map').click();
+  const pruned = await readFile(await (await coming).path());
+  expect(pruned.length).toBeLessThan(0.8 * whole.length);
+  await drop(page, 'pruned.slamlab', pruned);
+  await expect(lab.at('going-on'), 'it can be gone on in').toContainText('pruned.slamlab');
+});
+
 test('a damaged saved map is refused in words, and nothing is lost', async ({ lab, page }) => {
   test.setTimeout(120_000);
   await explored(lab, 'arena', 10);

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::format::carmen::CarmenLog;
+use slamlab_core::format::g2o::{self, G2oGraph};
 use slamlab_core::format::map_server::{self, MapImage, MapMode, OccupancyMap};
 use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::smap::Smap;
@@ -24,6 +25,9 @@ pub enum ExportError {
     /// No scan yet.
     #[error("there is no scan yet: let the robot scan first")]
     NoScans,
+    /// Of this method.
+    #[error("this method keeps no pose graph: choose scan matching")]
+    NoGraph,
     /// A robot's scans are not kept here.
     #[error("the bridge records a robot's scans: open its recording here to save them as a log")]
     Recorded,
@@ -57,15 +61,8 @@ impl WebRun {
             SavedKind::Plan => plan(slam, stem),
             SavedKind::Rooms => rooms(slam, stem),
             SavedKind::Tum => trajectory(&self.trajectory(), stem),
-            SavedKind::Slamlab => {
-                let name = format!("{stem}.slamlab");
-                let bytes = self.experiment_file(stem)?;
-                Ok(vec![SavedFile::new(
-                    name,
-                    "application/octet-stream",
-                    bytes,
-                )])
-            }
+            SavedKind::Slamlab => Ok(vec![self.experiment_file(stem)?]),
+            SavedKind::G2o => graph(slam, stem),
             SavedKind::Revolutions => match &self.source {
                 Source::Simulation(sim) => {
                     revolutions(&RevolutionLog::of_carmen(sim.experiment.log()), stem)
@@ -84,7 +81,7 @@ impl WebRun {
 }
 
 impl SavedFile {
-    fn new(name: impl Into<String>, mime: &str, bytes: impl Into<Vec<u8>>) -> Self {
+    pub(crate) fn new(name: impl Into<String>, mime: &str, bytes: impl Into<Vec<u8>>) -> Self {
         Self {
             name: name.into(),
             mime: mime.to_owned(),
@@ -170,6 +167,19 @@ fn trajectory(poses: &[(f64, Pose2)], stem: &str) -> Result<Vec<SavedFile>, WebE
     let text = tum::write(poses.iter().copied());
     Ok(vec![SavedFile::new(
         format!("{stem}.tum"),
+        "text/plain",
+        text,
+    )])
+}
+
+/// The pose graph: submaps, and the motions measured between them.
+///
+/// # Errors    [`ExportError::NoGraph`].
+fn graph(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
+    let graph = slam.view().graph.ok_or(ExportError::NoGraph)?;
+    let text = g2o::write(&G2oGraph::from(graph));
+    Ok(vec![SavedFile::new(
+        format!("{stem}.g2o"),
         "text/plain",
         text,
     )])

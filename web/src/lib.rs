@@ -18,6 +18,7 @@ mod inspection;
 mod live;
 mod local_bridge;
 mod offer;
+mod pose_graph;
 mod quality;
 mod recording;
 mod registration;
@@ -47,7 +48,8 @@ pub use inspection::{Candidate, Inspection, LearnedOdometry, Sighting};
 pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
 pub use local_bridge::{DeviceKindError, LineWant, WebLocalBridge};
 pub use offer::{DeviceKind, MethodInfo, Offer, SensorInfo, UsbAdapter, offer};
-pub use quality::{Quality, Stretch, Tear, WebJudgement};
+pub use pose_graph::{SolvedGraph, solve_graph};
+pub use quality::{ClosedLoop, Quality, Stretch, Tear, WebJudgement};
 pub use recording::{ReplaySetup, WebLogReader};
 pub use registration::{
     AdvisedMethod, BasinAsk, CloudPair, LabError, MeasuredRow, PairInfo, Registered,
@@ -56,7 +58,7 @@ pub use registration::{
 };
 pub use rooms::{Doorway, Region, Rooms};
 pub use run::{Notice, RunError, SourceKind, WebRun};
-pub use saved_map::{MapStart, SavedMapPicture, WebSavedMap};
+pub use saved_map::{MapStart, SavedMapPicture, TakenOut, WebSavedMap};
 pub use settings::{PresetInfo, SettingInfo};
 pub use setup::{Setup, SetupError};
 pub use sigma::{SigmaBin, SigmaCurve};

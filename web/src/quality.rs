@@ -24,6 +24,25 @@ pub struct Quality {
     pub over_time: Vec<Stretch>,
     /// Where it is torn or doubtful, the worst first.
     pub tears: Vec<Tear>,
+    /// The loops that were closed, in the order of time.
+    pub loops: Vec<ClosedLoop>,
+    /// How far off ways were then, in units of what was known of them: the median. None of few.
+    pub loop_ratio: Option<f64>,
+    /// Whether they are systematically known worse than is said.
+    pub is_overconfident: bool,
+}
+
+/// A loop that was closed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct ClosedLoop {
+    /// When its later end was seen first, s.
+    pub at: f64,
+    /// What was known of the way: standard deviations, m and rad.
+    pub doubt: [f64; 2],
+    /// How far it was off, m and rad.
+    pub found: [f64; 2],
+    /// The one in units of the other.
+    pub ratio: f64,
 }
 
 /// A stretch of the way, as long as a submap.
@@ -103,12 +122,27 @@ impl From<&MapQuality> for Quality {
             agreement: quality.agreement,
             over_time: quality.stretches.iter().map(Into::into).collect(),
             tears: quality.tears.iter().map(Into::into).collect(),
+            loops: quality.loops.iter().map(Into::into).collect(),
+            loop_ratio: quality.loop_ratio(),
+            is_overconfident: quality.is_overconfident(),
         }
     }
 }
 
 fn seconds(seen: [Stamp; 2]) -> [f64; 2] {
     seen.map(Stamp::seconds)
+}
+
+impl From<&estimation::ClosedLoop> for ClosedLoop {
+    fn from(closed: &estimation::ClosedLoop) -> Self {
+        let error = &closed.error;
+        Self {
+            at: closed.later[0].seconds(),
+            doubt: [error.doubt.shift, error.doubt.turn],
+            found: [error.shift, error.turn],
+            ratio: error.ratio,
+        }
+    }
 }
 
 impl From<&estimation::Stretch> for Stretch {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{SavedMap, ScanMatcher, ScanMatcherConfig, Start};
+use slamlab_core::estimation::{Pruned, SavedMap, ScanMatcher, ScanMatcherConfig, Start};
 use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::geom::Pose2;
 use slamlab_core::slam::{EarlierMap, Method};
@@ -11,6 +11,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{Typed, WebError, typed};
+use crate::export::SavedFile;
 use crate::run::{RunError, Source, WebRun};
 use crate::view::GridChange;
 
@@ -18,8 +19,19 @@ use crate::view::GridChange;
 #[wasm_bindgen]
 #[derive(Debug)]
 pub struct WebSavedMap {
+    title: String,
+    settings: Vec<(String, f64)>,
     map: Arc<SavedMap>,
     picture: SavedMapPicture,
+}
+
+/// What was taken out of a map, since newer parts of it cover that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Tsify)]
+pub struct TakenOut {
+    /// Submaps.
+    pub submaps: usize,
+    /// Keyframes.
+    pub keyframes: usize,
 }
 
 /// What a saved map looks like to a run that goes on in it.
@@ -54,14 +66,42 @@ impl WebSavedMap {
     /// # Errors    A sentence on what is wrong with it, and where.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: &[u8]) -> Result<Self, WebError> {
-        let map = slamlab::read(bytes)?.map;
-        // What cannot be taken up is said now, not when a run begins.
-        let mut matcher = map.matcher(ScanMatcherConfig::default())?;
-        matcher.go_on(Start::Left);
-        Ok(Self {
-            map: Arc::new(map),
-            picture: SavedMapPicture::of(&matcher),
-        })
+        let experiment = slamlab::read(bytes)?;
+        Self::of(experiment.title, experiment.settings, experiment.map)
+    }
+
+    /// One map of this and another, whose file is given, in the frame of this one.
+    ///
+    /// # Errors    A sentence on what is wrong with the file, and where; or that it is not proved
+    /// how the two lie to each other.
+    pub fn merged(&self, bytes: &[u8]) -> Result<Self, WebError> {
+        let other = slamlab::read(bytes)?;
+        let config = ScanMatcherConfig::default();
+        let (one, two) = (self.map.matcher(config)?, other.map.matcher(config)?);
+        let map = one.merged(two)?.saved([&self.map.times, &other.map.times]);
+        let title = format!("{} and {}", self.title, other.title);
+        Self::of(title, self.settings.clone(), map)
+    }
+
+    /// Takes out what newer parts of the map cover.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn prune(&mut self) -> Typed<TakenOut> {
+        let mut matcher = self.map.matcher(ScanMatcherConfig::default())?;
+        matcher.finish();
+        let Pruned { submaps, keyframes } = matcher.prune();
+        let map = matcher.saved(self.map.times.clone());
+        *self = Self::of(self.title.clone(), self.settings.clone(), map)?;
+        typed(&TakenOut { submaps, keyframes })
+    }
+
+    /// The file to save, named after `stem`.
+    ///
+    /// # Errors    A map that is too long for a file.
+    pub fn file(&self, stem: &str) -> Typed<SavedFile> {
+        let map = SavedMap::clone(&self.map);
+        let bytes = written(self.title.clone(), self.settings.clone(), map)?;
+        typed(&SavedFile::slamlab(stem, bytes))
     }
 
     /// What it looks like.
@@ -69,6 +109,20 @@ impl WebSavedMap {
     /// # Errors    None that a page can cause.
     pub fn picture(&self) -> Typed<SavedMapPicture> {
         typed(&self.picture)
+    }
+}
+
+impl WebSavedMap {
+    /// # Errors    What cannot be taken up is said now, not when a run begins.
+    fn of(title: String, settings: Vec<(String, f64)>, map: SavedMap) -> Result<Self, WebError> {
+        let mut matcher = map.matcher(ScanMatcherConfig::default())?;
+        matcher.go_on(Start::Left);
+        Ok(Self {
+            title,
+            settings,
+            map: Arc::new(map),
+            picture: SavedMapPicture::of(&matcher),
+        })
     }
 }
 
@@ -111,24 +165,51 @@ impl WebRun {
         }
         Ok(())
     }
+
+    /// The map as it is now, to be gone on in.
+    ///
+    /// # Errors    A sentence on why there is none: another method than scan matching.
+    pub fn as_saved_map(&self, title: &str) -> Result<WebSavedMap, WebError> {
+        WebSavedMap::of(title.to_owned(), vec![], self.saved_map()?)
+    }
 }
 
 impl WebRun {
-    /// The map, to be gone on in later.
+    /// The map as a file, to be gone on in later.
     ///
     /// # Errors    [`RunError::NoSavedMap`] of methods other than scan matching.
-    pub(crate) fn experiment_file(&self, title: &str) -> Result<Vec<u8>, WebError> {
+    pub(crate) fn experiment_file(&self, stem: &str) -> Result<SavedFile, WebError> {
+        let bytes = written(stem.to_owned(), vec![], self.saved_map()?)?;
+        Ok(SavedFile::slamlab(stem, bytes))
+    }
+
+    fn saved_map(&self) -> Result<SavedMap, RunError> {
         let map = match &self.source {
             Source::Recording(replay) => replay.saved_map(),
             _ => self.slam().saved_map(vec![]),
         };
-        let experiment = Experiment {
-            title: title.to_owned(),
-            program: concat!("slamlab ", env!("CARGO_PKG_VERSION")).to_owned(),
-            method: Method::ScanMatching.name().to_owned(),
-            settings: vec![],
-            map: map.ok_or(RunError::NoSavedMap)?,
-        };
-        Ok(slamlab::write(&experiment)?)
+        map.ok_or(RunError::NoSavedMap)
     }
+}
+
+impl SavedFile {
+    fn slamlab(stem: &str, bytes: Vec<u8>) -> Self {
+        Self::new(format!("{stem}.slamlab"), "application/octet-stream", bytes)
+    }
+}
+
+/// A map as the bytes of its file.
+fn written(
+    title: String,
+    settings: Vec<(String, f64)>,
+    map: SavedMap,
+) -> Result<Vec<u8>, WebError> {
+    let experiment = Experiment {
+        title,
+        program: concat!("slamlab ", env!("CARGO_PKG_VERSION")).to_owned(),
+        method: Method::ScanMatching.name().to_owned(),
+        settings,
+        map,
+    };
+    Ok(slamlab::write(&experiment)?)
 }

@@ -180,6 +180,17 @@ export class Client {
     this.again("scan-matching");
   }
 
+  /** Joins a saved map to the one that there is. */
+  async mergeMap(files: readonly File[]): Promise<void> {
+    const [file] = files;
+    if (!file) return;
+    await this.#reading(file.name, async () => {
+      const bytes = await file.arrayBuffer();
+      this.store.set("run", { loading: file.name });
+      this.send({ kind: "merge-map", name: file.name, bytes }, [bytes]);
+    });
+  }
+
   /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
       the ends of a wall. */
   edit(what: EditName, [x0, y0]: readonly [number, number], [x1, y1]: readonly [number, number]): void {
@@ -328,6 +339,10 @@ export class Client {
         else this.start({ world: name, worldJson, mode: "explore" });
         return;
       }
+      if (/\.g2o$/i.test(name)) {
+        this.send({ kind: "solve-graph", name, bytes }, [bytes]);
+        return;
+      }
       if (/\.slamlab$/i.test(name)) {
         this.send({ kind: "go-on", name, bytes }, [bytes]);
         return;
@@ -426,10 +441,15 @@ export class Client {
       this.localiseIn(priorMap);
       this.#leaveOut(priorMap.name, skipped);
     },
-    "going-on": ({ name, picture }) => {
-      this.store.set("run", { savedMap: picture && { name, picture, start: { from: "left" } } });
-      this.again("scan-matching");
-      this.#note("good", name ? `Goes on in the map ${name}: where the robot was left, or wherever it finds itself` : "Begins with an empty map");
+    "going-on": ({ name, picture, begins, told }) => {
+      this.store.set("run", { loading: "", savedMap: picture && { name, picture, start: { from: "left" }, isBegun: false } });
+      if (begins) this.again("scan-matching");
+      this.#note("good", told);
+    },
+    "solved-graph": (solvedGraph) => {
+      this.store.set("graph", { solvedGraph });
+      this.store.set("tab", { tab: "run" });
+      this.#note("good", `The pose graph ${solvedGraph.name} is solved: it is drawn under Run`);
     },
     saved: ({ files }) => {
       downloadAll(files);

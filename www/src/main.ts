@@ -33,6 +33,7 @@ import "./ui/matches.js";
 import "./ui/methods.js";
 import "./ui/moved.js";
 import "./ui/plots.js";
+import "./ui/pose_graph.js";
 import "./ui/quality.js";
 import "./ui/torn.js";
 import "./ui/rooms.js";

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, MapStart, SavedMapPicture } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -91,11 +91,18 @@ export type Command =
   | { kind: "kidnap" }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
-  /** The grid, the walls as a floor plan, the trajectory, the log, or what was fitted last as a
-      preset. */
-  | { kind: "save"; what: SavedKind | "fit" }
+  /** The grid, the walls as a floor plan, the trajectory, the log, what was fitted last as a
+      preset, or the saved map that runs go on in. */
+  | { kind: "save"; what: SavedKind | "fit" | "saved-map" }
   /** Runs by scan matching go on in this saved map from the next one on; without bytes in none. */
   | { kind: "go-on"; name: string; bytes: ArrayBuffer | null }
+  /** Joins a saved map to the one that there is, drawn or saved. It is answered by `going-on`. */
+  | { kind: "merge-map"; name: string; bytes: ArrayBuffer }
+  /** Takes out of the map that there is what newer parts of it cover. It is answered by
+      `going-on`. */
+  | { kind: "prune-map" }
+  /** A pose graph (.g2o) to be solved. It is answered by `solved-graph`. */
+  | { kind: "solve-graph"; name: string; bytes: ArrayBuffer }
   /** Where the robot is in it when the next run begins. */
   | { kind: "begin-at"; start: MapStart }
   /** Changes the map by hand: x y of corners, map frame, m. */
@@ -126,6 +133,7 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
   carmen: "Scans and odometry (CARMEN log)",
   revolutions: "Scans alone, a revolution a line (.txt)",
   slamlab: "Map to go on in later (.slamlab)",
+  g2o: "Pose graph (.g2o)",
 };
 
 export type Answer =
@@ -142,8 +150,11 @@ export type Answer =
   | ({ kind: "built"; name: string } & Building)
   /** A map to be found in that was asked for. */
   | ({ kind: "prior-map" } & PriorMapFile)
-  /** The saved map that runs go on in from here on; none where the name is empty. */
-  | { kind: "going-on"; name: string; picture: SavedMapPicture | null }
+  /** The saved map that runs go on in from here on, none where the name is empty; whether one is to
+      begin in it now; and what was done, in words. */
+  | { kind: "going-on"; name: string; picture: SavedMapPicture | null; begins: boolean; told: string }
+  /** A pose graph, solved. */
+  | { kind: "solved-graph"; name: string; graph: SolvedGraph }
   | { kind: "hash"; run: number; text: string }
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }

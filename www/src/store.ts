@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -17,7 +17,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph";
 
 export interface LogEntry {
   time: number;
@@ -62,6 +62,8 @@ export interface SavedMap {
   readonly name: string;
   readonly picture: SavedMapPicture;
   readonly start: MapStart;
+  /** Whether the present run began in it. */
+  readonly isBegun: boolean;
 }
 
 /** What the worker sends when a run begins. */
@@ -78,6 +80,8 @@ export class Store {
   reading: { name: string; done: number } | null = null;
   /** The saved map that runs by scan matching go on in. */
   savedMap: SavedMap | null = null;
+  /** The pose graph that was opened last. */
+  solvedGraph: { readonly name: string; readonly graph: SolvedGraph } | null = null;
   /** What a press on the map changes; null while it moves the view. */
   editing: EditName | null = null;
   /** World that is being loaded; empty when none is. */
@@ -174,7 +178,9 @@ export class Store {
     // Another map: its places are others. Only a simulation knows true walls.
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
-    this.set("run", { source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
+    const isBegun = method === "scan-matching";
+    const savedMap = this.savedMap && { ...this.savedMap, isBegun };
+    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }

@@ -1,16 +1,17 @@
 // Runs the core for the page: with local_bridge.ts and registration/worker.ts the only file that
 // starts the WebAssembly module. Each command of the page has one handler.
 
-import init, { WebRun, WebSavedMap, offer } from "../pkg/slamlab_web.js";
+import init, { WebRun, offer } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
-import type { EditName, MapStart } from "./protocol/module.js";
+import type { EditName } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
 import type { Watched } from "./source/extras.js";
 import { micros } from "./source/link.js";
+import { GoingOn } from "./source/going_on.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
 import { LogReading } from "./source/reading.js";
@@ -22,16 +23,7 @@ const MOST_STEPS = 400;
 const player = new Player();
 let reading: LogReading | null = null;
 let conversation: Conversation | null = null;
-/** The map that runs by scan matching go on in. */
-let savedMap: WebSavedMap | null = null;
-/** Where the robot is in it when a run begins. */
-let start: MapStart = { from: "left" };
-
-/** The run, in the saved map if its method can go on in one. */
-function goingOn(run: WebRun): WebRun {
-  if (savedMap && run.method() === "scan-matching") run.go_on_in(savedMap, start);
-  return run;
-}
+const savedMap = new GoingOn();
 
 function stopReading(): void {
   reading?.free();
@@ -83,12 +75,12 @@ function simulated(act: (run: Run) => void): void {
 }
 
 const handlers: Handlers<Command> = {
-  ...questions(player),
+  ...questions(player, savedMap),
   start: ({ setup, play }) => {
     if (reading) stopReading();
     given(setup.worldJson === null ? "" : setup.world, () => {
       const { world: title, method, sensor, seed } = setup;
-      const run = goingOn(WebRun.simulate(setup));
+      const run = savedMap.take(WebRun.simulate(setup));
       begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
     });
   },
@@ -101,7 +93,7 @@ const handlers: Handlers<Command> = {
         const run = log.readOn(SLICE_MILLIS);
         if (!run) return true;
         reading = null;
-        begin(new Run(goingOn(run), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
+        begin(new Run(savedMap.take(run), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
       } catch (error) {
         stopReading();
         fail(error, name);
@@ -143,19 +135,12 @@ const handlers: Handlers<Command> = {
     else player.run?.setTwin(on);
     player.changed();
   },
-  connect: ({ url, ...setup }) => converse({ ...setup, goingOn, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
-  cable: ({ wire, ...setup }) => converse({ ...setup, goingOn, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
-  "go-on": ({ name, bytes }) => given(name, () => {
-    const next = bytes && new WebSavedMap(new Uint8Array(bytes));
-    savedMap?.free();
-    savedMap = next;
-    start = { from: "left" };
-    const picture = next?.picture() ?? null;
-    post({ kind: "going-on", name: next ? name : "", picture }, picture?.grid ? [picture.grid.cells.buffer as ArrayBuffer] : []);
-  }),
-  "begin-at": (asked) => {
-    start = asked.start;
-  },
+  connect: ({ url, ...setup }) => converse({ ...setup, goingOn: savedMap.take, title: new URL(url).host }, (module, events) => new BridgeLink(module, url, events)),
+  cable: ({ wire, ...setup }) => converse({ ...setup, goingOn: savedMap.take, title: "the cable", token: "" }, (module, events) => new CableLink(module, wire, events)),
+  "go-on": ({ name, bytes }) => given(name, () => savedMap.open(name, bytes)),
+  "merge-map": ({ name, bytes }) => given(name, () => savedMap.merge(player.run, name, bytes)),
+  "prune-map": () => given("", () => savedMap.prune(player.run)),
+  "begin-at": ({ start }) => savedMap.beginAt(start),
   edit: ({ what, corners }) => changeMap((module) => module.edit(what, new Float64Array(corners)), EDITED[what]),
   "undo-edit": () => changeMap((module) => module.undo_edit(), "The last change of the map by hand is taken back"),
   unplug: () => {

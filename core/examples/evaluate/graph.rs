@@ -9,9 +9,6 @@ use slamlab_core::format::g2o;
 
 use crate::{options, print};
 
-/// Graphs that have not converged by then will not.
-const MOST_ITERATIONS: usize = 100;
-
 pub(crate) fn solve(path: &Path, out: Option<&Path>, on_one_line: bool) -> anyhow::Result<()> {
     let written = out.map(|out| ("--out", out.to_owned()));
     options::check(vec![], written.into_iter().collect())?;
@@ -21,23 +18,20 @@ pub(crate) fn solve(path: &Path, out: Option<&Path>, on_one_line: bool) -> anyho
     for (tag, lines) in &file.left_out {
         eprintln!("{}: left out: {lines} of {tag}", path.display());
     }
-    let mut graph = file.to_pose_graph().with_context(name)?;
-    let before = graph.chi2();
     let begin = Instant::now();
-    let found = graph.optimize_with_figures(MOST_ITERATIONS);
+    let solved = file.solve().with_context(name)?;
     let ms = 1e3 * begin.elapsed().as_secs_f64();
     if let Some(out) = out {
-        file.set_poses(&graph).with_context(name)?;
         options::write(&[(out.to_owned(), g2o::write(&file).into())])?;
     }
     let figures = json!({
         "graph": path.display().to_string(),
-        "poses": graph.poses().len(),
-        "edges": graph.edges().len(),
-        "chi2_before": before,
-        "chi2_after": graph.chi2(),
-        "converged": found.converged,
-        "iterations": found.iterations,
+        "poses": file.vertices.len(),
+        "edges": file.edges.len(),
+        "chi2_before": solved.chi2_before,
+        "chi2_after": solved.chi2_after,
+        "converged": solved.converged,
+        "iterations": solved.iterations,
         "ms": ms,
     });
     print(&figures, on_one_line)

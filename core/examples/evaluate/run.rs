@@ -91,6 +91,10 @@ pub(crate) fn evaluate(
     for note in replay.take_notes() {
         eprintln!("{}: {note}", log_path.display());
     }
+    let left_out = replay
+        .log()
+        .left_out()
+        .map(|left_out| json!({ "ranges": left_out.ranges.count, "lines": left_out.lines.count }));
     let view = replay.session().slam().view();
     let (fits, pose_quality) = (view.prior_map_fit, view.pose_quality);
     let lost = worth::lost(replay.session().slam());
@@ -128,6 +132,7 @@ pub(crate) fn evaluate(
         "log": log.to_string(),
         "method": method.name(),
         "scans": scans,
+        "left_out": left_out,
         "log_seconds": log_seconds,
         "wall_seconds": wall_seconds,
         "real_time_factor": log_seconds / wall_seconds,

@@ -1,7 +1,7 @@
 //! What a map is worth: for JSON, and in words.
 
 use serde_json::{Value, json};
-use slamlab_core::estimation::{MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
+use slamlab_core::estimation::{ClosedLoop, MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
 use slamlab_core::robot::Stamp;
 
 /// Tears that are told in words, at most.
@@ -21,6 +21,18 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
             "witnesses": tear.witnesses,
         })
     };
+    let closed = |closed: &ClosedLoop| {
+        let error = &closed.error;
+        json!({
+            "earlier_s": seen(closed.earlier),
+            "later_s": seen(closed.later),
+            "doubt_m": error.doubt.shift,
+            "doubt_rad": error.doubt.turn,
+            "found_m": error.shift,
+            "found_rad": error.turn,
+            "ratio": error.ratio,
+        })
+    };
     let stretches = quality.stretches.iter();
     json!({
         "verdict": quality.verdict.name(),
@@ -30,11 +42,26 @@ pub(crate) fn figures(quality: &MapQuality) -> Value {
         "over_time": stretches
             .map(|stretch| json!({ "seen_s": seen(stretch.seen), "agreement": stretch.agreement }))
             .collect::<Vec<_>>(),
+        "loops": quality.loops.iter().map(closed).collect::<Vec<_>>(),
+        "loop_ratio": quality.loop_ratio(),
     })
 }
 
-/// What a person should know of it; nothing of a good map.
+/// What a person should know of it; nothing of a good map of which all is known as well as it is
+/// said.
 pub(crate) fn words(quality: &MapQuality) -> Vec<String> {
+    let ratio = quality.loop_ratio().filter(|_| quality.is_overconfident());
+    let overconfident = ratio.map(|ratio| {
+        format!(
+            "ways were known worse than is said: when loops were closed over them, they were off \
+             by {ratio:.1} times what was known of them, on the median"
+        )
+    });
+    let verdict = words_of_verdict(quality);
+    verdict.into_iter().chain(overconfident).collect()
+}
+
+fn words_of_verdict(quality: &MapQuality) -> Vec<String> {
     let mut lines = match quality.verdict {
         MapVerdict::Good => return vec![],
         MapVerdict::Doubtful => vec!["the map is doubtful".to_owned()],

@@ -21,6 +21,10 @@
 //! 6. Where no scan was matched to another, nothing could contradict: that is no good map either,
 //!    and it is said why ([`Unjudgeable`]).
 //!
+//! 7. Beside the verdict: how far ways were off when loops were closed over them, in units of what
+//!    the pose graph said of them ([`MapQuality::loop_ratio`]). Where that is several times more
+//!    on the median, its covariances are not to be believed; the map may be good all the same.
+//!
 //! None of this asks how closures were found, so that it tells also of what nobody thought of. What
 //! it does not see: a part that was seen only once, and lies wrong.
 
@@ -33,6 +37,7 @@ use nalgebra::Point2;
 
 use self::pairs::{Pair, Pairs, agreement};
 use self::tears::{Witness, gather};
+use super::loop_error::LoopError;
 use super::submap::ClosedSubmap;
 use crate::geom::Pose2;
 use crate::map::SurfelConfig;
@@ -47,6 +52,11 @@ const AHEAD: f64 = 2.0;
 /// Doubt, m, that makes parts of a map doubtful which nothing holds together: as far as a wall is
 /// searched for that stands twice.
 const DOUBTFUL_BEYOND: f64 = 1.0;
+/// Of fewer closed loops nothing systematic is said.
+const LEAST_LOOPS: usize = 5;
+/// Ways that are off by more than so many times what was known of them, on the median, were known
+/// worse than was said.
+const MOST_RATIO: f64 = 3.0;
 
 /// What is to be thought of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,6 +173,38 @@ pub struct MapQuality {
     pub stretches: Vec<Stretch>,
     /// The places where it is torn or doubtful, the worst first.
     pub tears: Vec<Tear>,
+    /// The loops that were closed, in the order of time; of those of one submap the one whose way
+    /// was known worst.
+    pub loops: Vec<ClosedLoop>,
+}
+
+/// A loop that was closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosedLoop {
+    /// When its earlier end was seen, from and to.
+    pub earlier: [Stamp; 2],
+    /// When its later end was.
+    pub later: [Stamp; 2],
+    /// How far off the way between them was, and what was known of it.
+    pub error: LoopError,
+}
+
+impl MapQuality {
+    /// How far off ways were when loops were closed over them, in units of what was known of them:
+    /// the median. 1 is honest, about; `None` of fewer than five.
+    #[must_use]
+    pub fn loop_ratio(&self) -> Option<f64> {
+        let mut ratios: Vec<f64> = self.loops.iter().map(|closed| closed.error.ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        let is_enough = ratios.len() >= LEAST_LOOPS;
+        ratios.get(ratios.len() / 2).copied().filter(|_| is_enough)
+    }
+
+    /// Whether ways are systematically known worse than the pose graph says.
+    #[must_use]
+    pub fn is_overconfident(&self) -> bool {
+        self.loop_ratio().is_some_and(|ratio| ratio > MOST_RATIO)
+    }
 }
 
 /// A submap where it lies.
@@ -202,6 +244,7 @@ pub struct MapJudgement {
     pub(super) places: Vec<(Pose2, [Stamp; 2])>,
     pub(super) untied: Vec<Untied>,
     parted: Vec<Parted>,
+    loops: Vec<ClosedLoop>,
     unjudgeable: Option<Unjudgeable>,
     pairs: Pairs,
 }
@@ -212,12 +255,14 @@ impl MapJudgement {
         places: Vec<(Pose2, [Stamp; 2])>,
         untied: Vec<Untied>,
         parted: Vec<Parted>,
+        loops: Vec<ClosedLoop>,
         unjudgeable: Option<Unjudgeable>,
     ) -> Self {
         Self {
             places,
             untied,
             parted,
+            loops,
             unjudgeable,
             pairs: Pairs::default(),
         }
@@ -248,6 +293,7 @@ impl MapJudgement {
                 (verdict, _) => verdict,
             },
             unjudgeable: self.unjudgeable,
+            loops: self.loops.clone(),
             ..quality
         }
     }
@@ -294,6 +340,7 @@ impl MapQuality {
                 })
                 .collect(),
             tears,
+            loops: vec![],
         }
     }
 }

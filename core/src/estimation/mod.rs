@@ -12,6 +12,7 @@ mod free_space;
 mod grid_particles;
 mod line_localisation;
 mod line_model;
+mod loop_error;
 mod map_quality;
 mod measures;
 mod odometry_fit;
@@ -36,7 +37,10 @@ pub use ekf_slam::{
 };
 pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
 pub use line_localisation::LineLocaliser;
-pub use map_quality::{MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind, Unjudgeable};
+pub use loop_error::LoopError;
+pub use map_quality::{
+    ClosedLoop, MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind, Unjudgeable,
+};
 pub use measures::{align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{

@@ -9,8 +9,10 @@
 //! 2. `FLASER`, `RLASER` and `ROBOTLASER1` become scans, `PARAM` is kept, `ODOM` is counted (every
 //!    laser message carries the odometry of its own moment, interpolated by the recorder), other
 //!    messages are skipped.
-//! 3. Structure is strict: the number of fields must be that announced and every number finite.
-//!    Spaces, tabs, line ends, empty lines and comments are free.
+//! 3. Structure is strict: the number of fields must be that announced and every field a number.
+//!    Spaces, tabs, line ends, empty lines and comments are free. A range that is NaN, infinite or
+//!    negative measured nothing, a message whose pose or time is none is left out; both are told
+//!    ([`CarmenLog::left_out`]).
 //! 4. At the end the scans are put in the order in which they were taken (`order`), and the reading
 //!    that stands for "nothing came back" is found (see [`CarmenLog::no_return_from`]).
 //!
@@ -30,6 +32,7 @@ mod reader;
 mod tests;
 mod writer;
 
+use super::LeftOut;
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -111,6 +114,8 @@ pub struct CarmenLog {
     /// Readings from here on say that nothing came back, m: 80, or the log's largest reading where
     /// that is repeated so often that it must be a code.
     pub no_return_from: f32,
+    /// What the reader left out.
+    pub left_out: LeftOut,
     readings: Vec<f32>,
 }
 

@@ -17,6 +17,7 @@
 //! format of its types `slam2d`.
 
 mod graph;
+mod solve;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -25,6 +26,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::FieldError;
 use super::field_error::{number, read, short};
+
+pub use self::solve::Solved;
 
 /// A pose graph as a file says it.
 #[derive(Clone, Debug, Default, PartialEq)]

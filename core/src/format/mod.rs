@@ -7,6 +7,7 @@ mod field_error;
 pub mod firmware_header;
 pub mod floor_plan;
 pub mod g2o;
+mod left_out;
 pub mod map_server;
 pub mod og_map;
 pub mod point_list;
@@ -24,6 +25,7 @@ pub mod tum;
 pub mod world;
 
 pub use field_error::FieldError;
+pub use left_out::{LeftOut, Tally};
 pub use text_log::TextLogError;
 pub(crate) use text_log::is_empty_or_comment;
 

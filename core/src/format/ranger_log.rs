@@ -7,14 +7,17 @@
 //! of the four, which look to the right, ahead, to the left and back. Units are seconds, metres and
 //! radians; a range that is empty, `nan`, 0 or below is none.
 //!
+//! A range that is infinite is none either, and a line without a time or a pose is left out; both
+//! are told ([`RangerLog::left_out`]).
+//!
 //! The order of the rangers was checked on a recorded log, by how ranges change as the robot
 //! drives.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::FieldError;
 use super::field_error::read;
-use super::text_log::{Lines, TextLogError};
+use super::text_log::{Lines, TextLog, TextLogError};
+use super::{FieldError, LeftOut, Tally};
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -48,6 +51,8 @@ pub struct RangerScan {
 pub struct RangerLog {
     /// Its lines, in the order of time.
     pub scans: Vec<RangerScan>,
+    /// What the reader left out.
+    pub left_out: LeftOut,
 }
 
 /// Reads a log of four rangers from chunks of bytes.
@@ -84,16 +89,14 @@ impl RangerLogReader {
     ///
     /// # Errors   [`TextLogError`], with line and field; the reader is of no further use then.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
-        let table = &mut self.table;
-        self.lines.push(bytes, |line, text| table.take(line, text))
+        self.lines.push(bytes, &mut self.table)
     }
 
     /// The log is all there.
     ///
     /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
     pub fn finish(mut self) -> Result<RangerLog, TextLogError> {
-        let has_scans = |table: &Table| !table.log.scans.is_empty();
-        self.lines.finish(&mut self.table, Table::take, has_scans)?;
+        self.lines.finish(&mut self.table)?;
         Ok(self.table.log)
     }
 }
@@ -145,12 +148,14 @@ impl RangerLog {
     }
 }
 
-impl Table {
+impl TextLog for Table {
     fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
         match self.header {
             None => self.header = Some(Header::of(line, text)?),
             Some(header) => {
-                let scan = header.scan(line, text)?;
+                let Some(scan) = header.scan(line, text, &mut self.log.left_out)? else {
+                    return Ok(());
+                };
                 let last = self.log.scans.last();
                 if let Some(last) = last.filter(|last| scan.seconds < last.seconds) {
                     let found = scan.seconds.to_string();
@@ -161,6 +166,14 @@ impl Table {
             }
         }
         Ok(())
+    }
+
+    fn has_scans(&self) -> bool {
+        !self.log.scans.is_empty()
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        &self.log.left_out
     }
 }
 
@@ -181,35 +194,63 @@ impl Header {
         })
     }
 
-    fn scan(&self, line: usize, text: &str) -> Result<RangerScan, FieldError> {
+    /// `None` where the line was left out.
+    fn scan(
+        &self,
+        line: usize,
+        text: &str,
+        left_out: &mut LeftOut,
+    ) -> Result<Option<RangerScan>, FieldError> {
         let words: Vec<&str> = text.split(',').map(str::trim).collect();
         if words.len() != self.columns {
             let expected = format_args!("{}, as in the head", self.columns);
             return Err(FieldError::count(line, words.len(), expected));
         }
         let word = |column: usize| words.get(self.places[column]).copied().unwrap_or_default();
-        let number = |column: usize, expected: &str| {
-            let fits = |n: &f64| n.abs() <= 10.0 * MOST;
-            read(line, COLUMNS[column], word(column), expected, fits)
-        };
-        let seconds = number(0, "a time in seconds, within ±1e10")?;
-        let [x, y] = [number(1, "metres")?, number(2, "metres")?];
-        let yaw = number(3, "an angle in radians")?;
+        let expected = [
+            "a time in seconds",
+            "metres",
+            "metres",
+            "an angle in radians",
+        ];
+        let mut numbers = [0.0_f64; 4];
+        let mut none = Tally::default();
+        for (column, (number, expected)) in numbers.iter_mut().zip(expected).enumerate() {
+            let (name, word) = (COLUMNS[column], word(column));
+            *number = read(line, name, word, expected, |_| true)?;
+            // NaN is not within.
+            if number.is_nan() || number.abs() > 10.0 * MOST {
+                none.add(|| {
+                    FieldError::new(line, name, word, format_args!("{expected}, within ±1e10"))
+                });
+            }
+        }
         let mut ranges = [f32::NAN; 4];
+        let mut infinite = Tally::default();
         for (column, range) in (4..).zip(&mut ranges) {
-            if word(column).is_empty() {
+            let (name, word) = (COLUMNS[column], word(column));
+            if word.is_empty() {
                 continue;
             }
             let expected = "a range in metres, or nan";
-            let fits = |r: &f32| !r.is_infinite();
-            let read: f32 = read(line, COLUMNS[column], word(column), expected, fits)?;
-            *range = if read > 0.0 { read } else { f32::NAN };
+            let read: f32 = read(line, name, word, expected, |_| true)?;
+            match read.is_infinite() {
+                true => infinite.add(|| FieldError::new(line, name, word, expected)),
+                false if read > 0.0 => *range = read,
+                false => {}
+            }
         }
-        Ok(RangerScan {
+        if none.count > 0 {
+            left_out.lines.append(Tally { count: 1, ..none });
+            return Ok(None);
+        }
+        left_out.ranges.append(infinite);
+        let [seconds, x, y, yaw] = numbers;
+        Ok(Some(RangerScan {
             seconds,
             odom_from_robot: Pose2::new(x, y, yaw),
             ranges,
-        })
+        }))
     }
 }
 
@@ -268,7 +309,6 @@ mod tests {
             &log("6,0,x,0,1,1,1,1"),
             "line 4: y_m is `x`, expected metres",
         );
-        check(&log("6,0,inf,0,1,1,1,1"), "line 4: y_m is `inf`");
         check(&log("6,0,0,0,1,far,1,1"), "line 4: range1 is `far`");
         check(
             &log("4,0,0,0,1,1,1,1"),
@@ -276,6 +316,27 @@ mod tests {
         );
         check(&format!("{head}1,2,3"), "line 2: the file is cut off");
         check(head, "no scan in 1 lines");
+        check(
+            &format!("{head}1,2,inf,0,1,1,1,1\n"),
+            "line 2: y_m is `inf`, expected metres, within ±1e10",
+        );
+    }
+
+    #[test]
+    fn what_is_left_out_costs_only_itself() {
+        let head = "t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3\n";
+        let log = |rows: &str| parse(&format!("{head}5,0,0,0,1,1,1,1\n{rows}")).unwrap();
+        let damaged = log("6,0,nan,inf,1,1,inf,1\nnan,0,0,0,1,1,1,1\n7,0,1,0,1,-inf,inf,-1\n");
+        let told = damaged.left_out.sentences();
+        assert!(told[0].starts_with("2 ranges are no"), "{told:?}");
+        assert!(told[0].contains("line 5: range1 is `-inf`"), "{told:?}");
+        assert!(told[1].starts_with("2 lines cannot"), "{told:?}");
+        assert!(told[1].contains("line 3: y_m is `nan`"), "{told:?}");
+        let last = damaged.scan(&damaged.scans[1], 3.0);
+        assert_eq!(last.ranges[0], 1.0);
+        assert!(last.ranges[1..].iter().all(|range| range.is_nan()));
+        assert_eq!(damaged.scans.len(), 2);
+        assert_eq!(log("").left_out, LeftOut::default());
     }
 
     #[test]

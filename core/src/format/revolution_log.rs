@@ -17,7 +17,8 @@
 //! without a pause, at a rate that has to be said beside it (setting `log.revolutions`), and
 //! samples of a line to be evenly spaced in time, with places for those that were lost. The flag
 //! divides nothing: a line is a turn, as a bit may be damaged. Nor is there a reading that says
-//! that a beam met nothing.
+//! that a beam met nothing. A distance that is no number or negative was not measured, and a sample
+//! whose angle is no number was lost; both are told (`RevolutionLog::left_out`).
 //!
 //! Source: Pilch 2016 §3.4.1, (3.3). It does not say which way angles run: they are those of the
 //! sensor, as its program `ultra_simple` prints them, and so are degrees, mm and quality (SLAMTEC
@@ -25,11 +26,12 @@
 
 use std::f64::consts::TAU;
 
-use super::FieldError;
 use super::carmen::CarmenLog;
 use super::field_error::read;
+use super::left_out::{is_no_range, is_not_finite};
 use super::rover_log::{SIGMA, SIGMA_PER_METRE};
-use super::text_log::{Lines, TextLogError};
+use super::text_log::{Lines, TextLog, TextLogError};
+use super::{FieldError, LeftOut, Tally};
 use crate::geom::{Pose2, wrap};
 use crate::robot::{Place, Scan, Stamp, places_of_revolution};
 
@@ -68,6 +70,8 @@ pub struct Sample {
 /// A log of revolutions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RevolutionLog {
+    /// What the reader left out.
+    pub left_out: LeftOut,
     samples: Vec<Sample>,
     /// Of each revolution the end of its samples.
     ends: Vec<usize>,
@@ -95,17 +99,14 @@ impl RevolutionLogReader {
     /// # Errors   [`TextLogError`], with line, sample and field; the reader is of no further use
     /// then.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
-        let log = &mut self.log;
-        self.lines.push(bytes, |line, text| log.take(line, text))
+        self.lines.push(bytes, &mut self.log)
     }
 
     /// The log is all there.
     ///
     /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
     pub fn finish(mut self) -> Result<RevolutionLog, TextLogError> {
-        let has_scans = |log: &RevolutionLog| !log.is_empty();
-        self.lines
-            .finish(&mut self.log, RevolutionLog::take, has_scans)?;
+        self.lines.finish(&mut self.log)?;
         Ok(self.log)
     }
 }
@@ -182,24 +183,20 @@ impl RevolutionLog {
         Some(scan)
     }
 
-    fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
-        let before = self.samples.len();
-        let taken = self.take_samples(line, text);
-        match taken {
-            Ok(()) => self.ends.push(self.samples.len()),
-            Err(_) => self.samples.truncate(before),
-        }
-        taken
-    }
-
-    fn take_samples(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
+    fn take_samples(
+        &mut self,
+        line: usize,
+        text: &str,
+        none: &mut Tally,
+    ) -> Result<(), FieldError> {
         let (mut rest, mut count) = (text, 0);
         while let Some((sample, behind)) = rest.split_once('|') {
             count += 1;
             if count > MOST_SAMPLES {
                 break;
             }
-            self.samples.push(Sample::read(line, count, sample)?);
+            self.samples
+                .extend(Sample::read(line, count, sample, none)?);
             rest = behind;
         }
         if !(1..=MOST_SAMPLES).contains(&count) {
@@ -227,8 +224,41 @@ impl RevolutionLog {
     }
 }
 
+impl TextLog for RevolutionLog {
+    fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
+        let before = self.samples.len();
+        let mut none = Tally::default();
+        if let Err(error) = self.take_samples(line, text, &mut none) {
+            self.samples.truncate(before);
+            return Err(error);
+        }
+        if self.samples.len() == before {
+            // No angle of the whole turn is known.
+            self.left_out.lines.append(Tally { count: 1, ..none });
+            return Ok(());
+        }
+        self.left_out.ranges.append(none);
+        self.ends.push(self.samples.len());
+        Ok(())
+    }
+
+    fn has_scans(&self) -> bool {
+        !self.is_empty()
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        &self.left_out
+    }
+}
+
 impl Sample {
-    fn read(line: usize, number: usize, text: &str) -> Result<Self, FieldError> {
+    /// `None` where the angle is no number.
+    fn read(
+        line: usize,
+        number: usize,
+        text: &str,
+        none: &mut Tally,
+    ) -> Result<Option<Self>, FieldError> {
         let text = text.trim();
         let Some([starts, t, d, q]) = parts(text) else {
             let expected = "`__t:DEGREES_d:MILLIMETRES_q:QUALITY`, or S for the first `_`";
@@ -238,17 +268,32 @@ impl Sample {
         let field = |name| format!("{name} of sample {number}");
         let is_angle = |t: &f32| (0.0..=360.0).contains(t);
         let is_distance = |d: &f32| (0.0..DISTANCE_END).contains(d);
-        let degrees: f32 = read(line, field("t"), t, "degrees, 0 to 360", is_angle)?;
-        let expected = "millimetres, at least 0 and less than 100000";
-        let millimetres: f32 = read(line, field("d"), d, expected, is_distance)?;
         let is_quality = |q: &u8| *q <= MOST_QUALITY;
-        Ok(Self {
+        let angle = read(line, field("t"), t, "degrees, 0 to 360", is_angle);
+        let degrees = match angle {
+            Err(error) if is_not_finite(t) => {
+                none.add(|| error);
+                return Ok(None);
+            }
+            other => other?,
+        };
+        let expected = "millimetres, at least 0 and less than 100000";
+        let distance = read(line, field("d"), d, expected, is_distance);
+        let quality = read(line, field("q"), q, "a whole number, 0 to 63", is_quality)?;
+        let (millimetres, quality) = match distance {
+            Err(error) if is_no_range(d) => {
+                none.add(|| error);
+                (0.0, 0)
+            }
+            other => (other?, quality),
+        };
+        Ok(Some(Self {
             starts: starts == "S",
             // A zero below zero is written as one.
             degrees: degrees.abs(),
             millimetres: millimetres.abs(),
-            quality: read(line, field("q"), q, "a whole number, 0 to 63", is_quality)?,
-        })
+            quality,
+        }))
     }
 
     /// Range, m; NaN where nothing was measured.

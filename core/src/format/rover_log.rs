@@ -8,6 +8,9 @@
 //! encoders the one nearest to 0, of the time the one ahead. So a pause of more than a minute
 //! cannot be told.
 //!
+//! A range that is no number or negative measured nothing, and a line with a counter that is no
+//! number is left out; both are told (`RoverLog::left_out`).
+//!
 //! The file says nothing of the robot: how many counts make a revolution of a wheel, how large it
 //! is, and how far apart the wheels are has to be said beside it (settings `log.*`).
 //!
@@ -17,9 +20,10 @@
 
 use std::f64::consts::PI;
 
-use super::FieldError;
 use super::field_error::read;
-use super::text_log::{Lines, TextLogError};
+use super::left_out::{is_no_range, is_not_finite};
+use super::text_log::{Lines, TextLog, TextLogError};
+use super::{FieldError, LeftOut};
 use crate::geom::Pose2;
 use crate::robot::{Scan, Stamp};
 
@@ -51,6 +55,8 @@ pub struct RoverScan {
 pub struct RoverLog {
     /// Its lines, in order.
     pub scans: Vec<RoverScan>,
+    /// What the reader left out.
+    pub left_out: LeftOut,
     /// Ranges, mm, [`BEAMS`] for each line.
     ranges: Vec<u16>,
     last: Option<[u16; COUNTERS]>,
@@ -77,17 +83,14 @@ impl RoverLogReader {
     ///
     /// # Errors   [`TextLogError`], with line and field; the reader is of no further use then.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), TextLogError> {
-        let log = &mut self.log;
-        self.lines.push(bytes, |line, text| log.take(line, text))
+        self.lines.push(bytes, &mut self.log)
     }
 
     /// The log is all there.
     ///
     /// # Errors   [`TextLogError`]: a last line that is cut off, or none at all.
     pub fn finish(mut self) -> Result<RoverLog, TextLogError> {
-        let has_scans = |log: &RoverLog| !log.scans.is_empty();
-        self.lines
-            .finish(&mut self.log, RoverLog::take, has_scans)?;
+        self.lines.finish(&mut self.log)?;
         Ok(self.log)
     }
 }
@@ -132,6 +135,30 @@ impl RoverLog {
         })
     }
 
+    /// The ranges of a line, which are words and their numbers in the line, from 1.
+    fn take_ranges<'a>(
+        &mut self,
+        line: usize,
+        words: impl Iterator<Item = (usize, &'a str)>,
+    ) -> Result<(), FieldError> {
+        for (field, word) in words {
+            let name = format_args!("d{}", field - COUNTERS - 1);
+            let expected = "a range in whole millimetres, 0 to 65535";
+            let range = match read(line, name, word, expected, |_: &u16| true) {
+                Ok(range) => range,
+                Err(error) if is_no_range(word) => {
+                    self.left_out.ranges.add(|| error);
+                    0
+                }
+                Err(error) => return Err(error),
+            };
+            self.ranges.push(range);
+        }
+        Ok(())
+    }
+}
+
+impl TextLog for RoverLog {
     fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError> {
         let found = text.split_ascii_whitespace().count();
         if found != COUNTERS + BEAMS {
@@ -144,21 +171,21 @@ impl RoverLog {
         for ((counter, name), (_, word)) in counters.iter_mut().zip(names).zip(&mut words) {
             let expected = "a counter of 16 bits: -32768 to 65535";
             let fits = |n: &i32| (-32_768..=65_535).contains(n);
-            // Modulo 65 536, whether it was written with a sign or without.
-            *counter = read(line, name, word, expected, fits)? as u16;
+            match read(line, name, word, expected, fits) {
+                // Modulo 65 536, whether it was written with a sign or without.
+                Ok(count) => *counter = count as u16,
+                Err(error) if is_not_finite(word) => {
+                    self.left_out.lines.add(|| error);
+                    return Ok(());
+                }
+                Err(error) => return Err(error),
+            }
         }
         let before = self.ranges.len();
-        for (field, word) in words {
-            let degree = field - COUNTERS - 1;
-            let name = format_args!("d{degree}");
-            let expected = "a range in whole millimetres, 0 to 65535";
-            match read(line, name, word, expected, |_: &u16| true) {
-                Ok(range) => self.ranges.push(range),
-                Err(error) => {
-                    self.ranges.truncate(before);
-                    return Err(error);
-                }
-            }
+        let taken = self.take_ranges(line, words);
+        if taken.is_err() {
+            self.ranges.truncate(before);
+            return taken;
         }
         let scan = match (self.scans.last(), self.last) {
             (Some(scan), Some(last)) => scan.after(last, counters),
@@ -170,6 +197,14 @@ impl RoverLog {
         self.scans.push(scan);
         self.last = Some(counters);
         Ok(())
+    }
+
+    fn has_scans(&self) -> bool {
+        !self.scans.is_empty()
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        &self.left_out
     }
 }
 
@@ -277,6 +312,33 @@ mod tests {
         check("# nothing\n", "no scan in 1 lines");
         check("1 2 3 \u{1}\n", "line 1: byte 7 is 0x01");
         check(&"1 ".repeat(1 << 20), "line 1 is longer than 1048576 bytes");
+    }
+
+    #[test]
+    fn a_line_with_a_range_that_is_none_is_used_and_one_without_a_counter_is_not() {
+        let good = |left: i32| line([left, 0, left], |_| 700);
+        let ranges = good(10).replacen("700", "nan", 1).replacen("700", "-3", 1);
+        let lost = good(20).replacen("20", "nan", 1);
+        let log = parse(&[good(0), ranges, lost.clone(), good(30)].concat()).unwrap();
+        let counts: Vec<i64> = log.scans.iter().map(|scan| scan.counts[0]).collect();
+        assert_eq!(counts, [0, 10, 30]);
+        let scan = log.scan(1).unwrap();
+        let none = scan.ranges.iter().filter(|range| range.is_nan()).count();
+        assert!(none == 2 && scan.ranges[0].is_nan() && scan.ranges[1].is_nan());
+        let whole = log.scan(2).unwrap();
+        assert!(whole.ranges.iter().all(|range| (range - 0.7).abs() < 1e-6));
+        let told = log.left_out.sentences();
+        assert!(
+            told[0].starts_with("2 ranges are no measurements"),
+            "{told:?}"
+        );
+        assert!(told[0].contains("line 2: d0 is `nan`"), "{told:?}");
+        assert!(told[1].starts_with("1 line cannot be used"), "{told:?}");
+        assert!(told[1].contains("line 3: left is `nan`"), "{told:?}");
+        let error = parse(&("# begins\n".to_owned() + &lost))
+            .unwrap_err()
+            .to_string();
+        assert!(error.starts_with("line 2: left is `nan`"), "{error}");
     }
 
     /// Two recorded logs. What is expected was counted apart from this reader: lines by `wc`, time

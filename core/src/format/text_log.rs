@@ -3,7 +3,7 @@
 //! Only an unfinished line is kept, so a large log is never held as text. Empty lines and comments
 //! (`#`) are counted and passed over.
 
-use super::FieldError;
+use super::{FieldError, LeftOut};
 
 /// A line longer than this is not a line of a log, bytes.
 const MAX_LINE: usize = 1 << 20;
@@ -53,6 +53,16 @@ pub enum TextLogError {
     },
 }
 
+/// A log that is made of lines.
+pub(super) trait TextLog {
+    /// Takes the next line, from 1.
+    fn take(&mut self, line: usize, text: &str) -> Result<(), FieldError>;
+
+    fn has_scans(&self) -> bool;
+
+    fn left_out(&self) -> &LeftOut;
+}
+
 /// Cuts lines from chunks.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
@@ -72,18 +82,18 @@ impl Lines {
         }
     }
 
-    /// Takes the next bytes, and gives each whole line with its number to `take`.
+    /// Takes the next bytes, and gives each whole line to the log.
     pub(super) fn push(
         &mut self,
         mut bytes: &[u8],
-        mut take: impl FnMut(usize, &str) -> Result<(), FieldError>,
+        log: &mut impl TextLog,
     ) -> Result<(), TextLogError> {
         while let Some(end) = bytes.iter().position(|&b| b == b'\n') {
             let (line, rest) = bytes.split_at(end);
             bytes = rest.get(1..).unwrap_or(&[]);
             let mut whole = std::mem::take(&mut self.unfinished);
             whole.extend_from_slice(line);
-            self.line(&whole, &mut take)?;
+            self.line(&whole, log)?;
         }
         self.unfinished.extend_from_slice(bytes);
         if self.unfinished.len() > MAX_LINE {
@@ -95,23 +105,21 @@ impl Lines {
         Ok(())
     }
 
-    /// The last line, which may have no end, and that there was a scan: `has_scans` after it.
-    pub(super) fn finish<T>(
-        mut self,
-        log: &mut T,
-        mut take: impl FnMut(&mut T, usize, &str) -> Result<(), FieldError>,
-        has_scans: impl Fn(&T) -> bool,
-    ) -> Result<(), TextLogError> {
+    /// The last line, which may have no end, and that there was a scan; where all lines were left
+    /// out, why the first was.
+    pub(super) fn finish(mut self, log: &mut impl TextLog) -> Result<(), TextLogError> {
         let last = std::mem::take(&mut self.unfinished);
-        let read = self.line(&last, &mut |line, text| take(log, line, text));
-        match read {
+        match self.line(&last, log) {
             Err(TextLogError::Field(reason)) => {
                 let line = self.number;
                 return Err(TextLogError::CutOff { line, reason });
             }
             other => other?,
         }
-        if !has_scans(log) {
+        if !log.has_scans() {
+            if let Some(first) = &log.left_out().lines.first {
+                return Err(first.clone().into());
+            }
             return Err(TextLogError::NoScan {
                 lines: self.number - usize::from(last.is_empty()),
                 expected: self.expected,
@@ -120,17 +128,13 @@ impl Lines {
         Ok(())
     }
 
-    fn line(
-        &mut self,
-        bytes: &[u8],
-        take: &mut impl FnMut(usize, &str) -> Result<(), FieldError>,
-    ) -> Result<(), TextLogError> {
+    fn line(&mut self, bytes: &[u8], log: &mut impl TextLog) -> Result<(), TextLogError> {
         self.number += 1;
         if is_empty_or_comment(bytes) {
             return Ok(());
         }
         let text = check_text(bytes, self.number, self.expected)?;
-        Ok(take(self.number, text)?)
+        Ok(log.take(self.number, text)?)
     }
 }
 

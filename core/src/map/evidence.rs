@@ -5,16 +5,19 @@
 //! behind the wall, and a grid that takes beams as they are clears the wall away bit by bit: in a
 //! corridor most of both walls, seen from afar.
 //!
-//! 1. A point on a surface lies on the line of its neighbours ([`on_surfaces`]): far walls, whose
+//! 1. A beam without a return is believed to be free for a few metres only
+//!    ([`EvidenceConfig::believed`]): glass, black walls and walls met at a flat angle return
+//!    nothing either.
+//! 2. A point on a surface lies on the line of its neighbours ([`on_surfaces`]): far walls, whose
 //!    ranges scatter by more than a cell, would else be thick.
-//! 2. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
+//! 3. A beam is not a line but as wide as its direction is uncertain, `sigmas` standard deviations
 //!    to either side. It is surely free up to the nearest surface in that width, not up to its own
 //!    end.
-//! 3. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
+//! 4. Cells have a size too: a wall's line crosses its cells anywhere, so that a beam within a cell
 //!    of the wall may cross the wall's own cells. The width grows by `margin_cells`.
-//! 4. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
+//! 5. Between two beams the surface is taken as straight: 1/ρ is linear in the bearing, to first
 //!    order, as on a line ρ cos(φ - α) = r.
-//! 5. The end is a point on a surface where moving it within its width (step 2, without that of
+//! 6. The end is a point on a surface where moving it within its width (step 3, without that of
 //!    cells) moves it across the surface by less than [`BLUR_CELLS`]. With the way d along the beam
 //!    and the way l across it that is d l / √(d² + l²).
 //!
@@ -46,6 +49,9 @@ config! {
         /// By how many cells a beam is wider than that. Default 1: no beam clears the cells of a
         /// wall that it does not cross.
         pub margin_cells: f64 = 1.0,
+        /// How far a beam without a return is believed to be free, m. Default 5. Growing: more is
+        /// known to be free, and more walls are cleared that return nothing.
+        pub no_return_clears: f64 = 5.0,
         /// Half the opening of the cones that the readings are of, rad. Default 0: beams. More than
         /// 0: nothing stands nearer in all of a cone than its reading, and the figures above do not
         /// matter.
@@ -71,6 +77,31 @@ impl EvidenceConfig {
             sigmas: 0.0,
             margin_cells: 0.0,
             ..Self::default()
+        }
+    }
+}
+
+impl EvidenceConfig {
+    /// The beams as far as they are believed: those without a return for a few metres.
+    #[must_use]
+    pub fn believed(&self, points: &Points) -> Points {
+        let beams = points.beams.iter();
+        Points {
+            beams: beams.map(|beam| self.believed_beam(beam)).collect(),
+            ..points.clone()
+        }
+    }
+
+    fn believed_beam(&self, beam: &Beam) -> Beam {
+        let part = (self.no_return_clears / beam.range).min(1.0);
+        if beam.is_hit || part >= 1.0 {
+            return *beam;
+        }
+        let way = (beam.end_in_robot - beam.origin_in_robot) * part;
+        Beam {
+            end_in_robot: beam.origin_in_robot + way,
+            range: beam.range * part,
+            ..*beam
         }
     }
 }
@@ -106,6 +137,7 @@ impl Evidence {
         resolution: f64,
         config: &EvidenceConfig,
     ) -> Self {
+        let points = &config.believed(points);
         if config.cone > 0.0 {
             return Self::of_cones(points, resolution, config.cone);
         }
@@ -138,7 +170,8 @@ impl Evidence {
     /// Source: Thrun, Burgard & Fox (2005), §9.2, the inverse model of a sonar.
     fn of_cones(points: &Points, resolution: f64, half_angle: f64) -> Self {
         let mut evidence = Self::default();
-        for beam in &points.beams {
+        // Where nothing is believed of silence, there is no cone.
+        for beam in points.beams.iter().filter(|beam| beam.range > 0.0) {
             let reach = (beam.range - resolution).max(0.0);
             let way = beam.end_in_robot - beam.origin_in_robot;
             // No cell of the arc lies between two rays.

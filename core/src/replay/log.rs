@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::format::LeftOut;
 use crate::format::carmen::CarmenLog;
 use crate::format::ranger_log::RangerLog;
 use crate::format::revolution_log::RevolutionLog;
@@ -133,6 +134,18 @@ impl Log {
         match self {
             Self::Recording(recording) => recording.damage(),
             Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) | Self::Revolutions(_) => &[],
+        }
+    }
+
+    /// What its reader left out of a text: ranges and lines that nothing can have measured.
+    #[must_use]
+    pub fn left_out(&self) -> Option<&LeftOut> {
+        match self {
+            Self::Carmen(log) => Some(&log.left_out),
+            Self::Rover(log) => Some(&log.left_out),
+            Self::Rangers(log) => Some(&log.left_out),
+            Self::Revolutions(log) => Some(&log.left_out),
+            Self::Recording(_) => None,
         }
     }
 

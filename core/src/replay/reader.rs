@@ -79,7 +79,7 @@ pub struct LogReader {
 enum File {
     /// Fewer bytes than show it.
     Undecided(Vec<u8>),
-    Plain(PlainReader),
+    Plain(Box<PlainReader>),
     Gzip(Box<GzipReader>),
 }
 
@@ -103,7 +103,7 @@ impl LogReader {
                 let begun = std::mem::take(begun);
                 self.file = match begun.starts_with(&GZIP) {
                     true => File::Gzip(Box::default()),
-                    false => File::Plain(PlainReader::default()),
+                    false => File::Plain(Box::default()),
                 };
                 self.push(&begun)
             }

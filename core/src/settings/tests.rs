@@ -126,13 +126,13 @@ fn a_configuration_allows_just_what_the_table_does() {
     let unchecked = [
         "evidence.sigmas",
         "evidence.margin",
+        "evidence.no_return",
         "features.back_checks",
         "lines.gap_points",
         "lines.min_points",
         "lines.seed",
         "lines.start_points",
         "lines.trim",
-        "match.no_return_clears",
     ];
     for setting in table() {
         let key = setting.key;

@@ -71,6 +71,11 @@ impl<'a> PreparedScan<'a> {
         self.certain(&self.points, &self.direction_sigmas())
     }
 
+    /// What the scan says by odometry alone if directions of beams are taken as exact.
+    pub(super) fn evidence_of_all(&self) -> Evidence {
+        Evidence::of(&self.config.evidence.believed(&self.points))
+    }
+
     /// What the scan surely says with its beams taken from these poses, in their order.
     pub(super) fn evidence_from(&self, poses: &[BeamPose]) -> Evidence {
         let placed = |beam: usize| {

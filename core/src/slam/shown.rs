@@ -145,9 +145,7 @@ impl Slam {
     /// other than scan matching.
     #[must_use]
     pub fn saved_map(&self, times: Vec<(Stamp, f64)>) -> Option<SavedMap> {
-        let mut state = vec![];
-        self.view().map?.save(&mut state);
-        Some(SavedMap { state, times })
+        self.view().map.map(|map| map.saved(times))
     }
 
     /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::map::CellState;
-use crate::robot::Stamp;
+use crate::robot::{Scan, Stamp};
 
 #[test]
 fn odometry_that_is_no_motion_leaves_every_method_as_it_was() {
@@ -69,12 +69,52 @@ fn only_the_map_of_scan_matching_is_changed_by_hand() {
     }
 }
 
+/// Glass and black walls return nothing either.
+#[test]
+fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
+    // Walls to the left, behind and to the right of a robot that looks out of a wide door.
+    let bearing = |i: i32| f64::from(i).to_radians() + 0.003;
+    let bearings: Vec<f64> = (0..360).map(bearing).collect();
+    let ranges = bearings.iter().map(|&bearing| {
+        let (sin, cos) = crate::geom::sin_cos(bearing);
+        match cos > 0.8 {
+            true => f32::INFINITY,
+            false => (2.0 / (-cos).max(sin.abs())) as f32,
+        }
+    });
+    let scan = Scan {
+        ranges: ranges.collect(),
+        sigmas: vec![0.01; 360],
+        qualities: vec![],
+        bearings,
+        stamp: Stamp(0),
+        robot_from_sensor: Pose2::identity(),
+        bearing_sigma: 0.0,
+        max_range: 12.0,
+        sweep: 0.0,
+    };
+    for method in Method::ALL {
+        let name = method.name();
+        for (clears, expected) in [(5.0, [true, false, false]), (8.0, [true, true, false])] {
+            let mut config = prior_map_tests::config();
+            config.evidence.no_return_clears = clears;
+            config.matcher.evidence.no_return_clears = clears;
+            let mut slam = Slam::new(method, config).unwrap();
+            slam.scan(&scan).unwrap();
+            let pose = slam.estimate().pose;
+            let is_free = |x: f64| {
+                let at = slam.grid().cell_at(pose * Point2::new(x, 0.0));
+                slam.grid().log_odds(at) < 0.0
+            };
+            assert_eq!([4.8, 7.8, 11.0].map(is_free), expected, "{name}");
+        }
+    }
+}
+
 #[test]
 fn points_of_the_scan_are_found_by_every_method_and_only_those_asked_for() {
     use crate::features::PointKind;
     use crate::geom::Segment;
-    use crate::robot::Scan;
-
     // A square room, 2 m from the middle to each wall.
     let corner = |i: i32| {
         let side = crate::geom::unit_vector(std::f64::consts::FRAC_PI_2 * (f64::from(i) + 0.5));

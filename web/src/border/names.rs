@@ -146,7 +146,7 @@ names! {
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Smap = "smap", Plan = "plan", Rooms = "rooms",
-        Tum = "tum", Carmen = "carmen", Revolutions = "revolutions", Slamlab = "slamlab",
+        Tum = "tum", Carmen = "carmen", Revolutions = "revolutions", Slamlab = "slamlab", G2o = "g2o",
     }
 }
 

@@ -1,22 +1,24 @@
 // What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is
-// worth, a trial of the controller, planners, maps, files to save.
+// worth, a trial of the controller, planners, maps, pose graphs, files to save.
 
-import { calibrate, read_building, read_prior_map, read_preset, write_preset } from "../../pkg/slamlab_web.js";
+import { calibrate, read_building, read_prior_map, read_preset, solve_graph, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";
 import type { Command, GivenBytes, Handlers } from "../protocol.js";
 import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
+import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "solve-graph" | "contest" | "contest-watch" | "contest-stop">;
 
-export function questions(player: Player): Questions {
+export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
   /** The fit that was asked for last. */
   let fitted: DriveFit | null = null;
   player.onBegin = () => contest.close();
 
   const filesOf = (what: Parameters<Questions["save"]>[0]["what"]): SavedFile[] => {
+    if (what === "saved-map") return savedMap.files();
     const { run } = player;
     if (!run) return [];
     return what === "fit" ? presetFile(run.title, fitted) : run.module.export(what, fileName(run.title));
@@ -46,6 +48,10 @@ export function questions(player: Player): Questions {
     "read-prior-map": ({ name, files }) => given(name, () => {
       const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.module.as_prior_map(name);
       if (map) post({ kind: "prior-map", ...map });
+    }),
+    "solve-graph": ({ name, bytes }) => given(name, () => {
+      const graph = solve_graph(new Uint8Array(bytes));
+      post({ kind: "solved-graph", name, graph }, [graph.before, graph.after, graph.file].map(({ buffer }) => buffer as ArrayBuffer));
     }),
     contest: ({ ask, watched }) => {
       const { run } = player;

@@ -1,6 +1,7 @@
 // What the map is worth: whether it agrees with itself, and where not and why.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import type { MapVerdictName, Quality, Tear, UnjudgeableName } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { fixed, percent } from "./format.js";
@@ -29,6 +30,11 @@ export class SlamQuality extends SlamElement {
     p.torn { color: var(--danger); font-weight: 600; }
     ol { margin: 0 0 10px; padding: 0 0 0 20px; font-size: 12.5px; }
     li { margin-bottom: 5px; }
+    svg.loops { display: block; width: 100%; height: auto; margin-bottom: 4px; stroke-width: 1; }
+    .loops circle { fill: var(--map-accepted); stroke: none; }
+    .loops .line { stroke: var(--line); }
+    .loops .most { stroke: var(--muted); stroke-dasharray: 4 3; }
+    .loops text { font-size: 8px; fill: var(--muted); stroke: none; text-anchor: end; }
   `;
 
   protected override readonly topics = ["quality", "run"] as const;
@@ -46,13 +52,33 @@ export class SlamQuality extends SlamElement {
     `;
   }
 
-  #judged({ verdict, unjudgeable, agreement, tears }: Quality): TemplateResult {
+  #judged(quality: Quality): TemplateResult {
+    const { verdict, unjudgeable, agreement, tears } = quality;
     if (unjudgeable && tears.length === 0) return html`<p class=${verdict} data-testid="quality">${NOTHING_SAID[unjudgeable]}</p>`;
     return html`
       <p class=${verdict} data-testid="quality">${VERDICTS[verdict]}
         ${agreement === null ? "No place was seen twice yet." : `${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>
       ${tears.length > 0 ? html`<ol data-testid="tears">${tears.slice(0, MOST_TOLD).map((tear) => this.#item(tear))}</ol>` : nothing}
       ${tears.length > MOST_TOLD ? html`<p>${tears.length - MOST_TOLD} more are marked in the map.</p>` : nothing}
+      ${this.#loops(quality)}
+    `;
+  }
+
+  /** How far off ways were when loops were closed over them, over time. */
+  #loops({ loops, loopRatio, isOverconfident }: Quality): TemplateResult | typeof nothing {
+    if (loops.length === 0) return nothing;
+    const [first, last] = [loops[0]?.at ?? 0, loops.at(-1)?.at ?? 0];
+    const x = (at: number): number => 6 + (288 * (at - first)) / Math.max(last - first, 1);
+    // By decades: a tenth below, ten times above.
+    const y = (ratio: number): number => 30 - 26 * Math.log10(Math.min(Math.max(ratio, 0.1), 10));
+    return html`
+      <p class=${isOverconfident ? "torn" : ""} data-testid="loops">Loops were closed from ${loops.length === 1 ? "one stretch" : `${loops.length} stretches`} of the way.
+        ${loopRatio === null ? nothing : html`The ways round were off by ${fixed(loopRatio, loopRatio < 1 ? 2 : 1)} times what was known of them, on the median: they are known ${isOverconfident ? "worse than is said." : "about as well as is said, or better."}`}</p>
+      <svg data-testid="loop-plot" class="loops" viewBox="0 -8 300 72" role="img" aria-label="How far off the way of each loop was, in units of what was known of it, over time">
+        ${[0.1, 1, 3, 10].map((ratio) => svg`<path d="M0 ${y(ratio)}h300" class=${ratio === 3 ? "most" : "line"}/><text x="300" y=${y(ratio) - 2}>${ratio === 0.1 ? "≤ 0.1" : ratio === 10 ? "≥ 10" : ratio}</text>`)}
+        ${loops.map(({ at, ratio, doubt, found }) => svg`<circle cx=${x(at)} cy=${y(ratio)} r="2.4"><title>At ${fixed(at, 0)} s: off by ${fixed(found[0], 2)} m and ${fixed(degrees(found[1]), 1)}°, known to ${fixed(doubt[0], 2)} m and ${fixed(degrees(doubt[1]), 1)}°</title></circle>`)}
+      </svg>
+      <p>Over time, how far the way round was off when each loop was closed, in units of what was known of it. 1 is as was said; above the dashed line it was known badly.</p>
     `;
   }
 

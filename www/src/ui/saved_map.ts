@@ -10,7 +10,7 @@ import { readPalette } from "../view/palette.js";
 import { Tiles } from "../view/tiles.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
-import { valueOf } from "./input.js";
+import { filesOf, valueOf } from "./input.js";
 
 const FROM: Readonly<Record<MapStart["from"], string>> = {
   left: "where it was left",
@@ -45,7 +45,11 @@ export class SlamSavedMap extends SlamElement {
     canvas { display: block; width: 100%; height: 190px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 10px; background: var(--map-unknown); touch-action: none; cursor: crosshair; }
     .three { display: grid; grid-template-columns: 1fr 1fr 1fr; gap: 8px; }
     input[type="number"] { color: var(--ink); width: 100%; min-width: 0; }
-    button { width: 100%; }
+    button { width: 100%; margin-bottom: 8px; }
+    .changes { display: grid; grid-template-columns: repeat(auto-fit, minmax(90px, 1fr)); gap: 8px; margin-bottom: 8px; }
+    .changes button, .changes .button { margin: 0; padding: 0 6px; }
+    .changes label { display: contents; color: inherit; }
+    .changes .button { color: var(--ink); font-size: 14px; }
   `;
 
   protected override readonly topics = ["run", "frame", "theme", "tab"] as const;
@@ -66,15 +70,21 @@ export class SlamSavedMap extends SlamElement {
   }
 
   override render(): TemplateResult | typeof nothing {
-    const { savedMap, status } = this.store;
-    if (!savedMap) return nothing;
-    const { name, start, picture } = savedMap;
+    const { savedMap, status, method } = this.store;
+    if (!savedMap && method !== "scan-matching") return nothing;
+    if (!savedMap) {
+      return html`
+        <h2 id="saved-map">Saved map</h2>
+        <p>A saved map of the same building (.slamlab) can be merged into the one that is drawn, and what newer parts of this one cover can be taken out.</p>
+        ${this.#changes()}`;
+    }
+    const { name, start, picture, isBegun } = savedMap;
     const from = this.#asks ? "at" : start.from;
     const pose = start.from === "at" ? start.pose : picture.left;
     return html`
       <h2 id="saved-map">Saved map</h2>
-      <p data-testid="going-on">Runs by scan matching go on in <b>${name}</b>.</p>
-      ${status && this.store.method === "scan-matching" ? html`<p class=${status.placed ? "" : "bad"} data-testid="placed">${!status.placed ? "Where the robot is in it is not proved yet." : start.from === "at" ? "The robot was told where it is in it." : "It is known where the robot is in it."}</p>` : nothing}
+      <p data-testid="going-on">Runs by scan matching go on in <b>${name}</b>${isBegun ? "" : " from the next one on"}.</p>
+      ${status && isBegun ? html`<p class=${status.placed ? "" : "bad"} data-testid="placed">${!status.placed ? "Where the robot is in it is not proved yet." : start.from === "at" ? "The robot was told where it is in it." : "It is known where the robot is in it."}</p>` : nothing}
       <canvas data-testid="saved-map" role="img" aria-label="The saved map, with the robot where it begins" @pointerdown=${this.#down} @pointermove=${this.#move} @pointerup=${this.#up} @pointercancel=${this.#cancel}></canvas>
       <label>The robot begins
         <select data-testid="begin-at" @change=${(e: Event) => this.#choose(valueOf(e) as MapStart["from"])}>
@@ -85,7 +95,21 @@ export class SlamSavedMap extends SlamElement {
           .value=${shown(pose, i, unit)} @change=${(e: Event) => this.#type(pose, i, unit, e.target as HTMLInputElement)}></label>`)}
       </div>` : nothing}
       <p>${MEANS[from]}</p>
+      ${isBegun ? nothing : html`<button data-testid="begin-in-it" @click=${() => this.client.again("scan-matching")}>${icons.play} Begin in it</button>`}
+      ${this.#changes()}
       <button data-testid="empty-map" @click=${() => this.client.send({ kind: "go-on", name: "", bytes: null })}>${icons.again} Begin with an empty map</button>`;
+  }
+
+  /** What can be done to the map itself. */
+  #changes(): TemplateResult {
+    return html`<div class="changes">
+      <label>
+        <input type="file" accept=".slamlab" data-testid="merge-map" aria-label="Merge a saved map (.slamlab) into this one" @change=${(e: Event) => void this.client.mergeMap(filesOf(e))}>
+        <span class="button" title="Join a saved map (.slamlab) to this one, if it is proved where it lies in it">${icons.open} Merge…</span>
+      </label>
+      <button data-testid="prune-map" title="Take out of this map what newer parts of it cover" @click=${() => this.client.send({ kind: "prune-map" })}>${icons.minus} Prune</button>
+      ${this.store.savedMap ? html`<button data-testid="save-saved-map" title="Save the map as a file (.slamlab)" @click=${() => this.client.send({ kind: "save", what: "saved-map" })}>${icons.save} Save</button>` : nothing}
+    </div>`;
   }
 
   override updated(): void {

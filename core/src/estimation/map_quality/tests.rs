@@ -2,6 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
+use super::super::submap::Doubt;
 use super::*;
 use crate::estimation::free_space::FreeSpace;
 use crate::geom::Length;
@@ -74,13 +75,51 @@ fn judged_on_its_way(
     let (surfels, matching) = (SurfelConfig::default(), MatchConfig::default());
     let places = placed.iter().map(|p| (p.map_from_submap, p.seen));
     let (untied, parted) = (untied.to_vec(), parted.to_vec());
-    let mut judgement = MapJudgement::new(places.collect(), untied, parted, None);
+    let mut judgement = MapJudgement::new(places.collect(), untied, parted, vec![], None);
     assert_eq!(judgement.progress(), 0.0);
     while judgement.step(&placed, &surfels, &matching) {
         assert!(judgement.progress() < 1.0);
     }
     assert_eq!(judgement.progress(), 1.0);
     judgement.quality(&placed)
+}
+
+/// A good map whose loops were closed over ways that were off by so many times what was known.
+fn with_loops(ratios: &[f64]) -> MapQuality {
+    let error = |ratio| LoopError {
+        doubt: Doubt {
+            shift: 0.1,
+            turn: 0.01,
+        },
+        shift: 0.1 * ratio,
+        turn: 0.0,
+        ratio,
+    };
+    let closed = |&ratio: &f64| ClosedLoop {
+        earlier: [Stamp(0); 2],
+        later: [Stamp(1); 2],
+        error: error(ratio),
+    };
+    let loops = ratios.iter().map(closed).collect();
+    let judgement = MapJudgement::new(vec![], vec![], vec![], loops, None);
+    judgement.quality(&[])
+}
+
+#[test]
+fn only_what_is_so_on_the_median_of_several_loops_is_called_systematic() {
+    let check = |ratios: &[f64], median: Option<f64>, is_overconfident: bool| {
+        let quality = with_loops(ratios);
+        assert_eq!(quality.loop_ratio(), median, "{ratios:?}");
+        assert_eq!(quality.is_overconfident(), is_overconfident, "{ratios:?}");
+        assert_eq!(quality.verdict, MapVerdict::Good);
+        assert_eq!(quality.loops.len(), ratios.len());
+    };
+    check(&[], None, false);
+    check(&[9.0; 4], None, false);
+    check(&[9.0; 5], Some(9.0), true);
+    check(&[50.0, 0.5, 40.0, 0.7, 0.2], Some(0.7), false);
+    check(&[3.1, 0.5, 4.0, 3.2, 0.2], Some(3.1), true);
+    check(&[3.0, 0.5, 4.0, 3.2, 0.2], Some(3.0), false);
 }
 
 /// The room seen four times: two submaps where they belong, two that are put `off` from there.

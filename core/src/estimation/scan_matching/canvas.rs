@@ -19,7 +19,7 @@ use super::ScanMatcher;
 use super::edits::{erase, lay_walls};
 use crate::geom::{Length, Pose2};
 use crate::map::{Evidence, Grid, SEEN_OFTEN, SurfelMap};
-use crate::points::{Beam, Points};
+use crate::points::Points;
 use crate::snapshot::snapshot;
 
 /// A point is moved onto a surface of its submap that is no farther away than this, m.
@@ -102,16 +102,8 @@ impl ScanMatcher {
     pub(super) fn keyframe_of(&self, points: &Points, sigmas: &[f64]) -> Keyframe {
         let heading = self.local.cov[(2, 2)].max(0.0);
         let sigmas: Vec<f64> = sigmas.iter().map(|s| (s * s + heading).sqrt()).collect();
-        let shortened = Points {
-            beams: points
-                .beams
-                .iter()
-                .map(|beam| self.believed(beam))
-                .collect(),
-            ..points.clone()
-        };
         let config = &self.config.evidence;
-        let evidence = Evidence::certain(&shortened, &sigmas, self.grid.resolution(), config);
+        let evidence = Evidence::certain(points, &sigmas, self.grid.resolution(), config);
         let single = |p: &Point2<f64>| [p.x as f32, p.y as f32];
         Keyframe {
             submap: self.submaps.len() - 1,
@@ -120,20 +112,6 @@ impl ScanMatcher {
                 .map(|way| way.each_ref().map(single))
                 .collect(),
             hits: evidence.hits.iter().map(single).collect(),
-        }
-    }
-
-    /// A beam as far as it is believed: one without a return for a few metres.
-    fn believed(&self, beam: &Beam) -> Beam {
-        let part = (self.config.no_return_clears / beam.range).min(1.0);
-        if beam.is_hit || part >= 1.0 {
-            return *beam;
-        }
-        let way = (beam.end_in_robot - beam.origin_in_robot) * part;
-        Beam {
-            end_in_robot: beam.origin_in_robot + way,
-            range: beam.range * part,
-            ..*beam
         }
     }
 }

@@ -68,9 +68,6 @@ config! {
         pub redraw_turn: f64 = 0.1,
         /// At the end of a run, what has moved by this part of both is redrawn. Default 0.2.
         pub last_redraw: f64 = 0.2,
-        /// How far a beam without a return is believed to be free, m. Default 5: glass and black
-        /// walls return nothing either.
-        pub no_return_clears: f64 = 5.0,
         /// Odometry is never believed better than this, m between scans. Default 0.02.
         pub odometry_sigma: f64 = 0.02,
         /// Odometry is never believed better than this, rad between scans. Default 0.02.

@@ -7,6 +7,7 @@
 
 use nalgebra::Matrix3;
 
+use super::super::loop_error::LoopError;
 use super::super::pose_graph::{Edge, EdgeId, information_at_end};
 use super::super::submap::Indexed;
 use super::closures::Candidate;
@@ -153,6 +154,7 @@ impl ScanMatcher {
 
     pub(super) fn optimize(&mut self) {
         self.graph_changed = false;
+        self.note_loop_errors();
         self.graph.optimize(self.config.closure.max_iterations);
         self.revoke();
         self.moves += 1;
@@ -162,6 +164,27 @@ impl ScanMatcher {
         let origin = self.unplaced.as_ref().map_or(0, |piece| piece.first);
         if let Some(cov) = self.cov_of_running(origin) {
             self.submap_cov = cov;
+        }
+    }
+
+    /// Notes how far off the ways were that the newest closures close, before the graph follows
+    /// them.
+    fn note_loop_errors(&mut self) {
+        if self.newest.is_empty() {
+            return;
+        }
+        let mut before = self.graph.clone();
+        for (edge, _) in &self.newest {
+            before.remove_edge(*edge);
+        }
+        let Some(known) = before.marginals() else {
+            return;
+        };
+        for (edge, placed) in &self.newest {
+            let closure = self.graph.edge(*edge);
+            if let Some(error) = closure.and_then(|edge| LoopError::of(edge, &before, &known)) {
+                self.records.note_loop_error(placed.record, error);
+            }
         }
     }
 

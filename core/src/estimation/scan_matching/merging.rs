@@ -11,7 +11,7 @@
 use std::f64::consts::PI;
 
 use super::going_on::{BETWEEN_RUNS, Piece};
-use super::{Redraw, ScanMatcher};
+use super::{Redraw, SavedMap, ScanMatcher};
 use crate::geom::pose_cov;
 use crate::robot::Stamp;
 
@@ -48,6 +48,20 @@ pub struct MergedMaps {
     pub matcher: ScanMatcher,
     /// What was added to the stamps of the second, µs, so that they follow those of the first.
     pub stamp_shift: u64,
+}
+
+impl MergedMaps {
+    /// To be saved, with the `times` of the first and of the second map ([`SavedMap::times`]).
+    #[must_use]
+    pub fn saved(&self, times: [&[(Stamp, f64)]; 2]) -> SavedMap {
+        let [first, second] = times;
+        let later = |(stamp, seconds): &(Stamp, f64)| {
+            let stamp = Stamp(stamp.0.saturating_add(self.stamp_shift));
+            (stamp, *seconds)
+        };
+        let times = first.iter().copied().chain(second.iter().map(later));
+        self.matcher.saved(times.collect())
+    }
 }
 
 impl ScanMatcher {

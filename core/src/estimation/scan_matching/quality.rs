@@ -4,9 +4,11 @@
 //! second for an hour's drive, so it is made when somebody asks, and submap by submap where others
 //! wait meanwhile ([`MapJudgement`]).
 
+use std::collections::BTreeMap;
+
 use super::ScanMatcher;
 use crate::estimation::map_quality::{
-    MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied,
+    ClosedLoop, MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied,
 };
 use crate::geom::Length;
 use crate::robot::Stamp;
@@ -33,7 +35,32 @@ impl ScanMatcher {
         let poses = self.submaps.iter().map(|submap| submap.map_from_submap);
         let places = poses.zip(self.seen(closed)).collect();
         let (untied, parted) = (self.untied(closed), self.parted(closed));
-        MapJudgement::new(places, untied, parted, self.unjudgeable())
+        let loops = self.closed_loops(closed);
+        MapJudgement::new(places, untied, parted, loops, self.unjudgeable())
+    }
+
+    /// The loops that were closed, in the order of time, and how far off their ways were: for each
+    /// submap the longest, for those that are closed together are off alike.
+    fn closed_loops(&self, count: usize) -> Vec<ClosedLoop> {
+        let seen = self.seen(count);
+        let mut loops: BTreeMap<usize, ClosedLoop> = BTreeMap::new();
+        for (_, _, record) in self.records.accepted() {
+            let ends = seen.get(record.old).zip(seen.get(record.new));
+            let (Some((earlier, later)), Some(error)) = (ends, record.loop_error) else {
+                continue;
+            };
+            let known = loops.get(&record.new).map(|known| known.error.doubt.shift);
+            if known.is_none_or(|known| error.doubt.shift > known) {
+                let (earlier, later) = (*earlier, *later);
+                let closed = ClosedLoop {
+                    earlier,
+                    later,
+                    error,
+                };
+                loops.insert(record.new, closed);
+            }
+        }
+        loops.into_values().collect()
     }
 
     /// Why nothing can be said of the map, the running submap included: no scan was matched to

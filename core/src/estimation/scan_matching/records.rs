@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Matrix3;
 
+use super::super::loop_error::LoopError;
 use super::super::pose_graph::{Edge, EdgeId};
 use super::super::submap::{Closure, Doubt};
 use super::closures::{Candidate, Proof};
@@ -37,6 +38,8 @@ pub struct ClosureRecord {
     /// What it had for itself when it was judged last; `None` before, and where it needed no
     /// search: then nothing is asked for.
     pub proof: Option<Proof>,
+    /// How far off the way was that it closes, when it was accepted; `None` before.
+    pub loop_error: Option<LoopError>,
     /// What became of it.
     pub fate: ClosureFate,
 }
@@ -134,6 +137,7 @@ impl Records {
             part: found.part,
             worth: found.proof(),
             proof: None,
+            loop_error: None,
             fate: ClosureFate::Waiting {
                 why: Delay::NotJudged,
             },
@@ -155,6 +159,10 @@ impl Records {
     pub(super) fn decide(&mut self, id: RecordId, fate: ClosureFate) {
         self.change(id, |record| record.fate = fate);
         self.forget_oldest();
+    }
+
+    pub(super) fn note_loop_error(&mut self, id: RecordId, error: LoopError) {
+        self.change(id, |record| record.loop_error = Some(error));
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &ClosureRecord> {
@@ -297,6 +305,7 @@ snapshot!(ClosureRecord {
     part,
     worth,
     proof,
+    loop_error,
     fate,
 });
 snapshot_names!(Delay {

@@ -125,6 +125,14 @@ impl SavedMap {
 }
 
 impl ScanMatcher {
+    /// The map to be saved, with the times of its scans ([`SavedMap::times`]).
+    #[must_use]
+    pub fn saved(&self, times: Vec<(Stamp, f64)>) -> SavedMap {
+        let mut state = vec![];
+        self.save(&mut state);
+        SavedMap { state, times }
+    }
+
     /// Appends the whole state.
     pub fn save(&self, out: &mut Vec<u8>) {
         write_fields(self, out);

@@ -9,6 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use self::course::{LAP, drive, drive_along, points_of, ring, scan_at, update};
+use super::super::loop_error::LoopError;
 use super::super::pose_graph::differs;
 use super::*;
 use crate::geom::{Length, Segment, unit_vector, wrap};
@@ -252,6 +253,28 @@ fn joins_of_submaps_err_about_as_much_as_is_said_of_them() {
     let nees = squares / joins;
     // A lidar this good leaves little but the floor: 0.005 rad, where it errs by 0.001.
     assert!(nees.min() > 0.01 && nees.max() < 1.5, "{nees}");
+}
+
+/// The ways round the ring are known about as well as is said, or better: joins are said to be
+/// known to their floor at best.
+#[test]
+fn loops_show_how_honest_the_doubts_of_the_way_are() {
+    for seed in 0..2 {
+        let (_, _, matcher) = run(ScanMatcherConfig::default(), seed);
+        let quality = matcher.quality();
+        let accepted = matcher.closure_records().filter_map(|r| r.loop_error);
+        assert!(accepted.count() >= quality.loops.len() && quality.loops.len() > 4);
+        for closed in &quality.loops {
+            assert!(closed.earlier < closed.later, "{closed:?}");
+            let LoopError { doubt, shift, .. } = closed.error;
+            assert!((0.005..0.5).contains(&doubt.shift), "{closed:?}");
+            assert!(shift < 0.3, "{closed:?}");
+        }
+        assert!(quality.loops.is_sorted_by_key(|closed| closed.later));
+        let ratio = quality.loop_ratio().unwrap();
+        assert!((0.02..1.5).contains(&ratio), "{ratio}");
+        assert!(!quality.is_overconfident());
+    }
 }
 
 /// On the second lap something long moves along beside the robot, for a metre and a half.

@@ -4,8 +4,9 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use super::CarmenError;
-use crate::format::FieldError;
 use crate::format::field_error::read;
+use crate::format::left_out::is_no_range;
+use crate::format::{FieldError, LeftOut, Tally};
 use crate::geom::Pose2;
 
 pub(super) fn check_text(bytes: &[u8], line: usize) -> Result<&str, CarmenError> {
@@ -33,6 +34,10 @@ pub(super) struct Fields<'a> {
     message: &'static str,
     field: usize,
     words: std::str::SplitAsciiWhitespace<'a>,
+    /// Ranges so far that are none.
+    no_ranges: Tally,
+    /// Numbers so far without which the line is of no use.
+    unusable: Tally,
 }
 
 impl<'a> Fields<'a> {
@@ -46,19 +51,40 @@ impl<'a> Fields<'a> {
             message,
             field: 1,
             words,
+            no_ranges: Tally::default(),
+            unusable: Tally::default(),
         }
     }
 
-    /// The next field, if it fits.
-    fn next<T: FromStr>(
-        &mut self,
-        expected: &str,
-        fits: impl Fn(&T) -> bool,
-    ) -> Result<T, FieldError> {
+    /// Whether the line can be used, now that all of it was read; what cannot be is told to the
+    /// log.
+    pub(super) fn finish(self, left_out: &mut LeftOut) -> bool {
+        if self.unusable.count > 0 {
+            left_out.lines.append(Tally {
+                count: 1,
+                ..self.unusable
+            });
+            return false;
+        }
+        left_out.ranges.append(self.no_ranges);
+        true
+    }
+
+    fn word(&mut self) -> Result<&'a str, FieldError> {
         let Some(word) = self.words.next() else {
             return Err(self.wrong_count("more".to_owned()));
         };
         self.field += 1;
+        Ok(word)
+    }
+
+    /// What a word says, that of the field read last, if it fits.
+    fn read<T: FromStr>(
+        &self,
+        word: &str,
+        expected: &str,
+        fits: impl Fn(&T) -> bool,
+    ) -> Result<T, FieldError> {
         let name = format_args!("field {} of {}", self.field, self.message);
         read(self.line, name, word, expected, fits)
     }
@@ -80,8 +106,10 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
+    /// A number that may be none: nobody needs it to be one.
     pub(super) fn number(&mut self) -> Result<f64, FieldError> {
-        self.next("a finite number", |n: &f64| n.is_finite())
+        let word = self.word()?;
+        self.read(word, "a number", |_| true)
     }
 
     /// So many numbers that nobody needs.
@@ -89,9 +117,16 @@ impl<'a> Fields<'a> {
         (0..count).try_for_each(|_| self.number().map(drop))
     }
 
-    /// A number of a size that sums and squares of it stay finite.
+    /// A number of a size that sums and squares of it stay finite; the line is of no use without.
     fn bounded(&mut self, most: f64, expected: &str) -> Result<f64, FieldError> {
-        self.next(expected, |n: &f64| n.abs() <= most)
+        let word = self.word()?;
+        let number: f64 = self.read(word, expected, |_| true)?;
+        // NaN is not within.
+        self.read(word, expected, |n: &f64| n.abs() <= most)
+            .or_else(|error| {
+                self.unusable.add(|| error);
+                Ok(number)
+            })
     }
 
     pub(super) fn seconds(&mut self) -> Result<f64, FieldError> {
@@ -106,14 +141,24 @@ impl<'a> Fields<'a> {
         self.bounded(1e9, "a coordinate in metres, within ±1e9")
     }
 
+    /// A range, m; 0, which stands for none, where the word says a number that is no range.
     pub(super) fn range(&mut self) -> Result<f32, FieldError> {
+        let word = self.word()?;
         let expected = "a range in metres, finite and at least 0";
-        self.next(expected, |r: &f32| r.is_finite() && *r >= 0.0)
+        let fits = |r: &f32| r.is_finite() && *r >= 0.0;
+        self.read(word, expected, fits).or_else(|error| {
+            if is_no_range(word) {
+                self.no_ranges.add(|| error);
+                return Ok(0.0);
+            }
+            Err(error)
+        })
     }
 
     /// How many fields of a kind follow, from `least` to 100 000.
     pub(super) fn count(&mut self, least: usize, expected: &str) -> Result<usize, FieldError> {
-        self.next(expected, |n| (least..=100_000).contains(n))
+        let word = self.word()?;
+        self.read(word, expected, |n| (least..=100_000).contains(n))
     }
 
     pub(super) fn pose(&mut self) -> Result<Pose2, FieldError> {

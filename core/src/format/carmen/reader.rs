@@ -3,6 +3,7 @@
 use super::fields::{Fields, check_text};
 use super::order::in_order;
 use super::{BeamFan, CarmenError, CarmenLog, CarmenScan, Laser, SWEEP};
+use crate::format::LeftOut;
 use crate::format::field_error::read;
 
 /// A line longer than this is not a line of a log.
@@ -23,6 +24,7 @@ pub struct CarmenReader {
     lasers: [Vec<CarmenScan>; 3],
     readings: Vec<f32>,
     params: Vec<(String, String)>,
+    left_out: LeftOut,
     /// Of the scans that come next, see [`CarmenScan::sweep`].
     sweep: f64,
     anything: bool,
@@ -55,7 +57,8 @@ impl CarmenReader {
 
     /// Sorts what was read.
     ///
-    /// # Errors   [`CarmenError`]: a last line cut off, no laser message, nothing at all.
+    /// # Errors   [`CarmenError`]: a last line cut off, no laser message, none that can be
+    /// used, nothing at all.
     pub fn finish(mut self) -> Result<CarmenLog, CarmenError> {
         let last = std::mem::take(&mut self.unfinished);
         if !last.is_empty() {
@@ -77,6 +80,9 @@ impl CarmenReader {
         let most = lasers.max_by_key(|(_, scans)| scans.len());
         let (laser, scans) = most.unwrap_or((Laser::Front, vec![]));
         if scans.is_empty() {
+            if let Some(first) = self.left_out.lines.first {
+                return Err(first.into());
+            }
             return Err(CarmenError::NoLaser { lines: self.line });
         }
         Ok(CarmenLog {
@@ -84,6 +90,7 @@ impl CarmenReader {
             no_return_from: no_return_from(&self.readings),
             scans: in_order(scans, &self.readings),
             params: self.params,
+            left_out: self.left_out,
             readings: self.readings,
         })
     }
@@ -114,7 +121,7 @@ impl CarmenReader {
             "FLASER" => self.read_plain_laser(fields("FLASER"), 0),
             "RLASER" => self.read_plain_laser(fields("RLASER"), 1),
             "ROBOTLASER1" => self.read_robot_laser(fields("ROBOTLASER1")),
-            "ODOM" => Ok(fields("ODOM").skip(7)?),
+            "ODOM" => self.read_odometry(fields("ODOM")),
             "PARAM" => {
                 match (words.next(), words.next()) {
                     (Some(SWEEP), value) => self.sweep = sweep(self.line, value)?,
@@ -129,6 +136,15 @@ impl CarmenReader {
         }
     }
 
+    /// `ODOM x y θ tv rv acceleration ipc_timestamp host logger_timestamp`: nobody needs it.
+    fn read_odometry(&mut self, mut fields: Fields) -> Result<(), CarmenError> {
+        fields.pose()?;
+        fields.skip(3)?;
+        fields.seconds()?;
+        fields.finish(&mut self.left_out);
+        Ok(())
+    }
+
     fn read_plain_laser(&mut self, mut fields: Fields, slot: usize) -> Result<(), CarmenError> {
         let beams = fields.count(1, "a number of readings from 1 to 100000")?;
         fields.expect_total(beams + 11, format_args!("of {beams} readings"))?;
@@ -136,6 +152,10 @@ impl CarmenReader {
         let map_from_laser = fields.pose()?;
         let odom_from_robot = fields.pose()?;
         let seconds = fields.seconds()?;
+        if !fields.finish(&mut self.left_out) {
+            self.readings.truncate(start);
+            return Ok(());
+        }
         self.lasers[slot].push(CarmenScan {
             ipc_seconds: seconds,
             seconds,
@@ -170,6 +190,10 @@ impl CarmenReader {
         let odom_from_robot = fields.pose()?;
         fields.skip(5)?;
         let seconds = fields.seconds()?;
+        if !fields.finish(&mut self.left_out) {
+            self.readings.truncate(start);
+            return Ok(());
+        }
         self.lasers[2].push(CarmenScan {
             ipc_seconds: seconds,
             seconds,

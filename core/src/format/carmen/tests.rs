@@ -146,10 +146,10 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
         "line 1: byte 1 is 0xff, which is not text; expected a CARMEN log, one message per line"
     );
     assert!(message(b"hello\nworld\n").starts_with("no laser message in 2 lines"));
-    let nan = message((good.clone() + &good.replace("2.00", "nan")).as_bytes());
+    let word = message((good.clone() + &good.replace("2.00", "far")).as_bytes());
     assert_eq!(
-        nan,
-        "line 2: field 4 of FLASER is `nan`, expected a range in metres, finite and at least 0"
+        word,
+        "line 2: field 4 of FLASER is `far`, expected a range in metres, finite and at least 0"
     );
     let short = message((good.replace("FLASER 2", "FLASER 3") + &good).as_bytes());
     assert_eq!(
@@ -168,8 +168,7 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
         "{name}"
     );
     assert!(CarmenLog::parse(format!("{good}TRUEPOS 1 2").as_bytes()).is_ok());
-    assert!(message(good.replace("2.00", "-2.00").as_bytes()).contains("at least 0"));
-    // Numbers so large that their sums and squares are none.
+    // Numbers so large that their sums and squares are none, and no line without such.
     let far = flaser(&[1.0], (1e300, 0.0, 0.0), 1.0);
     assert!(message(far.as_bytes()).contains("field 4 of FLASER is `1000"));
     assert!(message(far.as_bytes()).contains("a coordinate in metres, within ±1e9"));
@@ -179,6 +178,113 @@ fn bad_files_are_told_what_where_and_what_was_expected() {
     assert!(message(late.as_bytes()).contains("a time in seconds"));
     let endless = vec![b'a'; MAX_LINE + 2];
     assert!(message(&endless).contains("longer than"));
+}
+
+#[test]
+fn what_is_left_out_is_told_with_the_first_line() {
+    let good = flaser(&[1.0, 2.0], (0.0, 0.0, 0.0), 1.0);
+    let robot =
+        "ROBOTLASER1 0 -1.5 3 1.5 nan 0.01 0 2 1 -1 1 nan 0.1 0 0 0 0 0 nan 0 1 1 0 7 h 0\n";
+    let text = [
+        good.as_str(),
+        "ODOM 0 nan 0 0 0 0 1 nohost 1\n",
+        "ODOM 0 0 0 nan inf 0 1 nohost 1\n",
+        &good.replace("1.00 2.00", "nan -inf"),
+        &good.replace("1.000000", "inf"),
+        robot,
+    ];
+    let log = CarmenLog::parse(text.concat().as_bytes()).unwrap();
+    assert_eq!(log.scans.len(), 2);
+    assert_eq!(
+        log.left_out.sentences(),
+        [
+            "3 ranges are no measurements and were left out. The first: line 4: field 3 of FLASER \
+             is `nan`, expected a range in metres, finite and at least 0",
+            "2 lines cannot be used and were left out. The first: line 2: field 3 of ODOM is \
+             `nan`, expected a coordinate in metres, within ±1e9",
+        ]
+    );
+    let scan = log.scan(&log.scans[1]);
+    assert!(scan.ranges.iter().all(|range| range.is_nan()));
+    let only = CarmenLog::parse(robot.as_bytes()).unwrap();
+    assert_eq!(only.left_out.ranges.count, 1);
+    assert!(only.scan(&only.scans[0]).ranges[1].is_nan());
+    let whole = CarmenLog::parse(good.as_bytes()).unwrap();
+    assert!(whole.left_out.sentences().is_empty());
+    // Nothing but such lines is no log.
+    let none = message(good.replace("0.000000", "nan").repeat(3).as_bytes());
+    assert!(
+        none.starts_with("line 1: field 5 of FLASER is `nan`"),
+        "{none}"
+    );
+}
+
+/// What a recorder may write in place of a number.
+fn no_number() -> impl Strategy<Value = &'static str> {
+    prop_oneof![
+        Just("nan"),
+        Just("-nan"),
+        Just("NaN"),
+        Just("inf"),
+        Just("-inf"),
+        Just("1e400")
+    ]
+}
+
+proptest! {
+    /// A log with such ranges and poses is the log in which those ranges are 0, which stands for
+    /// none, and those lines are missing.
+    #[test]
+    fn ranges_and_poses_that_are_none_cost_only_themselves(
+        lines in proptest::collection::vec(
+            (
+                proptest::collection::vec(proptest::option::weighted(
+                    0.2, prop_oneof![no_number(), Just("-0.5"), Just("-1")],
+                ), 4),
+                proptest::option::weighted(0.3, (0_usize..7, no_number())),
+            ),
+            2..12,
+        ),
+    ) {
+        let (mut damaged, mut expected) = (String::new(), String::new());
+        let (mut ranges, mut left_out, mut firsts) = (0, 0, [None, None]);
+        for (index, (readings, bad)) in lines.iter().enumerate() {
+            let mut words = ["1.5", "2.5", "3.5", "4.5", "1", "2", "0.5", "1", "2", "0.5", "7"];
+            let mut clean = words;
+            for (at, reading) in readings.iter().enumerate() {
+                if let Some(word) = *reading {
+                    (words[at], clean[at]) = (word, "0");
+                }
+            }
+            if let Some((at, word)) = *bad {
+                words[4 + at] = word;
+            }
+            damaged += &format!("FLASER 4 {} host 0\n", words.join(" "));
+            if bad.is_some() {
+                left_out += 1;
+                firsts[1].get_or_insert(index + 1);
+            } else {
+                let count = readings.iter().flatten().count();
+                ranges += count;
+                if count > 0 {
+                    firsts[0].get_or_insert(index + 1);
+                }
+                expected += &format!("FLASER 4 {} host 0\n", clean.join(" "));
+            }
+        }
+        let damaged = CarmenLog::parse(damaged.as_bytes());
+        if left_out == lines.len() {
+            prop_assert!(matches!(damaged, Err(CarmenError::Field(_))));
+            return Ok(());
+        }
+        let damaged = damaged.unwrap();
+        prop_assert_eq!((damaged.left_out.ranges.count, damaged.left_out.lines.count), (ranges, left_out));
+        let told = [&damaged.left_out.ranges, &damaged.left_out.lines]
+            .map(|tally| tally.first.as_ref().map(|first| first.line));
+        prop_assert_eq!(told, firsts);
+        let expected = CarmenLog::parse(expected.as_bytes()).unwrap();
+        prop_assert_eq!(CarmenLog { left_out: expected.left_out.clone(), ..damaged }, expected);
+    }
 }
 
 proptest! {

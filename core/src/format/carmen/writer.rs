@@ -9,6 +9,7 @@
 use std::fmt::Write as _;
 
 use super::{BeamFan, CarmenLog, CarmenScan, Laser, SWEEP};
+use crate::format::LeftOut;
 use crate::geom::Pose2;
 use crate::robot::{EvenBeams, Scan};
 
@@ -21,6 +22,7 @@ impl CarmenLog {
             scans: vec![],
             params: vec![],
             no_return_from: f32::INFINITY,
+            left_out: LeftOut::default(),
             readings: vec![],
         }
     }

@@ -1,6 +1,8 @@
 //! From a file's pose graph to one that can be solved, and back.
 
-use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+use nalgebra::{Point2, Vector3};
 
 use super::{G2oEdge, G2oError, G2oGraph, G2oVertex};
 use crate::estimation::{Edge, PoseGraph};
@@ -57,6 +59,16 @@ impl G2oGraph {
             vertex.pose = pose;
         }
         Ok(())
+    }
+
+    /// Of each edge the places of its two vertices, m.
+    pub fn edge_ends(&self) -> impl Iterator<Item = [Point2<f64>; 2]> {
+        let place = |vertex: &G2oVertex| Point2::new(vertex.pose.x, vertex.pose.y);
+        let places: BTreeMap<u64, Point2<f64>> = (self.vertices.iter())
+            .map(|vertex| (vertex.id, place(vertex)))
+            .collect();
+        let edges = self.edges.iter();
+        edges.filter_map(move |edge| Some([*places.get(&edge.from)?, *places.get(&edge.to)?]))
     }
 
     /// Index of the vertex that stays where it is.
@@ -119,6 +131,9 @@ mod tests {
         assert_eq!(graph.poses()[0], Pose2::new(2.0, 0.0, 0.0));
         assert!(graph.optimize(20) && graph.chi2() < 1e-12);
         file.set_poses(&graph).unwrap();
+        let ends: Vec<_> = file.edge_ends().collect();
+        let [a, b, c] = [0, 1, 2].map(|i: usize| file.vertices[i].pose.xy().into());
+        assert_eq!(ends, [[a, b], [c, b]]);
         let ids: Vec<_> = file.vertices.iter().map(|vertex| vertex.id).collect();
         assert_eq!(ids, [3, 5, 9]);
         for (vertex, x) in file.vertices.iter().zip([0.0, 1.0, 2.0]) {

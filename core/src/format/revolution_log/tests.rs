@@ -114,12 +114,9 @@ fn what_is_wrong_is_named_with_line_sample_and_field() {
     let second = |sample: &str| format!("{good}\n# a comment\nS_t:0_d:1_q:1|{sample}|-END-\n");
     let all = [
         ("__t:x_d:1_q:1", "t of sample 2 is `x`, expected degrees"),
-        ("__t:NaN_d:1_q:1", "t of sample 2 is `NaN`"),
+        ("__t:1_d:far_q:1", "d of sample 2 is `far`, expected milli"),
         ("__t:360.5_d:1_q:1", "t of sample 2 is `360.5`"),
         ("__t:-1_d:1_q:1", "t of sample 2 is `-1`"),
-        ("__t:1_d:nan_q:1", "d of sample 2 is `nan`, expected milli"),
-        ("__t:1_d:inf_q:1", "d of sample 2 is `inf`"),
-        ("__t:1_d:-0.5_q:1", "d of sample 2 is `-0.5`"),
         ("__t:1_d:100000_q:1", "d of sample 2 is `100000`"),
         ("__t:1_d:1_q:64", "q of sample 2 is `64`, expected a whole"),
         ("__t:1_d:1_q:-1", "q of sample 2 is `-1`"),
@@ -145,6 +142,54 @@ fn what_is_wrong_is_named_with_line_sample_and_field() {
     check("", "no scan in 0 lines");
     check("# nothing\n", "no scan in 1 lines");
     check("__t:1\u{1}\n", "line 1: byte 6 is 0x01");
+}
+
+#[test]
+fn samples_that_are_none_cost_only_themselves() {
+    let sample = |k: usize| format!("__t:{k}.00_d:01000.00_q:9|");
+    let turn = |change: &dyn Fn(usize) -> String| {
+        let samples: String = (0..360).map(change).collect();
+        samples + "-END-\n"
+    };
+    let bad = turn(&|k| match k {
+        7 => "__t:7_d:nan_q:9|".into(),
+        8 => "__t:8_d:-inf_q:9|".into(),
+        9 => "__t:9_d:-0.5_q:9|".into(),
+        10 => "__t:inf_d:1000_q:9|".into(),
+        k => sample(k),
+    });
+    let lost = turn(&|_| "__t:nan_d:1000_q:9|".into());
+    let whole = turn(&sample);
+    let log = parse(&[&whole, &lost, &bad].map(String::as_str).concat()).unwrap();
+    assert_eq!(log.len(), 2);
+    let [good, bad] = [0, 1].map(|index| log.scan(index, RATE).unwrap());
+    bad.validate().unwrap();
+    // One direction alone is no gap: nothing is put in its place.
+    assert_eq!((good.len(), bad.len()), (360, 359));
+    for (place, beam) in (0..360).filter(|beam| *beam != 10).enumerate() {
+        assert!((good.bearings[beam] - bad.bearings[place]).abs() < 1e-6);
+        assert_eq!(
+            bad.ranges[place].is_nan(),
+            (7..10).contains(&beam),
+            "{beam}"
+        );
+    }
+    let told = log.left_out.sentences();
+    assert!(told[0].starts_with("4 ranges are no"), "{told:?}");
+    assert!(
+        told[0].contains("line 3: d of sample 8 is `nan`"),
+        "{told:?}"
+    );
+    assert!(told[1].starts_with("1 line cannot"), "{told:?}");
+    assert!(
+        told[1].contains("line 2: t of sample 1 is `nan`"),
+        "{told:?}"
+    );
+    let error = parse(&lost).unwrap_err().to_string();
+    assert!(
+        error.starts_with("line 1: t of sample 1 is `nan`"),
+        "{error}"
+    );
 }
 
 /// Wherever a file ends within its last line, it says so; a line without its line end is whole.
@@ -291,6 +336,7 @@ fn whatever_was_read_is_written_in_lines_that_are_read_again() {
     let log = RevolutionLog {
         samples: vec![sample; MOST_SAMPLES],
         ends: vec![MOST_SAMPLES],
+        left_out: LeftOut::default(),
     };
     assert_eq!(parse(&log.write()), Ok(log));
 }

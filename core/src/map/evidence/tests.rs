@@ -49,13 +49,45 @@ fn sure_beams_without_width_are_believed_to_their_end() {
         margin_cells: 0.0,
         ..EvidenceConfig::default()
     };
-    let (certain, naive) = (certain(&points, 0.0, &config), Evidence::of(&points));
+    let naive = Evidence::of(&config.believed(&points));
+    let certain = certain(&points, 0.0, &config);
     assert_eq!(certain.hits.len(), naive.hits.len());
     for (certain, naive) in certain.hits.iter().zip(&naive.hits) {
         assert!((certain - naive).length() < 1e-9);
     }
     for (certain, naive) in certain.free.iter().zip(&naive.free) {
         assert!((certain[1] - naive[1]).length() < 1e-9);
+    }
+}
+
+#[test]
+fn a_beam_without_a_return_is_free_for_some_metres_only() {
+    let hall = points(|bearing| (bearing < 1.0).then_some(9.0));
+    for (clears, free) in [(0.0, 0.0), (3.0, 3.0), (5.0, 5.0), (50.0, 12.0)] {
+        for cone in [0.0, 0.1] {
+            let config = EvidenceConfig {
+                no_return_clears: clears,
+                sigmas: 0.0,
+                margin_cells: 0.0,
+                cone,
+            };
+            let evidence = certain(&hall, 0.0, &config);
+            assert_eq!(evidence.hits.len(), 58);
+            // A cone leaves its last cell as it is.
+            let least = if cone > 0.0 { CELL } else { 0.0 };
+            let ways = evidence.free.iter().flatten();
+            assert!(ways.flat_map(|end| end.iter()).all(|n| n.is_finite()));
+            for [_, end] in &evidence.free {
+                let bearing = libm::atan2(end.y, end.x).rem_euclid(TAU);
+                let length = end.coords.length() + least;
+                // The cones of hits reach a little to either side of them.
+                if (1.2..6.1).contains(&bearing) {
+                    assert!((length - free).abs() < 1e-9, "{clears} {cone}: {length}");
+                } else if (0.2..0.8).contains(&bearing) {
+                    assert!((length - 9.0).abs() < 1e-9, "{clears} {cone}: {length}");
+                }
+            }
+        }
     }
 }
 

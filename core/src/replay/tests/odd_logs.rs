@@ -137,6 +137,39 @@ fn a_log_without_odometry_is_mapped_and_said_to_be_one() {
     assert!(replay.take_notes()[0].contains("No robot"));
 }
 
+/// Beams that measured nothing say nothing, a scan without a pose is left out: the rest is mapped.
+#[test]
+fn ranges_and_poses_that_are_none_are_told_and_the_log_is_mapped() {
+    let text: String = log(well)
+        .lines()
+        .enumerate()
+        .map(|(at, line)| {
+            let mut words: Vec<&str> = line.split(' ').collect();
+            for beam in (at % 7..180).step_by(7) {
+                words[2 + beam] = ["nan", "inf", "-1.0"][beam % 3];
+            }
+            if at == 5 {
+                words[182] = "nan";
+            }
+            words.join(" ") + "\n"
+        })
+        .collect();
+    let mut replay = by_matching(&text);
+    let trajectory = replay.trajectory();
+    assert_eq!(trajectory.len(), SCANS as usize - 1);
+    let (_, last) = trajectory[trajectory.len() - 1];
+    let off = last.position() - Pose2::new(x_of(SCANS - 1), 0.0, 0.0).position();
+    assert!(off.length() < 0.03, "off by {off:?}");
+    let notes = replay.take_notes();
+    assert!(notes[0].contains("ranges are no measurements"), "{notes:?}");
+    assert!(notes[0].contains("line 1: field 3"), "{notes:?}");
+    assert!(notes[1].contains("line 6: field 183"), "{notes:?}");
+    // Not free space either: nothing was mapped behind the walls, at x from -3 to 5.
+    let grid = replay.session().slam().grid();
+    let outside = [6.0, 7.0, 10.0].map(|x| grid.log_odds(grid.cell_at(Point2::new(x, 0.0))));
+    assert_eq!(outside, [0.0; 3]);
+}
+
 #[test]
 fn parameters_of_others_are_passed_over() {
     let others = "PARAM\nPARAM robot_name\nPARAM laser_front_laser_resolution\t0.5 deg 1 2 3 4\n\

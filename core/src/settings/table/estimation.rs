@@ -70,8 +70,6 @@ rows! { SCAN_MATCHING = OF_SCAN_MATCHING;
         "How much must speak for a place seen again, as a part of the usual. Larger: loops close later and more safely.";
     "match.min_agreement", "Agreement of a loop", real(ClosureConfig::MIN_AGREEMENT, PERCENT), [slam.matcher.closure.min_agreement].needs("match.close_loops", &["on"]),
         "Part of the surfaces that must agree. Larger: fewer, safer closures.";
-    "match.no_return_clears", "No return clears up to", real([0.0, 50.0], METRES), [slam.matcher.no_return_clears],
-        "How far a beam without a return is believed to be free. Larger: more is known to be free, glass too.";
     "known.by", "Finds itself by", one_of::<PriorMapMatching>(), [slam.prior_map_matching].methods(&[Method::PriorMap]).basic(),
         "What of a scan is found in a prior map: each straight wall, by the filter, or all that was hit at once, which a map of cells with furniture in it asks for.";
 }

@@ -4,7 +4,7 @@ use super::{ANY, Group};
 use crate::map::{FreeCells, GridConfig};
 use crate::settings::field::{Number, at, rows};
 use crate::settings::setting::{
-    Acts, CENTIMETRES, Field, PERCENT, SIGMAS, Setting, one_of, real, si,
+    Acts, CENTIMETRES, Field, METRES, PERCENT, SIGMAS, Setting, one_of, real, si,
 };
 use crate::slam::Method;
 
@@ -47,4 +47,7 @@ rows! { MAP = OF_MAP;
         "In standard deviations of its direction. Larger: cleaner walls, less known from afar.";
     "evidence.margin", "Margin of a beam", real([0.0, 5.0], si("cells")), [slam.evidence.margin_cells].methods(BY_EVIDENCE).at_once(),
         "What is cleared is free over so much more to either side. Larger: cleaner walls, less known in narrow places.";
+    "evidence.no_return", "No return clears up to", real([0.0, 50.0], METRES),
+        [get |s| Some(s.slam.evidence.no_return_clears), set |s, v| { s.slam.evidence.no_return_clears = v; s.slam.matcher.evidence.no_return_clears = v; }],
+        "How far a beam without a return is believed to be free. Larger: more is known to be free, glass too.";
 }

@@ -25,7 +25,7 @@ impl Estimator for DeadReckoning {
     }
 
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
-        Ok(Some(Evidence::of(&scan.points)))
+        Ok(Some(scan.evidence_of_all()))
     }
 
     fn estimate(&self) -> PoseEstimate {
