@@ -1,8 +1,8 @@
 //! In: odometry, and the lines of each scan, or its points, or both ([`LandmarkKinds`]). Out: the
 //! robot's pose, the walls and the points, with one covariance over all of it.
 //!
-//! Of lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's
-//! first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
+//! Of lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the
+//! robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
 //! oriented: its normal points from the side it was seen from into the wall, and r is signed
 //! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
 //! was first seen. Counted from the origin of the map, as the paper has it, an error of α is a
@@ -220,7 +220,7 @@ impl EkfSlam {
     }
 
     /// The same with the points of the scan beside its lines. Which of the two are taken in is a
-    /// setting ([`EkfConfig::landmarks`]); of the points, corners and circles ([`point`]).
+    /// setting ([`EkfConfig::landmarks`]); of the points, corners and circles.
     ///
     /// # Errors   [`EkfError::Feature`], [`EkfError::Point`] for the first line or point whose
     /// numbers cannot be used; then nothing has changed.

@@ -129,7 +129,7 @@ config! {
         /// Default 0.005. Growing makes the filter more cautious.
         pub point_sigma: f64 = 0.005,
         /// Of beams that a wall and a corner on it are both found by, the part that the corner is
-        /// believed; the wall is believed the rest ([`super::shared`] says why). Default 0.1. 0: a
+        /// believed; the wall is believed the rest, so that no beam counts twice. Default 0.1. 0: a
         /// corner on a wall is not used at all.
         pub shared_part: f64 = 0.1,
         /// Standard deviations of the systematic errors of the odometry, known beforehand: by

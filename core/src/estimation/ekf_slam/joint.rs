@@ -1,13 +1,13 @@
-//! Step 3 for all lines and points of a scan together: which landmark each is, so that no two contradict each
-//! other.
+//! Step 3 for all lines and points of a scan together: which landmark each is, so that no two
+//! contradict each other.
 //!
 //! In: the lines and points of a scan. Out: for each its landmark, by its row in the state, or none
 //! that agrees with the others.
 //!
-//! Lines and points that a turning lidar sees one after another are taken to the instant of the first of them:
-//! back by the odometry, with the odometry's covariance added to each by itself. That this part is
-//! common to several lines is left out, which makes the test a little more generous. The updates
-//! that follow are still made one by one, each at its own instant.
+//! Lines and points that a turning lidar sees one after another are taken to the instant of the
+//! first of them: back by the odometry, with the odometry's covariance added to each by itself.
+//! That this part is common to several of them is left out, which makes the test a little more
+//! generous. The updates that follow are still made one by one, each at its own instant.
 
 use nalgebra::{Matrix2, Matrix2x3};
 

@@ -17,9 +17,9 @@
 //! information, the lines the rest of theirs. It is small, for the lines are fitted to all beams of
 //! a wall and leave a corner little to say. Lines and points that share no beam keep all of theirs.
 //!
-//! Two corners at the ends of a short wall share the beams of that wall. As 2 xᵀ C y ≤ xᵀ S x + yᵀ T y
-//! for every such pair, a point that shares beams with k others is covered with 1 + k times its
-//! covariance.
+//! Two corners at the ends of a short wall share the beams of that wall. As 2 xᵀ C y ≤ xᵀ S x +
+//! yᵀ T y for every such pair, a point that shares beams with k others is covered with 1 + k times
+//! its covariance.
 //!
 //! Source: Julier & Uhlmann (1997), "A non-divergent estimation algorithm in the presence of
 //! unknown correlations".
