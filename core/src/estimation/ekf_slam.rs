@@ -2,8 +2,8 @@
 //! robot's pose, the walls and the points, with one covariance over all of it.
 //!
 //! Of lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the
-//! robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
-//! oriented: its normal points from the side it was seen from into the wall, and r is signed
+//! robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line
+//! is oriented: its normal points from the side it was seen from into the wall, and r is signed
 //! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
 //! was first seen. Counted from the origin of the map, as the paper has it, an error of α is a
 //! shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm

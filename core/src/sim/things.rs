@@ -7,11 +7,11 @@
 //!
 //! Doors and people are nothing that features are of: they do not stay.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::world::{Material, Shape, Wall, World};
 use crate::features::{LineFeature, PointFeature, PointKind};
-use crate::geom::{Length, Pose2, Segment};
+use crate::geom::{Length, Pose2, Segment, ring_holds};
 
 /// Glass so far before a line, m, is not what sent its beams back.
 const BEFORE: f64 = 0.3;
@@ -71,13 +71,18 @@ impl Things {
         let (round, flat): (Vec<_>, Vec<_>) =
             solid.partition(|o| matches!(o.shape, Shape::Circle { .. }));
         let sides: Vec<Segment> = flat.iter().flat_map(|o| o.shape.segments()).collect();
+        let rings: Vec<Vec<Point2<f64>>> = (flat.iter())
+            .map(|o| o.shape.segments().iter().map(|side| side.a).collect())
+            .collect();
+        let mut corners = corners(&sides);
+        corners.retain(|corner| !rings.iter().any(|ring| is_inside(ring, *corner)));
         let middles = round.iter().filter_map(|o| match o.shape {
             Shape::Circle { centre, .. } => Some(centre),
             _ => None,
         });
         Self {
             walls: world.walls(),
-            corners: corners(&sides),
+            corners,
             round: middles.collect(),
         }
     }
@@ -161,6 +166,16 @@ fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
     found
 }
 
+/// Whether a place is within an outline, and not on its border: where the end of a wall stands in
+/// another one nobody sees it.
+fn is_inside(ring: &[Point2<f64>], place: Point2<f64>) -> bool {
+    let around = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+    let mut around = around
+        .map(|(x, y)| place + Vector2::new(x, y) * (10.0 * TOUCH))
+        .into_iter();
+    ring.len() > 2 && around.all(|near| ring_holds(ring, near))
+}
+
 fn on_one_line(wall: &Segment, other: &Segment) -> bool {
     let along = wall.vector() / wall.vector().length();
     let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
@@ -170,7 +185,7 @@ fn on_one_line(wall: &Segment, other: &Segment) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix2, Vector2};
+    use nalgebra::Matrix2;
 
     use super::*;
     use crate::geom::Line;
@@ -260,6 +275,21 @@ mod tests {
         assert!(!things.corners.is_empty());
         let far = point(Point2::new(500.0, 0.0), circle);
         assert_eq!(things.of_point(&pose, &far, 0.1), None);
+    }
+
+    #[test]
+    fn corners_within_another_obstacle_are_none() {
+        let ring = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point2::new(x, y));
+        for (x, y, expect) in [
+            (1.0, 0.5, true),
+            (0.01, 0.01, true),
+            (2.0, 0.5, false),
+            (0.0, 0.0, false),
+            (1.0, 1.2, false),
+        ] {
+            assert_eq!(is_inside(&ring, Point2::new(x, y)), expect, "{x} {y}");
+        }
+        assert!(!is_inside(&ring[..2], Point2::new(1.0, 0.0)));
     }
 
     #[test]

@@ -126,8 +126,9 @@ config! {
         /// What the fit does not know about r, m. Default 0.002.
         pub r_sigma: f64 = 0.002,
         /// What the fit does not know about where a corner or a post is, along each axis, m.
-        /// Default 0.005. Growing makes the filter more cautious.
-        pub point_sigma: f64 = 0.005,
+        /// Default 0.02: a corner's errors hang together from scan to scan. Growing makes the
+        /// filter more cautious.
+        pub point_sigma: f64 = 0.02,
         /// Of beams that a wall and a corner on it are both found by, the part that the corner is
         /// believed; the wall is believed the rest, so that no beam counts twice. Default 0.1. 0: a
         /// corner on a wall is not used at all.

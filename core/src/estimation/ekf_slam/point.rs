@@ -5,6 +5,12 @@
 //! where two lines cross says nothing that the lines do not. Spikes are not: where the silhouette
 //! of something ends depends on where it is looked at from. What corners and walls have in common
 //! is the matter of [`super::shared`].
+//!
+//! Walls alone are the default. Over 20 tours each, ATE with walls, points, both is 8, 89, 7 mm in
+//! `office`, 4, 11, 4 mm in `arena` and 19, 57, 33 mm in `lab`; the worst tour with points is
+//! 0.67 m off in `office`, the worst with both 0.39 m in `lab`. NEES of the pose on the way (3 is
+//! honest) with both is 3.4, 2.2, 3.4, with points alone 424, 4.9, 9.8: a corner errs alike from
+//! scan to scan (`report -- point-landmarks`).
 
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
