@@ -18,7 +18,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, Landmark, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{
-    LineConfig, LineExtractor, LineFeature, PointFeature, PointFeatureConfig, find_points,
+    LineConfig, LineExtractor, LineFeature, PointFeature, PointFeatureConfig, PointKind,
+    find_points,
 };
 use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
@@ -246,7 +247,7 @@ impl Drive {
         let world_from_robot = self.sim.truth();
         let truth = self.start.inverse() * world_from_robot;
         self.truth.push(truth.position());
-        let wall_of = |line| self.things.of_line(&world_from_robot, line);
+        let wall_of = |line: &LineFeature| self.things.of_line(&world_from_robot, line.ends);
         let wall_of_line: Vec<_> = self.lines.iter().map(wall_of).collect();
         if self.finds_points {
             let mut asked = PointFeatureConfig::default();
@@ -255,7 +256,9 @@ impl Drive {
         }
         let thing_of = |point: &PointFeature| {
             let reach = REACH + REACH_PER_METRE * point.position.coords.length();
-            self.things.of_point(&world_from_robot, point, reach)
+            let is_round = matches!(point.kind, PointKind::Circle { .. });
+            self.things
+                .of_point(&world_from_robot, point.position, is_round, reach)
         };
         let things_of_points: Vec<_> = self.points.iter().map(thing_of).collect();
         let timing = SweepTiming::at(points.stamp, scan);

@@ -17,7 +17,7 @@ use nalgebra::Point2;
 
 use crate::association::RefindingCurve;
 use crate::estimation::{Explanation, LandmarkId};
-use crate::features::PointFeature;
+use crate::features::{PointFeature, PointKind};
 use crate::geom::{Length, Pose2};
 use crate::sim::{Thing, Things, World};
 use crate::slam::{SlamConfig, View};
@@ -70,7 +70,7 @@ impl Refinding {
         let max_gap = config.ekf.association.max_gap;
         for seen in report.explanations() {
             if let Some(line) = view.features.get(seen.feature) {
-                let thing = self.things.of_line(world_from_robot, line);
+                let thing = self.things.of_line(world_from_robot, line.ends);
                 let has_partner = thing.is_some_and(|thing| {
                     let ends = line.ends.map(|end| *map_from_robot * end);
                     self.knows_wall(view, &thing, ends)
@@ -87,7 +87,7 @@ impl Refinding {
         }
         let lines = report.added.iter().filter_map(|&(feature, id)| {
             let line = view.features.get(feature)?;
-            Some((id, self.things.of_line(world_from_robot, line)?))
+            Some((id, self.things.of_line(world_from_robot, line.ends)?))
         });
         let points = report.points_added.iter().filter_map(|&(feature, id)| {
             let point = view.points.get(feature)?;
@@ -128,7 +128,9 @@ impl Refinding {
 
     fn thing_of(&self, world_from_robot: &Pose2, point: &PointFeature) -> Option<Thing> {
         let reach = REACH + REACH_PER_METRE * point.position.coords.length();
-        self.things.of_point(world_from_robot, point, reach)
+        let is_round = matches!(point.kind, PointKind::Circle { .. });
+        self.things
+            .of_point(world_from_robot, point.position, is_round, reach)
     }
 
     fn knows(&self, thing: &Thing) -> bool {

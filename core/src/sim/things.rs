@@ -10,7 +10,6 @@
 use nalgebra::{Point2, Vector2};
 
 use super::world::{Material, Shape, Wall, World};
-use crate::features::{LineFeature, PointFeature, PointKind};
 use crate::geom::{Length, Pose2, Segment, ring_holds};
 
 /// Glass so far before a line, m, is not what sent its beams back.
@@ -87,11 +86,11 @@ impl Things {
         }
     }
 
-    /// The wall that most of three rays through a line meet, in the robot frame at
+    /// The wall that most of three rays through a line with these `ends` meet, in the robot frame at
     /// `world_from_robot`; `None` where they do not agree on one that is parallel to it.
     #[must_use]
-    pub fn of_line(&self, world_from_robot: &Pose2, line: &LineFeature) -> Option<Thing> {
-        let [a, b] = line.ends.map(|end| *world_from_robot * end);
+    pub fn of_line(&self, world_from_robot: &Pose2, ends: [Point2<f64>; 2]) -> Option<Thing> {
+        let [a, b] = ends.map(|end| *world_from_robot * end);
         let (origin, length) = (world_from_robot.position(), (b - a).length());
         let hits = [0.25, 0.5, 0.75].map(|part| {
             let way = a + (b - a) * part - origin;
@@ -117,17 +116,17 @@ impl Things {
         })
     }
 
-    /// What a point is of, in the robot frame at `world_from_robot`: the nearest thing of its kind,
-    /// no farther than `reach`, m.
+    /// What a point is of, in the robot frame at `world_from_robot`: the nearest round thing or the
+    /// nearest corner, no farther than `reach`, m.
     #[must_use]
     pub fn of_point(
         &self,
         world_from_robot: &Pose2,
-        point: &PointFeature,
+        point: Point2<f64>,
+        is_round: bool,
         reach: f64,
     ) -> Option<Thing> {
-        let at = *world_from_robot * point.position;
-        let is_round = matches!(point.kind, PointKind::Circle { .. });
+        let at = *world_from_robot * point;
         let things = if is_round { &self.round } else { &self.corners };
         let off = |thing: &Point2<f64>| (thing - at).length();
         let nearest = things.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
@@ -185,25 +184,8 @@ fn on_one_line(wall: &Segment, other: &Segment) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Matrix2;
-
     use super::*;
-    use crate::geom::Line;
     use crate::sim::worlds;
-
-    fn line(a: Point2<f64>, b: Point2<f64>) -> LineFeature {
-        LineFeature {
-            line: Line::through(a, b).unwrap(),
-            cov: Matrix2::identity(),
-            ends: [a, b],
-            seen_from_origin_side: true,
-            first_beam: 0,
-            last_beam: 9,
-            n_points: 10,
-            chi2: 8.0,
-            by_heading: [Vector2::zeros(); 2],
-        }
-    }
 
     #[test]
     fn what_lies_on_a_wall_is_of_that_wall_from_any_pose() {
@@ -227,7 +209,7 @@ mod tests {
                 continue;
             }
             let [a, b] = piece.map(|end| pose.inverse() * end);
-            let thing = things.of_line(&pose, &line(a, b));
+            let thing = things.of_line(&pose, [a, b]);
             // Rays along a wall meet only its ends.
             let way = piece[0] - origin;
             let slant =
@@ -248,33 +230,22 @@ mod tests {
     fn points_are_of_the_nearest_thing_of_their_kind() {
         let things = Things::of(&worlds::builtin("arena").unwrap());
         let pose = Pose2::new(1.0, 1.0, -2.0);
-        let point = |at: Point2<f64>, kind| PointFeature {
-            position: pose.inverse() * at,
-            cov: Matrix2::identity(),
-            kind,
-            confidence: 1.0,
-            beams: [0, 9],
-        };
-        let circle = PointKind::Circle {
-            radius: 0.1,
-            var_radius: 0.0,
-        };
         let off = Vector2::new(0.03, -0.04);
         for &corner in &things.corners {
-            let of = things.of_point(&pose, &point(corner + off, PointKind::Corner), 0.1);
+            let of = things.of_point(&pose, pose.inverse() * (corner + off), false, 0.1);
             let Some(Thing::Corner(at)) = of else {
                 panic!("{corner} is {of:?}");
             };
             assert!((at - corner).length() <= 2.0 * off.length());
         }
         for &middle in &things.round {
-            let near = point(middle + off, circle);
-            let of = |reach| things.of_point(&pose, &near, reach);
+            let near = pose.inverse() * (middle + off);
+            let of = |reach| things.of_point(&pose, near, true, reach);
             assert_eq!((of(0.1), of(0.04)), (Some(Thing::Round(middle)), None));
         }
         assert!(!things.corners.is_empty());
-        let far = point(Point2::new(500.0, 0.0), circle);
-        assert_eq!(things.of_point(&pose, &far, 0.1), None);
+        let far = Point2::new(500.0, 0.0);
+        assert_eq!(things.of_point(&pose, far, true, 0.1), None);
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use nalgebra::Point2;
+
 use super::PriorMapFit;
 use crate::estimation::{
     Correlations, GridParticles, Hypothesis, Landmark, Match, OdometryErrors, Particle,
@@ -102,6 +104,13 @@ impl<'a> View<'a> {
     pub fn confirmed(&self) -> usize {
         let walls = self.landmarks.iter();
         walls.filter(|wall| wall.is_confirmed).count()
+    }
+
+    /// Where the points are that were seen often enough, and how often they were found again.
+    pub fn confirmed_points(&self) -> impl Iterator<Item = (Point2<f64>, u32)> + use<'a> {
+        let points = self.point_landmarks.iter();
+        let confirmed = points.filter(|point| point.is_confirmed);
+        confirmed.map(|point| (point.position, point.confidence()))
     }
 
     /// How the errors of pose and walls hang together; `None` for methods without a common

@@ -1,11 +1,8 @@
 //! The paper's landmarks, what is wrong named by its line, and laws of reading and writing.
 
-use nalgebra::Matrix2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::estimation::LandmarkId;
-use crate::features::PointKind;
 use crate::geom::{Pose2, Segment};
 use crate::map::GridConfig;
 use crate::points::{PointConfig, Points};
@@ -164,19 +161,7 @@ fn what_a_run_has_mapped_comes_back_as_it_was() {
         sightings: 5,
     };
     let way = [Point2::origin(), Point2::new(0.1, 0.2)];
-    let corner = PointLandmark {
-        id: LandmarkId(4),
-        kind: PointKind::Corner,
-        position: Point2::new(2.0, 1.2),
-        cov: Matrix2::identity(),
-        sightings: 3,
-        is_confirmed: true,
-    };
-    let doubtful = PointLandmark {
-        is_confirmed: false,
-        ..corner
-    };
-    let map = Smap::of_run(&grid, way, &[wall], &[corner, doubtful]).unwrap();
+    let map = Smap::of_run(&grid, way, &[wall], [(Point2::new(2.0, 1.2), 2)]).unwrap();
     let occupied = grid.rect_where(|odds| grid.state_of(odds) == CellState::Occupied);
     assert!(
         occupied.is_some() && map.points.len() > 60,
@@ -206,7 +191,7 @@ fn what_a_run_has_mapped_comes_back_as_it_was() {
     let cells = |map: &Smap| -> Vec<_> { map.points.iter().map(|p| grid.cell_at(*p)).collect() };
     assert_eq!(cells(&again), cells(&map));
     let empty = Grid::new(GridConfig::default()).unwrap();
-    let error = Smap::of_run(&empty, way, &[], &[]).unwrap_err();
+    let error = Smap::of_run(&empty, way, &[], []).unwrap_err();
     assert_eq!(error, SmapError::Map(MapServerError::Empty));
 }
 
