@@ -270,7 +270,7 @@ impl Pair {
             Pose2::identity()
         };
         let mut of = |points: &[PointFeature], pose: &Pose2| -> Vec<Option<Thing>> {
-            let of_one = |point| {
+            let of_one = |point: &PointFeature| {
                 let thing = {
                     let is_round = matches!(point.kind, PointKind::Circle { .. });
                     site.things.of_point(pose, point.position, is_round, REACH)

@@ -116,8 +116,8 @@ pub enum SmapError {
 
 impl Smap {
     /// What a run has mapped: the middles of the occupied cells, where the robot was, and each wall
-    /// as an edge that was found again as often as it was seen after the first time, and points with
-    /// how often they were found again. Only methods with landmarks have some.
+    /// as an edge that was found again as often as it was seen after the first time, and points
+    /// with how often they were found again. Only methods with landmarks have some.
     ///
     /// # Errors    [`SmapError::Map`], [`SmapError::MapTooLarge`].
     pub fn of_run(

@@ -86,8 +86,8 @@ impl Things {
         }
     }
 
-    /// The wall that most of three rays through a line with these `ends` meet, in the robot frame at
-    /// `world_from_robot`; `None` where they do not agree on one that is parallel to it.
+    /// The wall that most of three rays through a line with these `ends` meet, in the robot frame
+    /// at `world_from_robot`; `None` where they do not agree on one that is parallel to it.
     #[must_use]
     pub fn of_line(&self, world_from_robot: &Pose2, ends: [Point2<f64>; 2]) -> Option<Thing> {
         let [a, b] = ends.map(|end| *world_from_robot * end);

@@ -46,7 +46,7 @@ export class SlamRefinding extends SlamElement {
     .frame { fill: none; stroke: var(--line); }
     .half { stroke: var(--line); }
     .curve { fill: none; stroke: var(--map-estimate); stroke-width: 1.8; vector-effect: non-scaling-stroke; }
-    .gate { fill: var(--map-estimate); }
+    .gate { fill: var(--map-estimate); stroke: none; }
     .set { fill: var(--map-truth); stroke: var(--surface); stroke-width: 2; }
   `;
 
