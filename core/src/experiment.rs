@@ -10,6 +10,7 @@
 
 mod config;
 mod figures;
+mod refinding;
 #[cfg(test)]
 mod tests;
 
@@ -19,6 +20,8 @@ use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use self::refinding::Refinding;
+use crate::association::RefindingCurve;
 use crate::estimation::EditKind;
 use crate::format::carmen::CarmenLog;
 use crate::geom::Pose2;
@@ -68,6 +71,7 @@ pub struct Experiment {
     session: Session,
     map_from_world: Pose2,
     record: Record,
+    refinding: Refinding,
     /// Whether the pilot has decided on the period that comes next.
     has_decided: bool,
     /// Scans with the odometry at which they were taken, as long as there is room.
@@ -83,6 +87,7 @@ impl Experiment {
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
         let map_from_world = config.world.start.inverse();
         let slam = config.slam_with_walls();
+        let refinding = Refinding::new(&config.world);
         let mut sim = Simulation::new(config.world, config.robot, config.sensor, config.seed)?;
         if let Some(sonars) = &config.sonars_beside {
             sim.put_sonars_beside(sonars, config.seed)?;
@@ -109,6 +114,7 @@ impl Experiment {
             session,
             map_from_world,
             record: Record::default(),
+            refinding,
             has_decided: false,
             log: CarmenLog::empty(),
             kidnapper: ChaCha8Rng::seed_from_u64(!config.seed),
@@ -181,6 +187,10 @@ impl Experiment {
         }
         let truth = self.truth();
         self.session.scan_with_truth(&scan, Some(&truth))?;
+        let (slam, seen_from) = (self.session.slam(), self.sim.truth());
+        let believed = slam.estimate().pose * slam.motion_since_scan().inverse();
+        self.refinding
+            .count(&slam.view(), slam.config(), &seen_from, &believed);
         self.record.push(Sample {
             stamp: self.sim.stamp(),
             truth,
@@ -350,6 +360,13 @@ impl Experiment {
     #[must_use]
     pub fn record(&self) -> &Record {
         &self.record
+    }
+
+    /// How well landmarks were found again so far, gate by gate; nothing counted with methods that
+    /// have none.
+    #[must_use]
+    pub fn refinding(&self) -> &RefindingCurve {
+        self.refinding.curve()
     }
 
     /// The scans so far with the odometry at which they were taken: what an estimator needs,

@@ -120,13 +120,14 @@ fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
     Ok(vec![SavedFile::new("OGmap.txt", "text/plain", text)])
 }
 
-/// Points, way and walls as a submap.
+/// Points, way and landmarks as a submap.
 ///
 /// # Errors    An empty map, or one of more points than a submap has.
 fn smap(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     let poses = slam.whole_trajectory().into_iter();
     let way = poses.map(|(_, pose)| pose.position());
-    let smap = Smap::of_run(slam.grid(), way, &slam.vector_map().walls())?;
+    let (walls, points) = (slam.vector_map().walls(), slam.view().confirmed_points());
+    let smap = Smap::of_run(slam.grid(), way, &walls, points)?;
     let name = format!("{stem}.smap");
     Ok(vec![SavedFile::new(name, "text/plain", smap.write())])
 }

@@ -17,10 +17,16 @@ use crate::view::map_from_robot_at_scan;
 #[serde(rename_all = "camelCase")]
 #[tsify(missing_as_null)]
 pub struct Inspection {
-    /// Rows of the matrix that belong to the robot; two for each landmark follow, α and r.
+    /// Rows of the matrix that belong to the robot; two for each landmark follow, α and r, or x and
+    /// y.
     pub robot_rows: u32,
     /// Landmarks in the order of their rows.
     pub landmarks: Uint32Array,
+    /// Those of them that are points, by their numbers.
+    pub points: Uint32Array,
+    /// How many points the last scan showed, how many of them were recognised, and how many became
+    /// landmarks.
+    pub points_seen: [u32; 3],
     /// Correlation coefficients, row by row, -1 to 1; empty where they were not asked for.
     pub coefficients: Float32Array,
     /// Lines of the scan.
@@ -122,6 +128,15 @@ impl Inspection {
             robot_rows: correlations.first_landmark as u32,
             landmarks: correlations.landmarks.iter().map(|id| id.0).collect(),
             coefficients: correlations.coefficients.into(),
+            points: (slam.view().point_landmarks.iter())
+                .map(|point| point.id.0)
+                .collect(),
+            points_seen: [
+                report.point_explanations().count(),
+                report.point_matches.len(),
+                report.points_added.len(),
+            ]
+            .map(|count| count as u32),
             sightings: report.explanations().filter_map(sighting).collect(),
             odometry: LearnedOdometry {
                 curvature: learned.curvature,

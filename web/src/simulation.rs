@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 
+use slamlab_core::association::RefindingCurve;
 use slamlab_core::experiment::Experiment;
 use slamlab_core::settings;
 use slamlab_core::sim::{SensorModel, Wall, reachable_area};
@@ -9,7 +10,7 @@ use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::bench::{BenchResponse, BenchTrial};
-use crate::border::{DoorRow, SettingValues, Stage, Typed, WebError, flat, typed};
+use crate::border::{DoorRow, RefindingRow, SettingValues, Stage, Typed, WebError, flat, typed};
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
@@ -52,6 +53,23 @@ impl WebRun {
             let (low, high) = sim.experiment.sim().world().bounds();
             (high.x - low.x) * (high.y - low.y)
         })
+    }
+
+    /// How well landmarks were found again so far, gate by gate, see `REFINDING`; nothing where
+    /// nobody knows the truth, and of methods without landmarks.
+    #[must_use]
+    pub fn refinding(&self) -> Vec<f32> {
+        let curve = self.simulated().map(|sim| sim.experiment.refinding());
+        let counted = curve.into_iter().flat_map(RefindingCurve::points);
+        let rows = counted.map(|(gate, counts)| RefindingRow {
+            gate: *gate as f32,
+            tpr: counts.tpr() as f32,
+            fpr: counts.fpr() as f32,
+            ppv: counts.ppv() as f32,
+            acc: counts.acc() as f32,
+            sightings: (counts.with_partner + counts.without) as f32,
+        });
+        flat(rows.filter(|row| row.sightings > 0.0))
     }
 
     /// x1 y1 x2 y2 of the true walls, without doors.

@@ -5,7 +5,7 @@ import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { Keyframes } from "./keyframes.js";
 import { download, mapPicture } from "./save.js";
-import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, type FieldName } from "./protocol/module.js";
+import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import "./ui/bench.js";
@@ -35,6 +35,7 @@ import "./ui/moved.js";
 import "./ui/plots.js";
 import "./ui/pose_graph.js";
 import "./ui/quality.js";
+import "./ui/refinding.js";
 import "./ui/torn.js";
 import "./ui/rooms.js";
 import "./ui/saved_map.js";
@@ -49,6 +50,7 @@ import "./ui/toast.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import type { SlamRegistration } from "./registration/lab.js";
+import { landmarksOf } from "./view/layers/landmarks.js";
 import { wallEnds } from "./view/layers/spot.js";
 import { tracksOf } from "./view/layers/tracks.js";
 import { SlamMap } from "./view/map_view.js";
@@ -203,6 +205,10 @@ const figures = {
   get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
   /** Places where the robot may be; 0 where it knows. */
   get points() { return scene.points.length / POINT_STRIDE; },
+  /** Landmarks of the filter: number, kind, place and confidence. */
+  get landmarks() { return landmarksOf(scene.landmarks); },
+  /** How well they are found again, a row for each gate. */
+  get refinding() { return scene.refinding.length / REFINDING_STRIDE; },
   /** Number and place of what is followed and moves. */
   get tracks() { return tracksOf(scene.tracks); },
   get takenOut() { return scene.takenOut.length / 2; },

@@ -115,7 +115,7 @@ export class Store {
   follow = false;
   gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
-    LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "rooms", "submaps", "graph"].includes(name)]),
+    LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph"].includes(name)]),
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";

@@ -126,7 +126,7 @@ fn forms() -> [EkfConfig; 4] {
 }
 
 /// Adds the figures of one form in one world; gives the mean of the averaged NEES over the scans.
-fn summarise(
+pub(crate) fn summarise(
     outcome: &mut Outcome,
     key: &dyn Fn(&str) -> String,
     listeners: &[&Listener],
@@ -178,6 +178,13 @@ fn summarise(
     outcome.figure(key("seeds_with_duplicates"), having(&|l| l.duplicates > 0));
     outcome.figure(key("seeds_with_ate_over_0.1_m"), having(&|l| l.ate > 0.1));
     outcome.figure(key("confirmed_walls_mean"), mean(&|l| l.confirmed as f64));
+    if total(&|l| l.point_matches) > 0 {
+        outcome.figure(key("point_matches"), total(&|l| l.point_matches));
+        let wrong = total(&|l| l.wrong_point_matches);
+        outcome.figure(key("wrong_point_matches"), wrong);
+        let confirmed = mean(&|l| l.confirmed_points as f64);
+        outcome.figure(key("confirmed_points_mean"), confirmed);
+    }
     over_scans
 }
 
@@ -192,7 +199,7 @@ fn average(listeners: &[&Listener], of: impl Fn(&Listener) -> &Vec<f64>) -> Vec<
 }
 
 /// All forms on each seed, spread over the cores.
-fn all_seeds(
+pub(crate) fn all_seeds(
     tour: &Tour,
     first: u64,
     seeds: u64,

@@ -34,14 +34,14 @@ use nalgebra::{Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
-use slamlab_core::association::{PointMatchConfig, PointMatching, match_points};
+use slamlab_core::association::{PointMatchConfig, PointMatching, RefindingCounts, match_points};
 use slamlab_core::features::{
     LineConfig, LineExtractor, PointFeature, PointFeatureConfig, PointKind, find_points,
 };
-use slamlab_core::geom::{Length, Pose2, PoseEstimate, Segment, pose_cov, unit_vector};
+use slamlab_core::geom::{Length, Pose2, PoseEstimate, pose_cov, unit_vector};
 use slamlab_core::points::{Beam, Points};
 use slamlab_core::robot::Stamp;
-use slamlab_core::sim::{Caster, Material, Shape, World, reachable_area, worlds};
+use slamlab_core::sim::{Caster, Material, Thing, Things, World, reachable_area, worlds};
 
 use crate::Args;
 use crate::outcome::Outcome;
@@ -60,8 +60,6 @@ const TURN_SIGMA: f64 = 0.026;
 const REACH: f64 = 0.1;
 /// 99 % of χ² with 2 degrees of freedom.
 const BEYOND: f64 = 9.21;
-/// Sides that miss each other by less do meet, m.
-const TOUCH: f64 = 1e-4;
 /// Gates of the ROC, d².
 const GATES: [f64; 9] = [0.05, 0.2, 0.5, 1.0, 2.0, 4.0, 9.21, 20.0, 60.0];
 const KINDS: [&str; 3] = ["corner", "crossing", "circle"];
@@ -104,7 +102,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
         }
         let mut scores = BTreeMap::new();
         for (name, method) in PointMatching::ALL {
-            let score = Score::of(
+            let score = score_of(
                 &pairs,
                 &PointMatchConfig {
                     method,
@@ -114,7 +112,7 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
             scores.insert(name, score);
         }
         for (name, score) in &scores {
-            outcome.figure(format!("{}_{name}", step.name), json!(score.ratios()));
+            outcome.figure(format!("{}_{name}", step.name), json!(ratios(score)));
         }
         require(&mut outcome, step.name, &scores);
         if step.name == "near" {
@@ -137,8 +135,8 @@ pub(crate) fn measure(args: &Args) -> Result<Outcome> {
     Ok(outcome)
 }
 
-fn require(outcome: &mut Outcome, step: &str, scores: &BTreeMap<&str, Score>) {
-    let ratio = |name: &str, quantity: &str| scores[name].ratios()[quantity];
+fn require(outcome: &mut Outcome, step: &str, scores: &BTreeMap<&str, RefindingCounts>) {
+    let ratio = |name: &str, quantity: &str| ratios(&scores[name])[quantity];
     let mut least = |name: &str, quantity: &str, least: f64| {
         let value = ratio(name, quantity);
         outcome.require(value >= least, || {
@@ -166,7 +164,7 @@ fn roc(outcome: &mut Outcome, pairs: &[Pair]) {
                     gate,
                     ..PointMatchConfig::default()
                 };
-                let ratios = Score::of(pairs, &config).ratios();
+                let ratios = ratios(&score_of(pairs, &config));
                 [gate, ratios["fpr"], ratios["tpr"]]
             })
             .collect();
@@ -183,8 +181,7 @@ fn roc(outcome: &mut Outcome, pairs: &[Pair]) {
 /// A world, and where the robot can stand in it.
 struct Site {
     caster: Caster,
-    corners: Vec<Point2<f64>>,
-    pillars: Vec<Point2<f64>>,
+    things: Things,
     places: Vec<Point2<f64>>,
 }
 
@@ -194,17 +191,8 @@ impl Site {
         // A lidar looks through glass.
         let mut opaque = world.walls();
         opaque.retain(|wall| wall.material != Material::Glass);
-        let solid = (world.obstacles.iter()).filter(|o| o.material != Material::Glass);
-        let (round, flat): (Vec<_>, Vec<_>) =
-            solid.partition(|o| matches!(o.shape, Shape::Circle { .. }));
-        let sides: Vec<Segment> = flat.iter().flat_map(|o| o.shape.segments()).collect();
-        let pillars = round.iter().filter_map(|o| match o.shape {
-            Shape::Circle { centre, .. } => Some(centre),
-            _ => None,
-        });
         Ok(Self {
-            corners: corners(&sides),
-            pillars: pillars.collect(),
+            things: Things::of(&world),
             places: standing(&world),
             caster: Caster::new(opaque),
         })
@@ -234,42 +222,6 @@ impl Site {
         asked.spikes.is_on = false;
         Ok(find_points(&points, &lines, &config, &asked)?)
     }
-
-    /// The true thing that a point is of, by the place of its kind's list.
-    fn thing(
-        &self,
-        point: &PointFeature,
-        world_from_robot: &Pose2,
-    ) -> Option<(usize, Point2<f64>)> {
-        let at = *world_from_robot * point.position;
-        let things = match point.kind {
-            PointKind::Circle { .. } => &self.pillars,
-            _ => &self.corners,
-        };
-        let near = things.iter().enumerate().map(|(i, thing)| (i, *thing));
-        let nearest = near.min_by(|a, b| (a.1 - at).length().total_cmp(&(b.1 - at).length()))?;
-        // A corner has a place in the list for each side that ends there.
-        let first = things
-            .iter()
-            .position(|thing| (thing - nearest.1).length() < 1e-6)?;
-        ((nearest.1 - at).length() <= REACH).then_some((first, nearest.1))
-    }
-}
-
-/// Ends of all sides, and where one side meets another: what shapes that overlap leave to be seen.
-fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
-    let mut found: Vec<_> = sides.iter().flat_map(|side| [side.a, side.b]).collect();
-    for (i, a) in sides.iter().enumerate() {
-        let along = a.b - a.a;
-        let (length, way) = (along.length(), along / along.length());
-        // A little before its end, so that a side that only touches is met.
-        let from = a.a - way * TOUCH;
-        let others = sides.iter().enumerate().filter(|(j, _)| *j != i);
-        let met = others.filter_map(|(_, b)| b.hit_by_ray(from, way));
-        let within = met.filter(|distance| *distance <= length + 2.0 * TOUCH);
-        found.extend(within.map(|distance| from + way * distance));
-    }
-    found
 }
 
 fn standing(world: &World) -> Vec<Point2<f64>> {
@@ -289,8 +241,8 @@ struct Pair {
     before: Vec<PointFeature>,
     now: Vec<PointFeature>,
     /// What each point is of; points of one kind with one number are the same.
-    of_before: Vec<Option<usize>>,
-    of_now: Vec<Option<usize>>,
+    of_before: Vec<Option<Thing>>,
+    of_now: Vec<Option<Thing>>,
     /// By odometry.
     now_from_before: PoseEstimate,
 }
@@ -317,11 +269,18 @@ impl Pair {
         } else {
             Pose2::identity()
         };
-        let mut of = |points: &[PointFeature], pose: &Pose2| -> Vec<Option<usize>> {
-            let of_one = |point| {
-                let thing = site.thing(point, pose);
-                note(kinds, point, thing.map(|(_, at)| pose.inverse() * at));
-                thing.map(|(number, _)| number)
+        let mut of = |points: &[PointFeature], pose: &Pose2| -> Vec<Option<Thing>> {
+            let of_one = |point: &PointFeature| {
+                let thing = {
+                    let is_round = matches!(point.kind, PointKind::Circle { .. });
+                    site.things.of_point(pose, point.position, is_round, REACH)
+                };
+                let at = match thing {
+                    Some(Thing::Corner(at) | Thing::Round(at)) => Some(pose.inverse() * at),
+                    Some(Thing::Wall { .. }) | None => None,
+                };
+                note(kinds, point, at);
+                thing
             };
             points.iter().map(of_one).collect()
         };
@@ -392,47 +351,29 @@ fn note(
     }
 }
 
-/// Counts over the points of second scans.
-#[derive(Default)]
-struct Score {
-    /// With a partner, and found as that.
-    right: usize,
-    /// Taken for another than they are.
-    wrong: usize,
-    with_partner: usize,
-    without: usize,
-    /// Without a partner, and taken for one all the same.
-    taken: usize,
+/// What was counted over the points of second scans.
+fn score_of(pairs: &[Pair], config: &PointMatchConfig) -> RefindingCounts {
+    let mut score = RefindingCounts::default();
+    for pair in pairs {
+        let matches = match_points(&pair.before, &pair.now, &pair.now_from_before, config);
+        for now in 0..pair.now.len() {
+            let has_partner = (0..pair.before.len()).any(|before| pair.is_same(before, now));
+            let found = matches.iter().find(|found| found.now == now);
+            score.count(
+                has_partner,
+                found.map(|found| pair.is_same(found.before, now)),
+            );
+        }
+    }
+    score
 }
 
-impl Score {
-    fn of(pairs: &[Pair], config: &PointMatchConfig) -> Self {
-        let mut score = Self::default();
-        for pair in pairs {
-            let matches = match_points(&pair.before, &pair.now, &pair.now_from_before, config);
-            for now in 0..pair.now.len() {
-                let has_partner = (0..pair.before.len()).any(|before| pair.is_same(before, now));
-                let found = matches.iter().find(|found| found.now == now);
-                let is_right = found.is_some_and(|found| pair.is_same(found.before, now));
-                score.right += usize::from(is_right);
-                score.wrong += usize::from(found.is_some() && !is_right);
-                score.with_partner += usize::from(has_partner);
-                score.without += usize::from(!has_partner);
-                score.taken += usize::from(!has_partner && found.is_some());
-            }
-        }
-        score
-    }
-
-    /// By name; each a fraction of 1.
-    fn ratios(&self) -> BTreeMap<&'static str, f64> {
-        let ratio = |part: usize, whole: usize| part as f64 / whole as f64;
-        let rightly = self.right + self.without - self.taken;
-        BTreeMap::from([
-            ("tpr", ratio(self.right, self.with_partner)),
-            ("fpr", ratio(self.taken, self.without)),
-            ("ppv", ratio(self.right, self.right + self.wrong)),
-            ("acc", ratio(rightly, self.with_partner + self.without)),
-        ])
-    }
+/// By name; each a fraction of 1.
+fn ratios(score: &RefindingCounts) -> BTreeMap<&'static str, f64> {
+    BTreeMap::from([
+        ("tpr", score.tpr()),
+        ("fpr", score.fpr()),
+        ("ppv", score.ppv()),
+        ("acc", score.acc()),
+    ])
 }

@@ -58,6 +58,7 @@ mod peak_memory;
 mod peers;
 mod people;
 mod planners;
+mod point_landmarks;
 mod ray_cast;
 mod registration;
 mod ride;
@@ -104,6 +105,7 @@ const REPORTS: &[Entry] = &[
     ("look-alikes", look_alikes::measure),
     ("people", people::measure),
     ("planners", planners::measure),
+    ("point-landmarks", point_landmarks::measure),
     ("ray-cast", ray_cast::measure),
     ("registration", registration::measure),
     ("rounding", rounding::measure),
@@ -135,9 +137,9 @@ struct Args {
     /// For `planners`: number of random queries in each world. Default 1000.
     #[arg(long)]
     queries: Option<usize>,
-    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features` and `ekf-consistency`: only in
-    /// this world; can be given several times. Default all. For `kidnap`: in these logs. Default
-    /// `intel`.
+    /// For `planners`, `explore`, `crowd`, `look-alikes`, `features`, `ekf-consistency` and
+    /// `point-landmarks`: only in this world; can be given several times. Default all. For
+    /// `kidnap`: in these logs. Default `intel`.
     #[arg(long = "world")]
     worlds: Vec<String>,
     /// For `safe-drive`: number of trials. Default 10 000.

@@ -6,9 +6,7 @@
 //!
 //! 1. The robot follows the waypoints by its true pose, so that all filters of a seed get the same
 //!    ticks and scans, and none steers by its own error.
-//! 2. A line's true wall is the one that rays from the true pose through the line meet; glass
-//!    before the line only lets them through.
-//! 3. A landmark belongs to the wall that its first sighting came from. A match with the landmark
+//! 2. A landmark belongs to the wall that its first sighting came from. A match with the landmark
 //!    of another wall is an error, unless both walls lie on one line: then α and r are right all
 //!    the same.
 
@@ -19,11 +17,14 @@ use nalgebra::{Point2, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, Landmark, LandmarkId, SweepTiming, ate_rmse};
-use slamlab_core::features::{LineConfig, LineExtractor, LineFeature};
+use slamlab_core::features::{
+    LineConfig, LineExtractor, LineFeature, PointFeature, PointFeatureConfig, PointKind,
+    find_points,
+};
 use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
 use slamlab_core::robot::{Command, Odometry, RobotModel, Scan, TrackOdometry};
-use slamlab_core::sim::{Material, SensorModel, Simulation, Wall};
+use slamlab_core::sim::{SensorModel, Simulation, Thing, Things, Wall};
 
 use crate::errand::errand;
 use crate::ride::world_named;
@@ -35,8 +36,10 @@ const READINGS: u32 = 5;
 /// More decisions than any tour needs.
 const MOST_STEPS: usize = 40_000;
 
-/// Glass so far before a line, m, is not what sent its beams back.
-const BEFORE: f64 = 0.3;
+/// A point farther from a true thing is none of it, m; and what odometry turns it within a sweep
+/// comes on top, m for each m of its distance.
+const REACH: f64 = 0.1;
+const REACH_PER_METRE: f64 = 0.03;
 
 /// Where the robot goes.
 pub(crate) struct Tour {
@@ -110,10 +113,15 @@ pub(crate) struct Listener {
     pub(crate) matches_of_no_wall: usize,
     /// Pairs of confirmed landmarks of one wall whose known parts overlap or touch.
     pub(crate) duplicates: usize,
+    pub(crate) point_matches: usize,
+    /// Matches with the landmark of another corner or post.
+    pub(crate) wrong_point_matches: usize,
+    pub(crate) confirmed_points: usize,
     pub(crate) confirmed: usize,
     pub(crate) merged: usize,
     pub(crate) wrong_merges: usize,
-    wall_of: Vec<(LandmarkId, usize)>,
+    /// What walls and points are of.
+    wall_of: Vec<(LandmarkId, Thing)>,
     track: Vec<Point2<f64>>,
 }
 
@@ -123,10 +131,14 @@ struct Drive {
     start: Pose2,
     is_errand: bool,
     walls: Vec<Wall>,
+    things: Things,
+    finds_points: bool,
     wheels: TrackOdometry,
     history: MotionHistory,
     extractor: LineExtractor,
     lines: Vec<LineFeature>,
+    /// Found only where a filter takes them in.
+    points: Vec<PointFeature>,
     truth: Vec<Point2<f64>>,
     filters: Vec<(EkfSlam, Listener)>,
 }
@@ -135,7 +147,7 @@ struct Drive {
 pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec<Listener>> {
     let world = world_named(tour.world)?;
     let (start, robot) = (world.start, RobotModel::rp6());
-    let walls = world.walls();
+    let (walls, things) = (world.walls(), Things::of(&world));
     let sim = Simulation::new(world, robot, SensorModel::lidar(), seed)?;
     let mut wheels = TrackOdometry::new(&robot);
     wheels.update(sim.stamp(), sim.ticks());
@@ -144,10 +156,13 @@ pub(crate) fn drive(tour: &Tour, seed: u64, configs: &[EkfConfig]) -> Result<Vec
         start,
         is_errand: tour.errands > 0,
         walls,
+        things,
+        finds_points: configs.iter().any(|config| config.landmarks.has_points()),
         wheels,
         history: MotionHistory::new(5.0),
         extractor: LineExtractor::new(LineConfig::default()),
         lines: vec![],
+        points: vec![],
         truth: vec![],
         filters: listeners(configs)?,
     };
@@ -232,12 +247,25 @@ impl Drive {
         let world_from_robot = self.sim.truth();
         let truth = self.start.inverse() * world_from_robot;
         self.truth.push(truth.position());
-        let wall_of = |line| true_wall(&self.walls, &world_from_robot, line);
+        let wall_of = |line: &LineFeature| self.things.of_line(&world_from_robot, line.ends);
         let wall_of_line: Vec<_> = self.lines.iter().map(wall_of).collect();
+        if self.finds_points {
+            let mut asked = PointFeatureConfig::default();
+            (asked.crossings.is_on, asked.spikes.is_on) = (false, false);
+            self.points = find_points(&points, &self.lines, &LineConfig::default(), &asked)?;
+        }
+        let thing_of = |point: &PointFeature| {
+            let reach = REACH + REACH_PER_METRE * point.position.coords.length();
+            let is_round = matches!(point.kind, PointKind::Circle { .. });
+            self.things
+                .of_point(&world_from_robot, point.position, is_round, reach)
+        };
+        let things_of_points: Vec<_> = self.points.iter().map(thing_of).collect();
         let timing = SweepTiming::at(points.stamp, scan);
         for (slam, listener) in &mut self.filters {
-            slam.update(&self.lines, &timing)?;
-            listener.note(slam, &truth, &wall_of_line, &self.walls);
+            slam.update_with_points(&self.lines, &self.points, &timing)?;
+            listener.note(slam, &truth, &wall_of_line);
+            listener.note_points(slam, &things_of_points);
         }
         Ok(())
     }
@@ -250,6 +278,7 @@ impl Drive {
                 seed,
                 ate: ate_rmse(&truth, &listener.track).unwrap_or(f64::NAN),
                 end_error: ends.map_or(f64::NAN, |(estimate, truth)| (estimate - truth).length()),
+                confirmed_points: slam.point_landmarks().filter(|p| p.is_confirmed).count(),
                 confirmed: slam.landmarks().filter(|l| l.is_confirmed).count(),
                 duplicates: listener.count_duplicates(&slam, &walls, &start),
                 ..listener
@@ -260,13 +289,7 @@ impl Drive {
 }
 
 impl Listener {
-    fn note(
-        &mut self,
-        slam: &EkfSlam,
-        truth: &Pose2,
-        wall_of_line: &[Option<usize>],
-        walls: &[Wall],
-    ) {
+    fn note(&mut self, slam: &EkfSlam, truth: &Pose2, wall_of_line: &[Option<Thing>]) {
         let report = slam.report();
         for &(feature, id) in &report.added {
             if let Some(Some(wall)) = wall_of_line.get(feature) {
@@ -277,15 +300,17 @@ impl Listener {
             let seen = wall_of_line.get(found.feature).copied().flatten();
             self.matches_of_no_wall += usize::from(seen.is_none());
             if let Some((seen, known)) = seen.zip(self.wall(found.landmark))
-                && !on_one_line(walls, seen, known)
+                && !seen.is_same(&known)
             {
                 self.wrong_matches += 1;
-                *self.wrong_pairs.entry((seen, known)).or_default() += 1;
+                if let Some(pair) = number(&seen).zip(number(&known)) {
+                    *self.wrong_pairs.entry(pair).or_default() += 1;
+                }
             }
         }
         for merged in &report.merged {
             if let Some((kept, gone)) = self.wall(merged.kept).zip(self.wall(merged.gone)) {
-                self.wrong_merges += usize::from(!on_one_line(walls, kept, gone));
+                self.wrong_merges += usize::from(!kept.is_same(&gone));
             }
         }
         self.matches += report.matches.len();
@@ -300,7 +325,23 @@ impl Listener {
         self.track.push(estimate.pose.position());
     }
 
-    fn wall(&self, id: LandmarkId) -> Option<usize> {
+    fn note_points(&mut self, slam: &EkfSlam, things: &[Option<Thing>]) {
+        let report = slam.report();
+        for &(point, id) in &report.points_added {
+            if let Some(Some(thing)) = things.get(point) {
+                self.wall_of.push((id, *thing));
+            }
+        }
+        for found in &report.point_matches {
+            let seen = things.get(found.feature).copied().flatten();
+            let known = self.wall(found.landmark);
+            let is_wrong = seen.zip(known).is_some_and(|(seen, known)| seen != known);
+            self.wrong_point_matches += usize::from(is_wrong);
+        }
+        self.point_matches += report.point_matches.len();
+    }
+
+    fn wall(&self, id: LandmarkId) -> Option<Thing> {
         let found = self.wall_of.iter().find(|(known, _)| *known == id);
         found.map(|(_, wall)| *wall)
     }
@@ -310,7 +351,7 @@ impl Listener {
         // Where along its wall each landmark lies.
         let confirmed = slam.landmarks().filter(|landmark| landmark.is_confirmed);
         let stretch = |landmark: Landmark| {
-            let wall = self.wall(landmark.id)?;
+            let wall = number(&self.wall(landmark.id)?)?;
             let tangent = walls.get(wall)?.segment.vector().normalize();
             let ends = landmark.ends.map(|end| tangent.dot(&(*start * end).coords));
             Some((wall, ends[0].min(ends[1]), ends[0].max(ends[1])))
@@ -325,40 +366,10 @@ impl Listener {
     }
 }
 
-/// The wall that most of three rays through a line meet; `None` where they do not agree on one that
-/// is parallel to it.
-fn true_wall(walls: &[Wall], world_from_robot: &Pose2, line: &LineFeature) -> Option<usize> {
-    let [a, b] = line.ends.map(|end| *world_from_robot * end);
-    let origin = world_from_robot.position();
-    let hits = [0.25, 0.5, 0.75].map(|part| {
-        let way = a + (b - a) * part - origin;
-        let towards = way.normalize();
-        let distances = walls.iter().enumerate().filter_map(|(index, wall)| {
-            let distance = wall.segment.hit_by_ray(origin, towards)?;
-            let is_glass_before =
-                wall.material == Material::Glass && distance < way.length() - BEFORE;
-            (!is_glass_before).then_some((index, distance))
-        });
-        let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-        let wall = walls.get(nearest)?.segment.vector().normalize();
-        let angle = (b - a).perp(&wall) / (b - a).length();
-        (angle.abs() < 0.2).then_some(nearest)
-    });
-    let [first, second, third] = hits;
-    second
-        .filter(|_| second == first || second == third)
-        .or(first.filter(|_| first == third))
-}
-
-/// Whether two walls lie on one line, to 1 cm and a thousandth of a radian.
-fn on_one_line(walls: &[Wall], a: usize, b: usize) -> bool {
-    let (Some(wall), Some(other)) = (walls.get(a), walls.get(b)) else {
-        return false;
-    };
-    let (wall, other) = (&wall.segment, &other.segment);
-    let along = wall.vector().normalize();
-    let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
-    let sine = along.perp(&other.vector().normalize()).clamp(-1.0, 1.0);
-    let turn = libm::asin(sine);
-    a == b || (turn.abs() < 1e-3 && off(other.a) < 0.01 && off(other.b) < 0.01)
+/// A wall's place among those of its world.
+fn number(thing: &Thing) -> Option<usize> {
+    match thing {
+        Thing::Wall { number, .. } => Some(*number),
+        Thing::Corner(_) | Thing::Round(_) => None,
+    }
 }

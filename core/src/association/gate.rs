@@ -29,12 +29,27 @@ pub struct ExpectedLine {
 /// Difference of a sighting and what was expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// (α, r) seen less expected.
+    /// (α, r) seen less expected; of a point (x, y).
     pub v: Vector2<f64>,
     /// Covariance of `v`.
     pub cov: Matrix2<f64>,
     /// vᵀ Z⁻¹ v.
     pub d2: f64,
+}
+
+impl Innovation {
+    /// `None` where the covariance is not positive definite.
+    #[must_use]
+    pub fn new(v: Vector2<f64>, cov: Matrix2<f64>) -> Option<Self> {
+        let determinant = cov[(0, 0)] * cov[(1, 1)] - cov[(0, 1)] * cov[(1, 0)];
+        if !(cov[(0, 0)] > 0.0 && determinant > 0.0) {
+            return None;
+        }
+        let d2 = (cov[(1, 1)] * v.x * v.x - (cov[(0, 1)] + cov[(1, 0)]) * v.x * v.y
+            + cov[(0, 0)] * v.y * v.y)
+            / determinant;
+        d2.is_finite().then_some(Self { v, cov, d2 })
+    }
 }
 
 impl ExpectedLine {
@@ -46,15 +61,7 @@ impl ExpectedLine {
         if v.x.abs() > std::f64::consts::FRAC_PI_2 {
             return None;
         }
-        let cov = self.cov + seen.cov;
-        let determinant = cov[(0, 0)] * cov[(1, 1)] - cov[(0, 1)] * cov[(1, 0)];
-        if !(cov[(0, 0)] > 0.0 && determinant > 0.0) {
-            return None;
-        }
-        let d2 = (cov[(1, 1)] * v.x * v.x - (cov[(0, 1)] + cov[(1, 0)]) * v.x * v.y
-            + cov[(0, 0)] * v.y * v.y)
-            / determinant;
-        d2.is_finite().then_some(Innovation { v, cov, d2 })
+        Innovation::new(v, self.cov + seen.cov)
     }
 }
 

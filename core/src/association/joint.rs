@@ -34,9 +34,9 @@ use super::AssociationConfig;
 pub struct Pairing {
     /// Number of the sighting.
     pub sighting: usize,
-    /// Index of the landmark.
+    /// Which landmark: any number that no other has.
     pub landmark: usize,
-    /// (α, r) seen less expected.
+    /// (α, r) seen less expected; of a point (x, y).
     pub v: Vector2<f64>,
     /// Covariance of `v`.
     pub cov: Matrix2<f64>,
@@ -45,7 +45,7 @@ pub struct Pairing {
 /// What a sighting is, once all of its scan were matched together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Paired {
-    /// The landmark of this index.
+    /// The landmark of this number.
     Landmark(usize),
     /// One of several that cannot be distinguished.
     Ambiguous,

@@ -6,6 +6,7 @@ mod joint;
 mod jpda;
 mod nearest;
 mod points;
+mod refinding;
 
 pub use assignment::assign;
 pub use gate::{ExpectedLine, Innovation, OrientedLine, gap};
@@ -14,4 +15,5 @@ pub use jpda::{Options, joint_probabilities};
 pub use nearest::{
     AssociationConfig, AssociationMethod, Candidate, Choice, choose, choose_paired, plausible,
 };
-pub use points::{PointMatch, PointMatchConfig, PointMatching, match_points};
+pub use points::{PointMatch, PointMatchConfig, PointMatching, are_alike, match_points};
+pub use refinding::{RefindingCounts, RefindingCurve};

@@ -110,7 +110,7 @@ pub struct Candidate {
     pub is_beyond: bool,
     /// Whether it was seen often enough to be a wall.
     pub is_confirmed: bool,
-    /// Where the landmark is expected: α, rad, and signed r, m.
+    /// Where the landmark is expected: α, rad, and signed r, m; of a point x and y, m.
     pub expected: [f64; 2],
 }
 

@@ -140,7 +140,7 @@ fn moved(before: &[PointFeature], now_from_before: &PoseEstimate) -> Vec<PointFe
 
 /// d² of two points of one kind; `None` where they cannot be the same.
 fn distance2(a: &PointFeature, b: &PointFeature) -> Option<f64> {
-    if !are_alike(a, b) {
+    if !are_alike(&a.kind, &b.kind) {
         return None;
     }
     let off = b.position - a.position;
@@ -149,8 +149,9 @@ fn distance2(a: &PointFeature, b: &PointFeature) -> Option<f64> {
 }
 
 /// Whether both are of one kind; circles within 3 σ of one size.
-fn are_alike(a: &PointFeature, b: &PointFeature) -> bool {
-    match (&a.kind, &b.kind) {
+#[must_use]
+pub fn are_alike(a: &PointKind, b: &PointKind) -> bool {
+    match (a, b) {
         (
             PointKind::Circle { radius, var_radius },
             PointKind::Circle {

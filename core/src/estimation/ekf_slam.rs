@@ -1,13 +1,14 @@
-//! In: odometry, and the lines of each scan. Out: the robot's pose and the walls, with one
-//! covariance over all of it.
+//! In: odometry, and the lines of each scan, or its points, or both ([`LandmarkKinds`]). Out: the
+//! robot's pose, the walls and the points, with one covariance over all of it.
 //!
-//! The state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the robot's
-//! first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line is
-//! oriented: its normal points from the side it was seen from into the wall, and r is signed
+//! Of lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the
+//! robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line
+//! is oriented: its normal points from the side it was seen from into the wall, and r is signed
 //! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
 //! was first seen. Counted from the origin of the map, as the paper has it, an error of α is a
 //! shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm
-//! that no covariance knows of, more than the wall is uncertain.
+//! that no covariance knows of, more than the wall is uncertain. Points are two rows more, x and y
+//! in the map frame ([`point`]).
 //!
 //! 1. **Predict**: the pose moves by the odometry; only P_xx and P_xf change. O(n), TDK 2016 eq.
 //!    (3.18)-(3.20).
@@ -42,8 +43,11 @@ mod input;
 mod joint;
 mod landmark;
 mod merge;
+mod point;
+mod point_model;
 mod report;
 mod robot_state;
+mod shared;
 mod sighting;
 mod sweep;
 #[cfg(test)]
@@ -52,21 +56,25 @@ mod tests;
 use nalgebra::{Matrix2, Matrix3, Matrix5, Point2};
 
 pub(super) use self::input::check_feature;
+use self::input::check_point;
 use self::joint::JointScratch;
 use self::landmark::Entry;
+use self::point::{PointEntry, by_index, heading_variance, is_landmark};
 use self::robot_state::{POSE, ROBOT};
-use self::sweep::{as_seen, order};
+use self::shared::SharedBeams;
+use self::sweep::{Turn, Which, as_seen, order, point_as_seen};
 use super::covariance::Covariance;
 use super::triangle::SymmetricMatrix;
-use crate::association::{AssociationMethod, Candidate, Choice, choose, choose_paired};
-use crate::features::LineFeature;
+use crate::association::{AssociationMethod, Candidate, Choice, Paired, choose, choose_paired};
+use crate::features::{LineFeature, PointFeature};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::Odometry;
 
-pub use self::config::{Consistency, EkfConfig, MergeConfig};
+pub use self::config::{Consistency, EkfConfig, LandmarkKinds, MergeConfig};
 pub use self::correlations::Correlations;
 pub use self::input::EkfError;
 pub use self::landmark::{Landmark, LandmarkId};
+pub use self::point::PointLandmark;
 pub use self::report::{
     Considered, Decision, Explanation, Fix, Gate, Match, Merged, Rejection, UpdateReport,
 };
@@ -79,7 +87,7 @@ const REPORTED: usize = 8;
 /// explain nothing.
 const REPORTED_GATES: f64 = 4.0;
 
-/// Line EKF-SLAM.
+/// EKF-SLAM over lines and points.
 #[derive(Clone, Debug)]
 pub struct EkfSlam {
     config: EkfConfig,
@@ -91,6 +99,7 @@ pub struct EkfSlam {
     pending: Vec<Odometry>,
     ahead: RobotState,
     landmarks: Vec<Entry>,
+    points: Vec<PointEntry>,
     cov: Covariance,
     next_id: u32,
     scans: u32,
@@ -98,7 +107,8 @@ pub struct EkfSlam {
     // Buffers kept between updates.
     /// P Hᵀ L⁻ᵀ, two columns.
     gain: [Vec<f64>; 2],
-    order: Vec<usize>,
+    order: Vec<Turn>,
+    shared: SharedBeams,
     candidates: Vec<Candidate>,
     joint: JointScratch,
 }
@@ -118,12 +128,14 @@ impl EkfSlam {
             pending: vec![],
             ahead,
             landmarks: vec![],
+            points: vec![],
             cov: Covariance::new(&ahead.cov),
             next_id: 0,
             scans: 0,
             report: UpdateReport::default(),
             gain: Default::default(),
             order: vec![],
+            shared: SharedBeams::default(),
             candidates: vec![],
             joint: JointScratch::default(),
         })
@@ -157,10 +169,10 @@ impl EkfSlam {
         }
     }
 
-    /// All landmarks in the order of the state, those not yet confirmed too.
+    /// All walls in the order of the state, those not yet confirmed too.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
-        self.landmarks.iter().enumerate().map(|(index, entry)| {
-            let (line, cov) = entry.in_map(&self.block(ROBOT + 2 * index));
+        self.landmarks.iter().map(|entry| {
+            let (line, cov) = entry.in_map(&self.block(entry.row));
             Landmark {
                 id: entry.id,
                 line,
@@ -172,8 +184,8 @@ impl EkfSlam {
         })
     }
 
-    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, landmarks in
-    /// the order of [`Self::landmarks`], r signed and counted from each landmark's anchor.
+    /// The covariance of the whole state (x, y, θ, κ, s, α₁, r₁, …) at the last scan, walls and
+    /// points in the order of their names, r signed and counted from each wall's anchor.
     #[must_use]
     pub fn covariance(&self) -> &SymmetricMatrix {
         self.cov.settled()
@@ -204,47 +216,65 @@ impl EkfSlam {
         features: &[LineFeature],
         sweep: &SweepTiming,
     ) -> Result<&UpdateReport, EkfError> {
-        for (index, feature) in features.iter().enumerate() {
+        self.update_with_points(features, &[], sweep)
+    }
+
+    /// The same with the points of the scan beside its lines. Which of the two are taken in is a
+    /// setting ([`EkfConfig::landmarks`]); of the points, corners and circles.
+    ///
+    /// # Errors   [`EkfError::Feature`], [`EkfError::Point`] for the first line or point whose
+    /// numbers cannot be used; then nothing has changed.
+    pub fn update_with_points(
+        &mut self,
+        lines: &[LineFeature],
+        points: &[PointFeature],
+        sweep: &SweepTiming,
+    ) -> Result<&UpdateReport, EkfError> {
+        for (index, feature) in lines.iter().enumerate() {
             check_feature(index, feature)?;
         }
+        for (index, point) in points.iter().enumerate() {
+            check_point(index, point)?;
+        }
+        let kinds = self.config.landmarks;
+        let lines = if kinds.has_lines() { lines } else { &[] };
+        let points = if kinds.has_points() { points } else { &[] };
         self.scans += 1;
         self.report.clear();
         let end = sweep.stamp.seconds();
         let moved = self.motion_until(end).motion != Pose2::identity();
-        order(features, sweep, &mut self.order);
+        order(lines, points, sweep, &mut self.order);
+        self.shared.find(lines, points);
         self.joint.paired.clear();
         if self.config.association.method == AssociationMethod::Joint
-            && let Some(first) = self.order.first().and_then(|first| features.get(*first))
+            && let Some(first) = self.order.first()
         {
-            self.advance_to(end - sweep.age_of(first));
+            self.advance_to(end - sweep.age_of(first.beams));
             let mut joint = std::mem::take(&mut self.joint);
-            self.pair_jointly(features, sweep, &mut joint);
+            self.pair_jointly(lines, points, sweep, &mut joint);
             self.joint = joint;
         }
         for at in 0..self.order.len() {
-            let index = self.order[at];
-            let feature = &features[index];
-            if moved && sweep.seconds > 0.0 && feature.first_beam > feature.last_beam {
-                self.conclude(index, Decision::Rejected(Rejection::Seam));
-                continue;
-            }
-            let seconds = end - sweep.age_of(feature);
-            self.advance_to(seconds);
-            let rest = self.motion_until(end);
-            let feature = as_seen(feature, &rest, sweep);
-            let before = self.pose;
-            if let Decision::Matched(_) = self.take_in(index, &feature) {
-                self.report.fixes.push(Fix {
-                    seconds,
-                    before,
-                    after: self.pose,
-                    heading_variance: feature.cov[(0, 0)]
-                        + self.config.alpha_sigma * self.config.alpha_sigma,
-                });
+            let turn = self.order[at];
+            let is_on_seam = moved && sweep.seconds > 0.0 && turn.beams[0] > turn.beams[1];
+            let seconds = end - sweep.age_of(turn.beams);
+            match turn.which {
+                Which::Line(index) if is_on_seam => {
+                    self.conclude(index, Decision::Rejected(Rejection::Seam));
+                }
+                Which::Point(index) if is_on_seam => {
+                    self.conclude_point(index, Decision::Rejected(Rejection::Seam));
+                }
+                Which::Line(index) => self.meet_line(index, &lines[index], seconds, sweep),
+                Which::Point(index) => {
+                    let paired = self.joint.paired.get(lines.len() + index).copied();
+                    self.meet_point(index, &points[index], paired, seconds, sweep);
+                }
             }
         }
         self.advance_to(end);
         self.merge_all();
+        self.merge_points();
         self.forget();
         self.cov.settle();
         self.ahead = RobotState {
@@ -258,18 +288,77 @@ impl EkfSlam {
         Ok(&self.report)
     }
 
+    /// Steps 2 to 4 for a line that was seen at `seconds`.
+    fn meet_line(&mut self, index: usize, line: &LineFeature, seconds: f64, sweep: &SweepTiming) {
+        self.advance_to(seconds);
+        let rest = self.motion_until(sweep.stamp.seconds());
+        let mut line = as_seen(line, &rest, sweep);
+        if self.shared.has_line(index) {
+            line.cov /= 1.0 - self.config.shared_part;
+        }
+        let before = self.pose;
+        if let Decision::Matched(_) = self.take_in(index, &line) {
+            let own = line.cov[(0, 0)] + self.config.alpha_sigma * self.config.alpha_sigma;
+            self.fix(seconds, before, own);
+        }
+    }
+
+    /// Steps 2 to 4 for a point that was seen at `seconds`.
+    fn meet_point(
+        &mut self,
+        index: usize,
+        point: &PointFeature,
+        paired: Option<Paired>,
+        seconds: f64,
+        sweep: &SweepTiming,
+    ) {
+        if !is_landmark(&point.kind) {
+            return;
+        }
+        let (shared, part) = (self.shared.point(index), self.config.shared_part);
+        if shared.is_on_line && part <= 0.0 {
+            self.conclude_point(index, Decision::Rejected(Rejection::OnAWall));
+            return;
+        }
+        self.advance_to(seconds);
+        let rest = self.motion_until(sweep.stamp.seconds());
+        let mut point = point_as_seen(point, &rest, sweep);
+        point.cov *= 1.0 + shared.others as f64;
+        if shared.is_on_line {
+            point.cov /= part;
+        }
+        let before = self.pose;
+        if let Decision::Matched(_) = self.take_in_point(index, &point, paired)
+            && let Some(own) = heading_variance(&self.point_cov(&point), point.position)
+        {
+            self.fix(seconds, before, own);
+        }
+    }
+
+    fn fix(&mut self, seconds: f64, before: Pose2, heading_variance: f64) {
+        self.report.fixes.push(Fix {
+            seconds,
+            before,
+            after: self.pose,
+            heading_variance,
+        });
+    }
+
     /// Steps 3 and 4 for line number `index`, in the robot frame of the state.
     fn take_in(&mut self, index: usize, seen: &LineFeature) -> Decision {
         self.candidates.clear();
         for landmark in 0..self.landmarks.len() {
             if let Some((candidate, considered)) = self.compare(landmark, seen) {
                 self.candidates.push(candidate);
-                self.report.considered.push(considered);
+                self.report.of_lines.considered.push(considered);
             }
         }
         let (candidates, config) = (&self.candidates, &self.config.association);
         let choice = match self.joint.paired.get(index) {
-            Some(paired) => choose_paired(candidates, *paired, config),
+            Some(paired) => {
+                let place = |row| self.landmarks.iter().position(|entry| entry.row == row);
+                choose_paired(candidates, by_index(*paired, place), config)
+            }
             None => choose(candidates, config),
         };
         let decision = match choice {
@@ -305,8 +394,13 @@ impl EkfSlam {
     }
 
     fn conclude(&mut self, feature: usize, decision: Decision) {
-        let far = REPORTED_GATES * self.config.association.new_gate;
-        self.report.conclude(feature, decision, REPORTED, far);
+        let far = self.reported_far();
+        let explained = &mut self.report.of_lines;
+        explained.conclude(feature, decision, REPORTED, far);
+    }
+
+    fn reported_far(&self) -> f64 {
+        REPORTED_GATES * self.config.association.new_gate
     }
 
     /// Where Jacobians take the robot to be.

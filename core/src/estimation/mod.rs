@@ -32,8 +32,8 @@ pub use covariance::{Column, Covariance};
 pub use drive_fit::DriveFit;
 pub use ekf_slam::{
     Considered, Consistency, Correlations, Decision, EkfConfig, EkfError, EkfSlam, Explanation,
-    Fix, Gate, Landmark, LandmarkId, Match, MergeConfig, Merged, OdometryErrors, Rejection,
-    RobotState, SweepTiming, UpdateReport,
+    Fix, Gate, Landmark, LandmarkId, LandmarkKinds, Match, MergeConfig, Merged, OdometryErrors,
+    PointLandmark, Rejection, RobotState, SweepTiming, UpdateReport,
 };
 pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
 pub use line_localisation::LineLocaliser;

@@ -5,6 +5,7 @@ mod beside;
 mod kidnap;
 mod outline;
 mod people;
+mod refinding;
 mod turning;
 
 use nalgebra::Point2;

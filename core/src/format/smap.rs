@@ -116,14 +116,15 @@ pub enum SmapError {
 
 impl Smap {
     /// What a run has mapped: the middles of the occupied cells, where the robot was, and each wall
-    /// as an edge that was found again as often as it was seen after the first time. Only methods
-    /// with lines have walls.
+    /// as an edge that was found again as often as it was seen after the first time, and points
+    /// with how often they were found again. Only methods with landmarks have some.
     ///
     /// # Errors    [`SmapError::Map`], [`SmapError::MapTooLarge`].
     pub fn of_run(
         grid: &Grid,
         path: impl IntoIterator<Item = Point2<f64>>,
         walls: &[Wall],
+        points: impl IntoIterator<Item = (Point2<f64>, u32)>,
     ) -> Result<Self, SmapError> {
         let is_occupied = |odds| grid.state_of(odds) == CellState::Occupied;
         let rect = known_rect(grid, is_occupied)?;
@@ -137,10 +138,19 @@ impl Smap {
             confidence: wall.sightings.saturating_sub(1),
             kind: LandmarkKind::Edge,
         };
+        let point = |(at, confidence)| SmapLandmark {
+            at,
+            confidence,
+            kind: LandmarkKind::Point,
+        };
         Ok(Self {
             points: occupied().map(|cell| grid.centre_of(cell)).collect(),
             path: path.into_iter().collect(),
-            landmarks: walls.iter().map(edge).collect(),
+            landmarks: walls
+                .iter()
+                .map(edge)
+                .chain(points.into_iter().map(point))
+                .collect(),
         })
     }
 

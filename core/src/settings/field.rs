@@ -6,7 +6,7 @@ use std::mem::discriminant;
 use super::setting::Named;
 use crate::association::AssociationMethod;
 use crate::control::Avoidance;
-use crate::estimation::Consistency;
+use crate::estimation::{Consistency, LandmarkKinds};
 use crate::features::{SpikeForm, SplitRule};
 use crate::map::{FreeCells, Layer};
 use crate::plan::{FrontierChoice, Planner, Shortening};
@@ -155,6 +155,7 @@ choices!(
     Avoidance,
     BodyShape,
     Consistency,
+    LandmarkKinds,
     FreeCells,
     FrontierChoice,
     Layer

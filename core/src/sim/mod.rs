@@ -36,6 +36,7 @@ pub mod response;
 pub mod scan_pair;
 pub mod sensors;
 mod simulation;
+mod things;
 mod world;
 pub mod worlds;
 
@@ -47,4 +48,5 @@ pub use motor::Motor;
 pub use reachable::{ReachableArea, reachable_area};
 pub use sensors::{SensorKind, SensorModel, UnknownSensor};
 pub use simulation::{Blocked, SimError, Simulation, TIME_STEP};
+pub use things::{Thing, Things};
 pub use world::{Disc, Door, Material, Mover, Obstacle, RobotKind, Shape, Wall, World, WorldError};

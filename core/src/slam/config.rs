@@ -25,7 +25,8 @@ pub struct SlamConfig {
     pub tracking: TrackingConfig,
     /// How lines are found.
     pub lines: LineConfig,
-    /// Which points are found beside them: to be looked at, no method uses them yet.
+    /// Which points are found beside them: to be looked at, and as landmarks of the filter where
+    /// [`EkfConfig::landmarks`] asks for them.
     pub point_features: PointFeatureConfig,
     /// The filter over lines.
     pub ekf: EkfConfig,

@@ -56,7 +56,7 @@ impl Slam {
     }
 
     /// Corners, spikes, crossings and circles of the last scan, in the robot frame when it came.
-    /// They are found when they are asked for, for no method uses them.
+    /// They are found when they are asked for.
     ///
     /// # Errors    [`SlamError::Lines`] for a beam with a number that is not finite.
     pub fn point_features(&self) -> Result<Vec<PointFeature>, SlamError> {
@@ -163,6 +163,11 @@ impl Slam {
             hash.integer(u64::from(landmark.id.0))
                 .number(landmark.line.alpha())
                 .number(landmark.line.r());
+        }
+        for landmark in self.view().point_landmarks {
+            hash.integer(u64::from(landmark.id.0))
+                .number(landmark.position.x)
+                .number(landmark.position.y);
         }
         let grids = [Some(self.grid()), self.sonar_grid.as_ref()];
         for (block, cells) in grids.into_iter().flatten().flat_map(|g| g.blocks_since(0)) {

@@ -2,12 +2,14 @@
 
 use std::fmt::Debug;
 
+use nalgebra::Point2;
+
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, GridParticles, Hypothesis, Landmark, Match, OdometryErrors, Particle, PoseGraph,
-    PoseQuality, ScanMatcher, SymmetricMatrix, UpdateReport,
+    Correlations, GridParticles, Hypothesis, Landmark, Match, OdometryErrors, Particle,
+    PointLandmark, PoseGraph, PoseQuality, ScanMatcher, SymmetricMatrix, UpdateReport,
 };
-use crate::features::LineFeature;
+use crate::features::{LineFeature, PointFeature};
 use crate::geom::Pose2;
 use crate::map::Grid;
 use crate::robot::Stamp;
@@ -59,6 +61,10 @@ pub struct View<'a> {
     pub features: &'a [LineFeature],
     /// Walls of the line map, in the order of the state.
     pub landmarks: &'a [Landmark],
+    /// Points of the last scan that may become landmarks, robot frame.
+    pub points: &'a [PointFeature],
+    /// Corners and posts that the map keeps, in the order of the state.
+    pub point_landmarks: &'a [PointLandmark],
     /// What the last scan did to the line map and why, with the normalised innovation squared.
     pub update: Option<&'a UpdateReport>,
     /// The common covariance of pose and walls.
@@ -100,11 +106,20 @@ impl<'a> View<'a> {
         walls.filter(|wall| wall.is_confirmed).count()
     }
 
+    /// Where the points are that were seen often enough, and how often they were found again.
+    pub fn confirmed_points(&self) -> impl Iterator<Item = (Point2<f64>, u32)> + use<'a> {
+        let points = self.point_landmarks.iter();
+        let confirmed = points.filter(|point| point.is_confirmed);
+        confirmed.map(|point| (point.position, point.confidence()))
+    }
+
     /// How the errors of pose and walls hang together; `None` for methods without a common
     /// covariance. O(n²).
     #[must_use]
     pub fn correlations(&self) -> Option<Correlations> {
         let covariance = self.covariance?;
-        Some(Correlations::of(covariance, self.landmarks))
+        let walls = self.landmarks.iter().map(|wall| wall.id);
+        let points = self.point_landmarks.iter().map(|point| point.id);
+        Some(Correlations::of(covariance, walls.chain(points)))
     }
 }

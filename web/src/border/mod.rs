@@ -28,7 +28,8 @@ pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
     BasinRow, BeamRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, HypothesisRow,
-    IterationRow, LineRow, PointRow, SubmapRow, TrackRow, TrailRow, TwinRow, flat,
+    IterationRow, LandmarkRow, LineRow, PointRow, RefindingRow, SubmapRow, TrackRow, TrailRow,
+    TwinRow, flat,
 };
 pub use values::SettingValues;
 

@@ -97,8 +97,10 @@ names! {
     /// What became of a line of the scan.
     Decision {
         Matched = "matched", Added = "added", Ambiguous = "ambiguous", OutsideGate = "outside-gate", Taken = "taken",
-        Seam = "seam", Singular = "singular",
+        OnAWall = "on-a-wall", Seam = "seam", Singular = "singular",
     }
+    /// What a landmark is; a row of `LANDMARK` has its place in this list.
+    LandmarkName { Wall = "wall", Corner = "corner", Post = "post" }
     /// Inside which gate a candidate lies.
     Gate of slamlab_core::estimation::Gate { Match = "match", Near = "near", Far = "far", Beyond = "beyond" }
     /// What a point of a scan is.
@@ -160,6 +162,7 @@ impl From<&slamlab_core::estimation::Decision> for Decision {
                 Rejection::Ambiguous => Self::Ambiguous,
                 Rejection::OutsideGate => Self::OutsideGate,
                 Rejection::Taken => Self::Taken,
+                Rejection::OnAWall => Self::OnAWall,
                 Rejection::Seam => Self::Seam,
                 Rejection::Singular => Self::Singular,
             },

@@ -77,6 +77,15 @@ rows! {
     /// kind among the names of `PointName` (corner, spike, crossing, circle), the radius of a
     /// circle (m, else 0), and the confidence, 0 to 1.
     "POINT": PointRow of f32 { x, y, var_x, cov_xy, var_y, kind, radius, confidence }
+    /// A landmark of the filter: its number, the place of its kind among the names of
+    /// `LandmarkName` (wall, corner, post), where it is (of a wall the middle of its known part),
+    /// map frame (m), the covariance of that (m²; NaN of a wall, which has its band), the radius of
+    /// a post (m, else 0), how often it was found again, and whether it was seen often enough to be
+    /// believed.
+    "LANDMARK": LandmarkRow of f32 { id, kind, x, y, var_x, cov_xy, var_y, radius, confidence, confirmed }
+    /// How well landmarks are found again with a gate, d²: true positive rate, false positive rate,
+    /// positive predictive value and accuracy, 0 to 1, NaN of nothing; and of how many sightings.
+    "REFINDING": RefindingRow of f32 { gate, tpr, fpr, ppv, acc, sightings }
     /// Something that is followed: its number, where it is and its velocity, map frame (m, m/s),
     /// the covariance of its place (m²), the place of what it does among the names of
     /// `TrackMotionName` (new, moving, paused, standing), and whether the last scan saw it.

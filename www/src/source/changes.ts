@@ -7,7 +7,7 @@ import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
 
-type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors" | "edits" | "tracks" | "takenOut";
+type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors" | "edits" | "tracks" | "takenOut" | "landmarks" | "refinding";
 
 /** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
 const PLAN_PERIOD = 120;
@@ -23,7 +23,7 @@ export class Changes {
   #reportsSent = -1;
   #wholeSent = false;
   #planAt = -Infinity;
-  #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY, edits: EMPTY, tracks: EMPTY, takenOut: EMPTY };
+  #sent: Record<Compared, Float32Array> = { hypotheses: EMPTY, particles: EMPTY, path: EMPTY, rawPath: EMPTY, tree: EMPTY, frontiers: EMPTY, doors: EMPTY, edits: EMPTY, tracks: EMPTY, takenOut: EMPTY, landmarks: EMPTY, refinding: EMPTY };
   #trail = new Trail();
   #mapAt = -Infinity;
   #submaps = { version: -1, known: 0 };
@@ -85,6 +85,8 @@ export class Changes {
       doors: this.#fresh("doors", module.doors()),
       hypotheses: scanned ? this.#fresh("hypotheses", module.hypotheses()) : null,
       particles: scanned ? this.#fresh("particles", module.particles()) : null,
+      landmarks: scanned ? this.#fresh("landmarks", module.landmarks()) : null,
+      refinding: scanned ? this.#fresh("refinding", module.refinding()) : null,
       tracks: scanned ? this.#fresh("tracks", module.tracks()) : null,
       takenOut: scanned ? this.#fresh("takenOut", module.taken_out()) : null,
       movers: module.movers(),

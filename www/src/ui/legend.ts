@@ -48,6 +48,8 @@ const ENTRIES: readonly Entry[] = [
   { name: "walls", label: "Walls", meaning: "Segments of the line map: the walls the filter believes in.", sign: stroke("walls", "", 3) },
   { name: "lines", label: "Line uncertainty", meaning: "The wall lies in this band with 95 % probability; it narrows as the wall is seen again.",
     sign: svg`<path d="M2 3c8 4 16 4 24 0v12c-8-4-16-4-24 0z" fill="var(--map-lines)" fill-opacity=".35" stroke="var(--map-lines)" stroke-width="1"/>` },
+  { name: "landmarks", label: "Landmarks", meaning: "What the filter keeps and finds again: the wider the circle, the oftener it was found again (at least once; dotted while it is not believed). Circles of walls stand on their middles. Filled: a corner (square) or a post (disc), in the ellipse in which it lies with 95 % probability.",
+    sign: svg`<circle cx="8" cy="9" r="7" fill="none" stroke="var(--map-landmarks)" stroke-width="1.8"/><path d="M6 7h4v4H6z" fill="var(--map-landmarks)" stroke="none"/><circle cx="21" cy="9" r="4" fill="none" stroke="var(--map-landmarks)" stroke-width="1.8"/>` },
   { name: "frontiers", label: "Frontiers", meaning: "Where known free space meets the unknown: the places worth a visit.",
     sign: svg`<path d="M3 12h.01M7 9h.01M11 8h.01M15 9h.01M19 11h.01M23 10h.01" stroke="var(--map-frontiers)" stroke-width="4" stroke-linecap="square"/>`, simOnly: true },
   { name: "path", label: "Path", meaning: "The legs that it will drive, after shortening, with the goal.", sign: stroke("path", "", 3), simOnly: true },

@@ -12,6 +12,7 @@ const DECISION_WORDS: Readonly<Record<Decision, string>> = {
   ambiguous: "dropped: two walls explain it nearly as well",
   "outside-gate": "dropped: too far for a match, too near for a new wall",
   taken: "dropped: its wall was already seen in this scan",
+  "on-a-wall": "dropped: it lies on a wall that the scan shows too",
   seam: "dropped: it lies across the seam of the sweep",
   singular: "dropped: its innovation has no proper covariance",
 };
@@ -67,12 +68,20 @@ export class SlamMatches extends SlamElement {
     const count = (decision: Decision): number => sightings.filter((s) => s.decision === decision).length;
     const dropped = sightings.length - count("matched") - count("added");
     return html`<p data-testid="matches">The last scan shows ${sightings.length} lines: ${count("matched")} recognised, ${count("added")} new, ${dropped} not used. Choose one here, or click a wall on the map.</p>
+      ${this.#points()}
       <ul>${sightings.map((s) => {
         const wall = s.wall ?? s.candidates[0]?.wall ?? null;
         return html`<li><button ?disabled=${wall === null} @click=${() => this.store.point({ pinned: wall })}
           @pointerenter=${() => this.store.point({ hovered: wall === null ? [] : [wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
           <i class="dot ${s.decision}"></i><span>${s.wall === null ? "" : html`wall <b>${s.wall}</b> `}${DECISION_WORDS[s.decision]}${s.decision === "matched" ? html` <span class="muted num">d² ${fixed(distanceOf(s), 1)}</span>` : ""}</span></button></li>`;
       })}</ul>`;
+  }
+
+  /** What became of corners and posts, where they are landmarks. */
+  #points(): TemplateResult | typeof nothing {
+    const [seen = 0, recognised = 0, added = 0] = this.store.inspection?.pointsSeen ?? [];
+    if (seen === 0) return nothing;
+    return html`<p data-testid="points-matched">And ${seen} corners and posts: ${recognised} recognised, ${added} new, ${seen - recognised - added} not used.</p>`;
   }
 
   #wall(wall: number, sightings: readonly Sighting[], inspection: Inspection | null): TemplateResult {

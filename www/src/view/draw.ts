@@ -12,6 +12,7 @@ import * as graph from "./layers/graph.js";
 import * as grid from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
 import * as hypotheses from "./layers/hypotheses.js";
+import * as landmarks from "./layers/landmarks.js";
 import * as points from "./layers/points.js";
 import * as priorMap from "./layers/prior_map.js";
 import * as lines from "./layers/lines.js";
@@ -51,6 +52,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["frontiers", frontiers.draw],
   ["lines", lines.draw],
   ["walls", walls.draw],
+  ["landmarks", landmarks.draw],
   ["tree", tree.draw],
   ["scan", scan.draw],
   ["tracks", tracks.draw],

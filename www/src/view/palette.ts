@@ -6,7 +6,7 @@ import { colourOf } from "../ui/plot_style.js";
 
 const NAMES = [
   "unknown", "free", "occupied", "gridline", "truth", "odometry", "estimate", "robot", "scan", "walls", "lines", "path", "tree",
-  "frontiers", "ink", "glass", "dark", "people", "found", "points", "moving", "door", "twin", "prior", "hypotheses", "field", "accepted", "waiting", "refused", "revoked", "torn",
+  "frontiers", "ink", "glass", "dark", "people", "found", "points", "landmarks", "moving", "door", "twin", "prior", "hypotheses", "field", "accepted", "waiting", "refused", "revoked", "torn",
   "contest0", "contest1", "contest2", "contest3", "contest4", "contest5", "contest6", "contest7", "contest8",
 ] as const;
 

@@ -7,13 +7,13 @@ import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "scan", "tracks", "found", "points", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
+export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "landmarks", "scan", "tracks", "found", "points", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
 
 /** What a frame replaces, if it has it. */
-const SHAPES = ["scan", "beams", "doors", "found", "points", "tracks", "takenOut", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers", "edits"] as const;
+const SHAPES = ["scan", "beams", "doors", "found", "points", "landmarks", "refinding", "tracks", "takenOut", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers", "edits"] as const;
 
 export class Scene {
   readonly tiles = new Tiles();
@@ -26,6 +26,10 @@ export class Scene {
   found: Float32Array = EMPTY;
   /** Points found in it, see POINT. */
   points: Float32Array = EMPTY;
+  /** Landmarks of the filter with their confidence, see LANDMARK. */
+  landmarks: Float32Array = EMPTY;
+  /** How well they are found again, see REFINDING. */
+  refinding: Float32Array = EMPTY;
   /** What moves about, see TRACK. */
   tracks: Float32Array = EMPTY;
   /** x y of what the last scan hit that was kept out of pose and map. */

@@ -157,7 +157,7 @@ fn placement(
     [k, l]: [usize; 2],
 ) -> Option<Pose2> {
     let (a, b, c, d) = (before.get(i)?, before.get(j)?, now.get(k)?, now.get(l)?);
-    if !(are_alike(a, c) && are_alike(b, d)) {
+    if !(are_alike(&a.kind, &c.kind) && are_alike(&b.kind, &d.kind)) {
         return None;
     }
     fitted(&[(a.position, c.position), (b.position, d.position)])

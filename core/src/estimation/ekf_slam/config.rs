@@ -22,6 +22,38 @@ impl Consistency {
     ];
 }
 
+/// Which features become landmarks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LandmarkKinds {
+    /// Walls.
+    Lines,
+    /// Corners, and the middles of what is round.
+    Points,
+    /// Walls and points, in one state.
+    Both,
+}
+
+impl LandmarkKinds {
+    /// All of them, with the names used by settings, and what a person calls them.
+    pub const ALL: [(&'static str, Self, &'static str); 3] = [
+        ("lines", Self::Lines, "walls"),
+        ("points", Self::Points, "corners and posts"),
+        ("both", Self::Both, "walls, corners and posts"),
+    ];
+
+    /// Whether walls are among them.
+    #[must_use]
+    pub fn has_lines(self) -> bool {
+        self != Self::Points
+    }
+
+    /// Whether points are among them.
+    #[must_use]
+    pub fn has_points(self) -> bool {
+        self != Self::Lines
+    }
+}
+
 config! {
     /// When two landmarks are surely one wall.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +94,9 @@ config! {
     /// Settings of the filter.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct EkfConfig {
+        /// Which features become landmarks. Default walls: measured best (`report --
+        /// point-landmarks`).
+        pub landmarks: LandmarkKinds = LandmarkKinds::Lines,
         /// How sightings are matched.
         pub association: AssociationConfig = AssociationConfig::default(),
         /// When two landmarks become one.
@@ -90,6 +125,14 @@ config! {
         pub alpha_sigma: f64 = 0.001,
         /// What the fit does not know about r, m. Default 0.002.
         pub r_sigma: f64 = 0.002,
+        /// What the fit does not know about where a corner or a post is, along each axis, m.
+        /// Default 0.02: a corner's errors hang together from scan to scan. Growing makes the
+        /// filter more cautious.
+        pub point_sigma: f64 = 0.02,
+        /// Of beams that a wall and a corner on it are both found by, the part that the corner is
+        /// believed; the wall is believed the rest, so that no beam counts twice. Default 0.1. 0: a
+        /// corner on a wall is not used at all.
+        pub shared_part: f64 = 0.1,
         /// Standard deviations of the systematic errors of the odometry, known beforehand: by
         /// default 0.1 rad/m (tracks of the RP6 that run 2 % apart) and 0.03. 0 takes the odometry
         /// for free of them.
@@ -111,6 +154,10 @@ impl EkfConfig {
     pub const ALPHA_SIGMA: Bounds = [0.0, 0.2];
     /// What [`Self::r_sigma`] may be, m.
     pub const R_SIGMA: Bounds = [0.0, 0.2];
+    /// What [`Self::point_sigma`] may be, m.
+    pub const POINT_SIGMA: Bounds = [0.0, 0.2];
+    /// What [`Self::shared_part`] may be.
+    pub const SHARED_PART: Bounds = [0.0, 0.5];
     /// What the curvature of [`Self::odometry_prior`] may be, rad/m.
     pub const PRIOR_CURVATURE: Bounds = [0.0, 1.0];
     /// What the turn scale of [`Self::odometry_prior`] may be.
@@ -137,6 +184,8 @@ impl EkfConfig {
             ("along_sigmas", self.along_sigmas, NOT_NEGATIVE),
             ("alpha_sigma", self.alpha_sigma, Self::ALPHA_SIGMA),
             ("r_sigma", self.r_sigma, Self::R_SIGMA),
+            ("point_sigma", self.point_sigma, Self::POINT_SIGMA),
+            ("shared_part", self.shared_part, Self::SHARED_PART),
             ("odometry_prior.curvature", curvature, Self::PRIOR_CURVATURE),
             ("odometry_prior.turn_scale", turn, Self::PRIOR_TURN_SCALE),
             ("confirm_sightings", sightings, Self::CONFIRM_SIGHTINGS),

@@ -2,7 +2,7 @@
 //!
 //! Source: TDK 2016 fig. 3.4-3.5.
 
-use super::{Landmark, LandmarkId, ROBOT};
+use super::{LandmarkId, ROBOT};
 use crate::estimation::SymmetricMatrix;
 
 /// The matrix of correlation coefficients of the state (x, y, θ, …, α₁, r₁, α₂, r₂, …).
@@ -12,7 +12,7 @@ pub struct Correlations {
     pub n: usize,
     /// The row of the first landmark's α; those before it belong to the robot.
     pub first_landmark: usize,
-    /// The landmarks in the order of their rows, two each: α, then r.
+    /// The landmarks in the order of their rows, two each: α, then r; of a point x, then y.
     pub landmarks: Vec<LandmarkId>,
     /// `n` rows of `n` coefficients, -1 to 1; 0 where one of the two is known exactly, the diagonal
     /// then too.
@@ -20,16 +20,18 @@ pub struct Correlations {
 }
 
 impl Correlations {
-    /// The correlation coefficients of the whole state, of which these are the landmarks, in its
-    /// order. O(n²).
+    /// The correlation coefficients of the whole state, of which these are the landmarks. O(n²).
     #[must_use]
-    pub fn of(covariance: &SymmetricMatrix, landmarks: &[Landmark]) -> Self {
+    pub fn of(covariance: &SymmetricMatrix, landmarks: impl Iterator<Item = LandmarkId>) -> Self {
         let n = covariance.n();
+        // Names are given, and rows appended, in the order of first sightings.
+        let mut landmarks: Vec<_> = landmarks.collect();
+        landmarks.sort_unstable();
         let cell = |i: usize| covariance.correlation(i / n, i % n) as f32;
         Self {
             n,
             first_landmark: ROBOT,
-            landmarks: landmarks.iter().map(|landmark| landmark.id).collect(),
+            landmarks,
             coefficients: (0..n * n).map(cell).collect(),
         }
     }

@@ -1,7 +1,9 @@
 //! What the filter takes in, and why it refuses the rest.
 
+use nalgebra::Matrix2;
+
 use crate::bounds::OutOfBounds;
-use crate::features::LineFeature;
+use crate::features::{LineFeature, PointFeature, PointKind};
 use crate::robot::OdometryError;
 
 /// Why the filter refused an input; the state is untouched.
@@ -37,6 +39,14 @@ pub enum EkfError {
     /// A figure of a configuration, a start or a prior out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
+    /// A point with a number that is not finite, or a covariance that is not positive definite.
+    #[error("point {point}: {what}")]
+    Point {
+        /// Index in the scan's list of points.
+        point: usize,
+        /// The part at fault.
+        what: &'static str,
+    },
     /// A line with a number that is not finite, or a covariance that is not positive definite.
     #[error("feature {feature}: {what}")]
     Feature {
@@ -62,10 +72,32 @@ pub(in crate::estimation) fn check_feature(
     if !numbers.into_iter().chain(ends).all(f64::is_finite) {
         return error("alpha, r or an end is not finite");
     }
-    let c = &feature.cov;
-    let determinant = c[(0, 0)] * c[(1, 1)] - c[(0, 1)] * c[(1, 0)];
-    if !(c[(0, 0)] > 0.0 && determinant > 0.0 && determinant.is_finite()) {
+    if !is_covariance(&feature.cov) {
         return error("the covariance of (alpha, r) is not finite and positive definite");
     }
     Ok(())
+}
+
+pub(super) fn check_point(index: usize, point: &PointFeature) -> Result<(), EkfError> {
+    let error = |what| Err(EkfError::Point { point: index, what });
+    let of_kind = match point.kind {
+        PointKind::Circle { radius, var_radius } => [radius, var_radius],
+        _ => [0.0; 2],
+    };
+    let numbers = point.position.iter().chain(&of_kind);
+    if !numbers.copied().all(f64::is_finite) {
+        return error("the position or the radius is not finite");
+    }
+    if of_kind[1] < 0.0 {
+        return error("the variance of the radius is negative");
+    }
+    if !is_covariance(&point.cov) {
+        return error("the covariance of the position is not finite and positive definite");
+    }
+    Ok(())
+}
+
+fn is_covariance(c: &Matrix2<f64>) -> bool {
+    let determinant = c[(0, 0)] * c[(1, 1)] - c[(0, 1)] * c[(1, 0)];
+    c[(0, 0)] > 0.0 && determinant > 0.0 && determinant.is_finite()
 }

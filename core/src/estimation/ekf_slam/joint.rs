@@ -1,77 +1,106 @@
-//! Step 3 for all lines of a scan together: which landmark each is, so that no two contradict each
-//! other.
+//! Step 3 for all lines and points of a scan together: which landmark each is, so that no two
+//! contradict each other.
 //!
-//! In: the lines of a scan. Out: for each its landmark, or none that agrees with the others.
+//! In: the lines and points of a scan. Out: for each its landmark, by its row in the state, or none
+//! that agrees with the others.
 //!
-//! Lines that a turning lidar sees one after another are taken to the instant of the first of them:
-//! back by the odometry, with the odometry's covariance added to each by itself. That this part is
-//! common to several lines is left out, which makes the test a little more generous. The updates
-//! that follow are still made one by one, each at its own instant.
+//! Lines and points that a turning lidar sees one after another are taken to the instant of the
+//! first of them: back by the odometry, with the odometry's covariance added to each by itself.
+//! That this part is common to several of them is left out, which makes the test a little more
+//! generous. The updates that follow are still made one by one, each at its own instant.
 
 use nalgebra::{Matrix2, Matrix2x3};
 
-use super::sighting::Expectation;
-use super::sweep::{SweepTiming, as_seen};
-use super::{EkfSlam, ROBOT};
-use crate::association::{Candidate, JointSearch, Paired, Pairing, gap, plausible};
-use crate::features::LineFeature;
+use super::EkfSlam;
+use super::point_model::moved_with;
+use super::sighting::Jacobian;
+use super::sweep::{SweepTiming, as_seen, point_as_seen};
+use crate::association::{Candidate, Innovation, JointSearch, Paired, Pairing, gap, plausible};
+use crate::features::{LineFeature, PointFeature};
 
 /// What the search keeps from scan to scan, so that none of it is allocated again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JointScratch {
-    /// What each line is, where all of a scan are matched together.
+    /// What each line and then each point is, where all of a scan are matched together.
     pub(super) paired: Vec<Paired>,
     search: JointSearch,
     seen: Vec<LineFeature>,
+    seen_points: Vec<PointFeature>,
     candidates: Vec<Candidate>,
     pairings: Vec<Pairing>,
-    /// Of each landmark that some line may be, by its index.
-    expected: Vec<(usize, Expectation)>,
+    /// Of each landmark that some sighting may be, by its row.
+    jacobians: Vec<Jacobian>,
 }
 
 impl JointScratch {
-    fn expected(&self, landmark: usize) -> Option<&Expectation> {
-        let place = self.place(landmark).ok()?;
-        self.expected.get(place).map(|(_, expected)| expected)
+    fn jacobian(&self, row: usize) -> Option<&Jacobian> {
+        self.jacobians.get(self.place(row).ok()?)
     }
 
-    /// Where a landmark stands in `expected`, or should.
-    fn place(&self, landmark: usize) -> Result<usize, usize> {
-        let known = |(known, _): &(usize, Expectation)| *known;
-        self.expected.binary_search_by_key(&landmark, known)
+    /// Where a landmark stands in `jacobians`, or should.
+    fn place(&self, row: usize) -> Result<usize, usize> {
+        self.jacobians.binary_search_by_key(&row, |known| known.row)
+    }
+
+    /// The nearest first, in the memory of `candidates`, which is to be given back.
+    fn sorted(&mut self, compared: impl Iterator<Item = Candidate>) -> Vec<Candidate> {
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.clear();
+        candidates.extend(compared);
+        candidates.sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.index.cmp(&b.index)));
+        candidates
+    }
+
+    fn pair(&mut self, sighting: usize, jacobian: Jacobian, innovation: &Innovation) {
+        self.pairings.push(Pairing {
+            sighting,
+            landmark: jacobian.row,
+            v: innovation.v,
+            cov: innovation.cov,
+        });
+        if let Err(place) = self.place(jacobian.row) {
+            self.jacobians.insert(place, jacobian);
+        }
     }
 }
 
 impl EkfSlam {
-    /// For each of `features` what it is. The state stands at the first of them.
+    /// For each of `lines`, then each of `points`, what it is. The state stands at the first of
+    /// them.
     pub(super) fn pair_jointly(
         &self,
-        features: &[LineFeature],
+        lines: &[LineFeature],
+        points: &[PointFeature],
         sweep: &SweepTiming,
         scratch: &mut JointScratch,
     ) {
         scratch.seen.clear();
         scratch
             .seen
-            .extend(features.iter().map(|f| self.seen_now(f, sweep)));
-        scratch.expected.clear();
+            .extend(lines.iter().map(|f| self.seen_now(f, sweep)));
+        scratch.seen_points.clear();
+        scratch
+            .seen_points
+            .extend(points.iter().map(|p| self.point_seen_now(p, sweep)));
+        scratch.jacobians.clear();
         let mut search = std::mem::take(&mut scratch.search);
         search.clear();
-        for sighting in 0..features.len() {
+        for sighting in 0..lines.len() {
             self.pairings(sighting, scratch);
+            search.sight(scratch.pairings.iter().copied());
+        }
+        for point in 0..points.len() {
+            self.point_pairings(point, lines.len() + point, scratch);
             search.sight(scratch.pairings.iter().copied());
         }
         let shared = self.config.merge.shared;
         let cross = |a: &Pairing, b: &Pairing| {
             let [seen_a, seen_b] = [a, b].map(|pairing| scratch.seen.get(pairing.sighting));
-            // Two parts of one wall overlap by little.
+            // Two parts of one wall overlap by little; a point is seen once.
             if a.landmark == b.landmark && gap(seen_a?.ends, seen_b?) <= -shared {
                 return None;
             }
-            Some(self.cross(
-                (a.landmark, scratch.expected(a.landmark)?),
-                (b.landmark, scratch.expected(b.landmark)?),
-            ))
+            Some(self.cross(scratch.jacobian(a.landmark)?, scratch.jacobian(b.landmark)?))
         };
         let found = search.run(cross, &self.config.association);
         scratch.paired.extend_from_slice(found);
@@ -82,7 +111,8 @@ impl EkfSlam {
     fn seen_now(&self, feature: &LineFeature, sweep: &SweepTiming) -> LineFeature {
         let end = sweep.stamp.seconds();
         let mut line = as_seen(feature, &self.motion_until(end), sweep);
-        let until = self.motion_until(end - sweep.age_of(feature));
+        let beams = [feature.first_beam, feature.last_beam];
+        let until = self.motion_until(end - sweep.age_of(beams));
         let normal = line.line.normal();
         let by_motion = Matrix2x3::new(0.0, 0.0, 1.0, normal.x, normal.y, 0.0);
         line.cov += by_motion * until.cov * by_motion.transpose();
@@ -92,42 +122,59 @@ impl EkfSlam {
     /// The landmarks that a line may be by itself, the nearest first.
     fn pairings(&self, sighting: usize, scratch: &mut JointScratch) {
         scratch.pairings.clear();
-        scratch.candidates.clear();
-        let Some(seen) = scratch.seen.get(sighting) else {
+        let Some(seen) = scratch.seen.get(sighting).copied() else {
             return;
         };
-        let compared = (0..self.landmarks.len()).filter_map(|l| Some(self.compare(l, seen)?.0));
-        scratch.candidates.extend(compared);
-        scratch
-            .candidates
-            .sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.index.cmp(&b.index)));
-        for candidate in plausible(&scratch.candidates, self.config.association.gate) {
-            let landmark = candidate.index;
-            let expectation = self.expect(landmark);
-            let Some(innovation) = self.innovation(&expectation, seen) else {
-                continue;
-            };
-            scratch.pairings.push(Pairing {
-                sighting,
-                landmark,
-                v: innovation.v,
-                cov: innovation.cov,
-            });
-            if let Err(place) = scratch.place(landmark) {
-                scratch.expected.insert(place, (landmark, expectation));
+        let compared = (0..self.landmarks.len()).filter_map(|l| Some(self.compare(l, &seen)?.0));
+        let candidates = scratch.sorted(compared);
+        for candidate in plausible(&candidates, self.config.association.gate) {
+            let expectation = self.expect(candidate.index);
+            if let Some(innovation) = self.innovation(&expectation, &seen) {
+                scratch.pair(sighting, expectation.jacobian, &innovation);
             }
         }
+        scratch.candidates = candidates;
+    }
+
+    /// A point of the sweep as it would be seen from where the state stands.
+    fn point_seen_now(&self, point: &PointFeature, sweep: &SweepTiming) -> PointFeature {
+        let end = sweep.stamp.seconds();
+        let mut seen = point_as_seen(point, &self.motion_until(end), sweep);
+        let until = self.motion_until(end - sweep.age_of(point.beams));
+        let by_motion = moved_with(seen.position - until.motion.position());
+        seen.cov += by_motion * until.cov * by_motion.transpose();
+        seen
+    }
+
+    /// The landmarks that a point may be by itself, the nearest first.
+    fn point_pairings(&self, point: usize, sighting: usize, scratch: &mut JointScratch) {
+        scratch.pairings.clear();
+        let Some(seen) = scratch.seen_points.get(point).copied() else {
+            return;
+        };
+        let compared = (0..self.points.len()).filter_map(|l| Some(self.compare_point(l, &seen)?.0));
+        let candidates = scratch.sorted(compared);
+        for candidate in plausible(&candidates, self.config.association.gate) {
+            let Some(entry) = self.points.get(candidate.index) else {
+                continue;
+            };
+            let expected = self.expect_point(entry);
+            if let Some(innovation) = self.point_innovation(&expected, &seen) {
+                scratch.pair(sighting, expected.jacobian, &innovation);
+            }
+        }
+        scratch.candidates = candidates;
     }
 
     /// Covariance of what is expected of two landmarks: H_a P H_bᵀ.
-    fn cross(&self, a: (usize, &Expectation), b: (usize, &Expectation)) -> Matrix2<f64> {
-        let ((a, of_a), (b, of_b)) = ((ROBOT + 2 * a.0, a.1), (ROBOT + 2 * b.0, b.1));
+    fn cross(&self, of_a: &Jacobian, of_b: &Jacobian) -> Matrix2<f64> {
+        let (a, b) = (of_a.row, of_b.row);
         let with_pose =
             |first: usize| Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
         let between = Matrix2::from_fn(|row, column| self.cov.get(a + row, b + column));
         of_a.by_pose * self.pose_cov() * of_b.by_pose.transpose()
-            + of_a.by_pose * with_pose(b).transpose() * of_b.by_line.transpose()
-            + of_a.by_line * with_pose(a) * of_b.by_pose.transpose()
-            + of_a.by_line * between * of_b.by_line.transpose()
+            + of_a.by_pose * with_pose(b).transpose() * of_b.by_own.transpose()
+            + of_a.by_own * with_pose(a) * of_b.by_pose.transpose()
+            + of_a.by_own * between * of_b.by_own.transpose()
     }
 }

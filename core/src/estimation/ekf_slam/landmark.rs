@@ -1,11 +1,11 @@
 //! A wall as the state keeps it and as the map shows it; steps 4 and 6: how it comes into the
 //! state, grows, and leaves it.
 
-use nalgebra::{Matrix2, Point2, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
 use super::super::line_model::place;
 use super::sighting::from_anchor;
-use super::{EkfSlam, POSE, ROBOT};
+use super::{EkfSlam, POSE};
 use crate::features::LineFeature;
 use crate::geom::{Line, Pose2, sin_cos, symmetrize};
 
@@ -30,10 +30,22 @@ pub struct Landmark {
     pub is_confirmed: bool,
 }
 
-/// A landmark's place in the state is `ROBOT + 2 * index`.
+impl Landmark {
+    /// How often it was found again.
+    ///
+    /// # Source   Pilch 2016 §3.5.2: the confidence of a landmark grows by 1 each time.
+    #[must_use]
+    pub fn confidence(&self) -> u32 {
+        self.sightings.saturating_sub(1)
+    }
+}
+
+/// A wall in the state.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     pub(super) id: LandmarkId,
+    /// The state's row of α; that of r is the next.
+    pub(super) row: usize,
     /// Where r counts from, map frame; never moves.
     pub(super) anchor: Point2<f64>,
     /// (α, r), r signed.
@@ -114,22 +126,10 @@ impl EkfSlam {
         );
         let corner = by_pose * self.pose_cov() * by_pose.transpose()
             + by_seen * oriented.cov * by_seen.transpose();
-        // Eq. (3.31): the new rows are G_x times the rows of the pose.
-        let cov = &self.cov;
-        let element = |h: usize, column: usize| -> f64 {
-            (0..POSE)
-                .map(|k| by_pose[(h, k)] * cov.get(k, column))
-                .sum()
-        };
-        let row = |h: usize| (0..cov.n()).map(move |column| element(h, column));
-        let alpha_row: Vec<f64> = row(0).chain([corner[(0, 0)]]).collect();
-        let mixed = 0.5 * (corner[(0, 1)] + corner[(1, 0)]);
-        let r_row: Vec<f64> = row(1).chain([mixed, corner[(1, 1)]]).collect();
-        self.cov.push_pair([alpha_row, r_row]);
-        let id = LandmarkId(self.next_id);
-        self.next_id += 1;
+        let (id, row) = self.append(&by_pose, &corner);
         self.landmarks.push(Entry {
             id,
+            row,
             anchor,
             line,
             first_alpha: line[0],
@@ -142,17 +142,59 @@ impl EkfSlam {
         id
     }
 
+    /// Two more rows for a landmark that is placed by the pose and a sighting: how it changes with
+    /// the pose, and its own covariance. Gives its name and the first of its rows.
+    pub(super) fn append(
+        &mut self,
+        by_pose: &Matrix2x3<f64>,
+        own: &Matrix2<f64>,
+    ) -> (LandmarkId, usize) {
+        // Eq. (3.31): the new rows are G_x times the rows of the pose.
+        let cov = &self.cov;
+        let element = |h: usize, column: usize| -> f64 {
+            (0..POSE)
+                .map(|k| by_pose[(h, k)] * cov.get(k, column))
+                .sum()
+        };
+        let row = |h: usize| (0..cov.n()).map(move |column| element(h, column));
+        let first: Vec<f64> = row(0).chain([own[(0, 0)]]).collect();
+        let mixed = 0.5 * (own[(0, 1)] + own[(1, 0)]);
+        let second: Vec<f64> = row(1).chain([mixed, own[(1, 1)]]).collect();
+        let place = self.cov.n();
+        self.cov.push_pair([first, second]);
+        let id = LandmarkId(self.next_id);
+        self.next_id += 1;
+        (id, place)
+    }
+
+    /// Takes the two rows of a landmark out, which is the marginal of the rest.
+    pub(super) fn remove_rows(&mut self, first: usize) {
+        self.cov.remove_pair(first);
+        let walls = self.landmarks.iter_mut().map(|entry| &mut entry.row);
+        let points = self.points.iter_mut().map(|entry| &mut entry.row);
+        for row in walls.chain(points).filter(|row| **row > first) {
+            *row -= 2;
+        }
+    }
+
     /// Step 6.
     pub(super) fn forget(&mut self) {
-        for index in (0..self.landmarks.len()).rev() {
-            let entry = &self.landmarks[index];
-            if entry.sightings < self.config.confirm_sightings
-                && self.scans - entry.last_seen > self.config.patience
-            {
-                self.report.forgotten.push(entry.id);
-                self.landmarks.remove(index);
-                self.cov.remove_pair(ROBOT + 2 * index);
+        let (confirmed, patience) = (self.config.confirm_sightings, self.config.patience);
+        let (scans, mut rows) = (self.scans, vec![]);
+        let mut is_kept = |id, row, sightings: u32, last_seen: u32| {
+            let is_kept = sightings >= confirmed || scans - last_seen <= patience;
+            if !is_kept {
+                self.report.forgotten.push(id);
+                rows.push(row);
             }
+            is_kept
+        };
+        (self.landmarks).retain(|e| is_kept(e.id, e.row, e.sightings, e.last_seen));
+        (self.points).retain(|e| is_kept(e.id, e.row, e.sightings, e.last_seen));
+        // From the last on, so that those still to come keep their places.
+        rows.sort_unstable();
+        for row in rows.into_iter().rev() {
+            self.remove_rows(row);
         }
     }
 }

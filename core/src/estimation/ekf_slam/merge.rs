@@ -21,7 +21,7 @@
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
 use super::landmark::{Entry, hull};
-use super::{EkfSlam, Merged, ROBOT};
+use super::{EkfSlam, Merged};
 use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
 
@@ -131,7 +131,7 @@ impl EkfSlam {
             wrap(b.line[0] - a.line[0]),
             Placed::of(a).distance(about) - Placed::of(b).distance(about),
         );
-        let (i, j) = (ROBOT + 2 * landmark, ROBOT + 2 * other);
+        let (i, j) = (a.row, b.row);
         let columns = [
             (i, [-1.0, -lever(a)]),
             (i + 1, [0.0, -1.0]),
@@ -184,7 +184,7 @@ impl EkfSlam {
             (other, landmark)
         };
         let entry = self.landmarks.remove(gone);
-        self.cov.remove_pair(ROBOT + 2 * gone);
+        self.remove_rows(entry.row);
         let stays = &mut self.landmarks[if gone < kept { kept - 1 } else { kept }];
         let tangent = stays.tangent();
         let shifted = |extent: [f64; 2]| {

@@ -12,17 +12,28 @@ pub struct UpdateReport {
     pub added: Vec<(usize, LandmarkId)>,
     /// Landmarks forgotten after this scan.
     pub forgotten: Vec<LandmarkId>,
-    /// Landmarks that turned out to be parts of one wall.
+    /// Landmarks that turned out to be parts of one wall, or one point.
     pub merged: Vec<Merged>,
     /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`]
     /// degrees of freedom.
     pub nis: f64,
     /// What the recognised lines said of the pose, in order of time.
     pub fixes: Vec<Fix>,
-    /// Candidates of all lines; those of the line that [`Self::conclude`] will be called for next
-    /// stand last.
+    /// Recognised points, with the index of each in the scan's list of points.
+    pub point_matches: Vec<Match>,
+    /// New points, with the index of their feature.
+    pub points_added: Vec<(usize, LandmarkId)>,
+    pub(super) of_lines: Explained,
+    pub(super) of_points: Explained,
+}
+
+/// Why the sightings of one kind were taken for what they were taken for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Explained {
+    /// Candidates of all sightings; those of the one that [`Self::conclude`] will be called for
+    /// next stand last.
     pub(super) considered: Vec<Considered>,
-    explained: Vec<Explained>,
+    sightings: Vec<Concluded>,
 }
 
 /// What a recognised line said of the pose at the instant at which it was seen, map frame.
@@ -38,7 +49,7 @@ pub struct Fix {
     pub heading_variance: f64,
 }
 
-/// A line that was recognised.
+/// A line or a point that was recognised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Match {
     /// Index of the feature in the scan's list.
@@ -64,7 +75,7 @@ pub struct Merged {
     pub is_joined: bool,
 }
 
-/// Why a line was not used.
+/// Why a line or a point was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejection {
     /// It may be one of several landmarks.
@@ -73,6 +84,8 @@ pub enum Rejection {
     OutsideGate,
     /// Its landmark was already seen in this scan.
     Taken,
+    /// A point on beams that a wall was found by too, where such a point is not to be used.
+    OnAWall,
     /// It lies across the seam of the sweep: its parts were seen a whole sweep apart, and the robot
     /// moved meanwhile.
     Seam,
@@ -80,7 +93,7 @@ pub enum Rejection {
     Singular,
 }
 
-/// Why a line was taken for what it was taken for.
+/// Why a line or a point was taken for what it was taken for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explanation<'a> {
     /// Index of the feature in the scan's list.
@@ -92,19 +105,19 @@ pub struct Explanation<'a> {
     pub decision: Decision,
 }
 
-/// A landmark that a line was compared with.
+/// A landmark that a line or a point was compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Considered {
     /// The landmark.
     pub landmark: LandmarkId,
-    /// Squared Mahalanobis distance, χ² with 2 degrees of freedom if the line is this wall.
+    /// Squared Mahalanobis distance, χ² with 2 degrees of freedom if it is this one.
     pub d2: f64,
     /// Free distance between the seen and the known part along the wall, m, less what the robot's
-    /// position along it may err; 0 or less where they overlap.
+    /// position along it may err; 0 or less where they overlap. 0 of a point.
     pub gap: f64,
-    /// (α, r) seen less expected, rad and m.
+    /// (α, r) seen less expected, rad and m; of a point (x, y), robot frame, m.
     pub innovation: [f64; 2],
-    /// Standard deviations of `innovation`, rad and m.
+    /// Standard deviations of `innovation`.
     pub sigmas: [f64; 2],
     /// What the gates say.
     pub gate: Gate,
@@ -124,7 +137,7 @@ pub enum Gate {
     Beyond,
 }
 
-/// What became of a line.
+/// What became of a line or a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// Recognised as this wall.
@@ -137,7 +150,7 @@ pub enum Decision {
 
 /// How the explanation of one feature is kept: its candidates are a part of one list for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Explained {
+struct Concluded {
     feature: usize,
     first: usize,
     end: usize,
@@ -148,27 +161,25 @@ impl UpdateReport {
     /// For each line of the scan, in the order in which they were taken in, what it was compared
     /// with and what became of it.
     pub fn explanations(&self) -> impl Iterator<Item = Explanation<'_>> {
-        self.explained.iter().map(|explained| Explanation {
-            feature: explained.feature,
-            candidates: self
-                .considered
-                .get(explained.first..explained.end)
-                .unwrap_or_default(),
-            decision: explained.decision,
-        })
+        self.of_lines.iter()
+    }
+
+    /// The same for each point.
+    pub fn point_explanations(&self) -> impl Iterator<Item = Explanation<'_>> {
+        self.of_points.iter()
     }
 
     /// Number of lines that were not used.
     #[must_use]
     pub fn rejected(&self) -> usize {
-        let is_rejected = |e: &&Explained| matches!(e.decision, Decision::Rejected(_));
-        self.explained.iter().filter(is_rejected).count()
+        let is_rejected = |e: &Explanation| matches!(e.decision, Decision::Rejected(_));
+        self.explanations().filter(is_rejected).count()
     }
 
     /// Degrees of freedom of [`Self::nis`]: two for each match.
     #[must_use]
     pub fn nis_degrees(&self) -> usize {
-        2 * self.matches.len()
+        2 * (self.matches.len() + self.point_matches.len())
     }
 
     /// Makes the report one of nothing, and keeps its memory.
@@ -177,22 +188,39 @@ impl UpdateReport {
         self.added.clear();
         self.forgotten.clear();
         self.merged.clear();
-        self.considered.clear();
-        self.explained.clear();
+        self.point_matches.clear();
+        self.points_added.clear();
+        for explained in [&mut self.of_lines, &mut self.of_points] {
+            explained.considered.clear();
+            explained.sightings.clear();
+        }
         self.fixes.clear();
         self.nis = 0.0;
     }
+}
 
-    /// Notes what became of a line, and keeps the likeliest `most` of its candidates: those with d²
-    /// up to `far`, and the nearest.
+impl Explained {
+    fn iter(&self) -> impl Iterator<Item = Explanation<'_>> {
+        self.sightings.iter().map(|concluded| Explanation {
+            feature: concluded.feature,
+            candidates: self
+                .considered
+                .get(concluded.first..concluded.end)
+                .unwrap_or_default(),
+            decision: concluded.decision,
+        })
+    }
+
+    /// Notes what became of a sighting, and keeps the likeliest `most` of its candidates: those
+    /// with d² up to `far`, and the nearest.
     pub(super) fn conclude(&mut self, feature: usize, decision: Decision, most: usize, far: f64) {
-        let first = self.explained.last().map_or(0, |e| e.end);
+        let first = self.sightings.last().map_or(0, |e| e.end);
         let own = self.considered.get_mut(first..).unwrap_or_default();
         own.sort_unstable_by(|a, b| a.d2.total_cmp(&b.d2).then(a.landmark.cmp(&b.landmark)));
         let near = own.partition_point(|c| c.d2 <= far).max(1).min(own.len());
         let end = first + near.min(most);
         self.considered.truncate(end);
-        self.explained.push(Explained {
+        self.sightings.push(Concluded {
             feature,
             first,
             end,
@@ -220,12 +248,18 @@ mod tests {
     fn each_line_keeps_its_own_candidates_likeliest_first() {
         let mut report = UpdateReport::default();
         for c in [considered(0, 7.0), considered(1, 2.0), considered(2, 400.0)] {
-            report.considered.push(c);
+            report.of_lines.considered.push(c);
         }
-        report.conclude(4, Decision::Matched(LandmarkId(1)), 8, 100.0);
-        report.considered.push(considered(3, 500.0));
-        report.conclude(1, Decision::Added(LandmarkId(5)), 8, 100.0);
-        report.conclude(0, Decision::Rejected(Rejection::Seam), 8, 100.0);
+        report
+            .of_lines
+            .conclude(4, Decision::Matched(LandmarkId(1)), 8, 100.0);
+        report.of_lines.considered.push(considered(3, 500.0));
+        report
+            .of_lines
+            .conclude(1, Decision::Added(LandmarkId(5)), 8, 100.0);
+        report
+            .of_lines
+            .conclude(0, Decision::Rejected(Rejection::Seam), 8, 100.0);
         let of = |feature| {
             let explanation = report
                 .explanations()

@@ -5,17 +5,41 @@ use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2, Vector3};
 
 use super::super::covariance::Column;
 use super::super::line_model::{Linearisation, observe};
-use super::{Considered, EkfSlam, Gate, ROBOT};
+use super::{Considered, EkfSlam, Gate, POSE};
 use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine, gap};
 use crate::features::LineFeature;
 use crate::geom::{Length, Pose2, sin_cos, wrap};
 
-/// What is expected of one landmark, with the Jacobians that led to it.
+/// How what is expected of one landmark changes with the state.
+#[derive(Clone, Debug)]
+pub(super) struct Jacobian {
+    /// The landmark's first row in the state.
+    pub(super) row: usize,
+    /// By (x, y, θ).
+    pub(super) by_pose: Matrix2x3<f64>,
+    /// By the landmark's own two numbers.
+    pub(super) by_own: Matrix2<f64>,
+}
+
+impl Jacobian {
+    /// H, without what is zero.
+    pub(super) fn columns(&self) -> [Column; 5] {
+        let (hx, hf) = (&self.by_pose, &self.by_own);
+        [
+            (0, [hx[(0, 0)], hx[(1, 0)]]),
+            (1, [hx[(0, 1)], hx[(1, 1)]]),
+            (2, [hx[(0, 2)], hx[(1, 2)]]),
+            (self.row, [hf[(0, 0)], hf[(1, 0)]]),
+            (self.row + 1, [hf[(0, 1)], hf[(1, 1)]]),
+        ]
+    }
+}
+
+/// What is expected of one wall.
 #[derive(Clone, Debug)]
 pub(super) struct Expectation {
     pub(super) line: ExpectedLine,
-    pub(super) by_pose: Matrix2x3<f64>,
-    pub(super) by_line: Matrix2<f64>,
+    pub(super) jacobian: Jacobian,
     pub(super) along_sigma: f64,
 }
 
@@ -96,7 +120,7 @@ impl EkfSlam {
         let from = self.pose.position() - entry.anchor;
         let off = oriented.r - (entry.line[1] - tangent.y * from.x + tangent.x * from.y);
         let variance = |state| self.cov.variance_bound(state);
-        let first = ROBOT + 2 * landmark;
+        let first = entry.row;
         let lever = from.norm_squared();
         let terms = variance(0) + variance(1) + lever * variance(first) + variance(first + 1);
         let sensor = oriented.cov[(1, 1)] + self.config.r_sigma * self.config.r_sigma;
@@ -104,7 +128,7 @@ impl EkfSlam {
             > self.config.far_gates * self.config.association.new_gate * (4.0 * terms + sensor)
     }
 
-    fn gate(&self, candidate: &Candidate) -> Gate {
+    pub(super) fn gate(&self, candidate: &Candidate) -> Gate {
         let config = &self.config.association;
         match candidate.d2 {
             d2 if d2 > config.new_gate.max(config.gate) => Gate::Far,
@@ -120,16 +144,14 @@ impl EkfSlam {
             robot: self.linearised_at() - entry.anchor.coords,
             alpha: self.linearised_alpha(entry),
         };
-        let (z, by_pose, by_line) =
+        let (z, by_pose, by_own) =
             observe(&from_anchor(&self.pose, &entry.anchor), entry.line, &at);
-        let first = ROBOT + 2 * landmark;
-        let pose_cov = self.pose_cov();
-        let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
-        let mixed = by_line * cross * by_pose.transpose();
-        let cov = by_pose * pose_cov * by_pose.transpose()
-            + by_line * self.block(first) * by_line.transpose()
-            + mixed
-            + mixed.transpose();
+        let jacobian = Jacobian {
+            row: entry.row,
+            by_pose,
+            by_own,
+        };
+        let (pose_cov, cov) = (self.pose_cov(), self.expected_cov(&jacobian));
         let robot_from_map = self.pose.inverse();
         let tangent = entry.tangent();
         let along = tangent.x * tangent.x * pose_cov[(0, 0)]
@@ -142,10 +164,24 @@ impl EkfSlam {
                 cov,
                 ends: entry.ends().map(|end| robot_from_map * end),
             },
-            by_pose,
-            by_line,
+            jacobian,
             along_sigma: along.max(0.0).sqrt(),
         }
+    }
+
+    /// H P Hᵀ.
+    pub(super) fn expected_cov(&self, jacobian: &Jacobian) -> Matrix2<f64> {
+        let Jacobian {
+            row: first,
+            by_pose,
+            by_own,
+        } = jacobian;
+        let cross = Matrix2x3::from_fn(|row, column| self.cov.get(first + row, column));
+        let mixed = by_own * cross * by_pose.transpose();
+        by_pose * self.pose_cov() * by_pose.transpose()
+            + by_own * self.block(*first) * by_own.transpose()
+            + mixed
+            + mixed.transpose()
     }
 
     pub(super) fn innovation(
@@ -169,14 +205,7 @@ impl EkfSlam {
         let Some(innovation) = self.innovation(&expected, seen) else {
             return false;
         };
-        let (hx, hf, first) = (expected.by_pose, expected.by_line, ROBOT + 2 * landmark);
-        let columns = [
-            (0, [hx[(0, 0)], hx[(1, 0)]]),
-            (1, [hx[(0, 1)], hx[(1, 1)]]),
-            (2, [hx[(0, 2)], hx[(1, 2)]]),
-            (first, [hf[(0, 0)], hf[(1, 0)]]),
-            (first + 1, [hf[(0, 1)], hf[(1, 1)]]),
-        ];
+        let columns = expected.jacobian.columns();
         let is_used = self.absorb(&innovation.v, &innovation.cov, &columns);
         if is_used {
             self.extend(landmark, seen);
@@ -208,16 +237,19 @@ impl EkfSlam {
         for (a, b) in first.iter_mut().zip(second.iter_mut()) {
             (*a, *b) = (*a / l00, (*b - l10 * *a / l00) / l11);
         }
-        let mut shifts = first
-            .iter()
-            .zip(second.iter())
-            .map(|(a, b)| a * whitened[0] + b * whitened[1]);
-        let mut shift = || shifts.next().unwrap_or(0.0);
-        self.pose = self.pose.plus(&Vector3::from_fn(|_, _| shift()));
-        self.errors.curvature += shift();
-        self.errors.turn_scale += shift();
+        let shift = |row: usize| {
+            let both = first.get(row).zip(second.get(row));
+            both.map_or(0.0, |(a, b)| a * whitened[0] + b * whitened[1])
+        };
+        self.pose = self.pose.plus(&Vector3::from_fn(|row, _| shift(row)));
+        self.errors.curvature += shift(POSE);
+        self.errors.turn_scale += shift(POSE + 1);
         for entry in &mut self.landmarks {
-            entry.line = [wrap(entry.line[0] + shift()), entry.line[1] + shift()];
+            let (alpha, r) = (shift(entry.row), shift(entry.row + 1));
+            entry.line = [wrap(entry.line[0] + alpha), entry.line[1] + r];
+        }
+        for entry in &mut self.points {
+            entry.position += Vector2::new(shift(entry.row), shift(entry.row + 1));
         }
         self.cov.subtract(first, second);
         true

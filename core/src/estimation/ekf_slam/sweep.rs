@@ -4,8 +4,10 @@
 use nalgebra::Matrix2x3;
 
 use super::EkfSlam;
+use super::point_model::{moved_with, rotation};
 use super::robot_state::Step;
-use crate::features::LineFeature;
+use crate::features::{LineFeature, PointFeature};
+use crate::geom::symmetrize;
 use crate::robot::{Odometry, Scan, Stamp};
 
 /// Stamps have a grain of a microsecond, s.
@@ -60,30 +62,92 @@ impl SweepTiming {
         self.lag + self.seconds * (1.0 - beam / last as f64).clamp(0.0, 1.0)
     }
 
-    /// Seconds from the middle of a line to `stamp`.
-    pub(super) fn age_of(&self, feature: &LineFeature) -> f64 {
-        self.age(0.5 * (feature.first_beam + feature.last_beam) as f64)
+    /// Seconds from the middle of a run of beams to `stamp`.
+    pub(super) fn age_of(&self, [first, last]: [usize; 2]) -> f64 {
+        self.age(0.5 * (first + last) as f64)
     }
 }
 
-/// Indices of the lines in the order in which they were seen; those seen at once, the longest
+/// A line or a point of the scan, in the order of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turn {
+    pub(super) which: Which,
+    pub(super) beams: [usize; 2],
+    age: f64,
+    n_points: usize,
+}
+
+/// Which line or point of the scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Which {
+    Line(usize),
+    Point(usize),
+}
+
+/// Lines and points in the order in which they were seen; of those seen at once, the longest lines
 /// first.
-pub(super) fn order(features: &[LineFeature], sweep: &SweepTiming, order: &mut Vec<usize>) {
-    let key = |&index: &usize| (sweep.age_of(&features[index]), features[index].n_points);
+pub(super) fn order(
+    lines: &[LineFeature],
+    points: &[PointFeature],
+    sweep: &SweepTiming,
+    order: &mut Vec<Turn>,
+) {
+    let turn = |which, beams, n_points| Turn {
+        which,
+        beams,
+        age: sweep.age_of(beams),
+        n_points,
+    };
     order.clear();
-    order.extend(0..features.len());
-    // Of equal ones the first: an unstable sort needs no memory.
-    order.sort_unstable_by(|i, j| {
-        let (a, b) = (key(i), key(j));
-        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1)).then(i.cmp(j))
+    let lines = lines.iter().enumerate().map(|(index, line)| {
+        let beams = [line.first_beam, line.last_beam];
+        turn(Which::Line(index), beams, line.n_points)
     });
+    let points = points.iter().enumerate();
+    let points = points.map(|(index, point)| turn(Which::Point(index), point.beams, 0));
+    order.extend(lines.chain(points));
+    // Of equal ones the first: an unstable sort needs no memory.
+    order.sort_unstable_by(|a, b| {
+        let by_age = b.age.total_cmp(&a.age);
+        by_age
+            .then(b.n_points.cmp(&a.n_points))
+            .then(a.which.cmp(&b.which))
+    });
+}
+
+/// Takes a point from the end of the sweep back by `rest`, to the robot frame in which it was seen,
+/// and widens its covariance by what the odometry may err while the beams pass over it.
+pub(super) fn point_as_seen(
+    point: &PointFeature,
+    rest: &Odometry,
+    sweep: &SweepTiming,
+) -> PointFeature {
+    let position = rest.motion * point.position;
+    let turn = rotation(&rest.motion);
+    let mut cov = turn * point.cov * turn.transpose();
+    let [first, last] = point.beams;
+    let (age, span) = (
+        sweep.age_of(point.beams),
+        sweep.age(first as f64) - sweep.age(last as f64),
+    );
+    if age > 0.0 && span > 0.0 {
+        // As with a line: random walks from the middle beam to either end.
+        let by_pose = moved_with(position.coords);
+        cov += by_pose * rest.cov * by_pose.transpose() * (0.25 * span / age);
+    }
+    symmetrize(&mut cov);
+    PointFeature {
+        position,
+        cov,
+        ..*point
+    }
 }
 
 /// Takes a line from the end of the sweep back by `rest`, to the robot frame in which it was seen,
 /// and widens its covariance by what the odometry may err while the beams pass over it.
 pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTiming) -> LineFeature {
     let (line, by_line) = feature.line.transformed(&rest.motion);
-    let age = sweep.age_of(feature);
+    let age = sweep.age_of([feature.first_beam, feature.last_beam]);
     let span = sweep.age(feature.first_beam as f64) - sweep.age(feature.last_beam as f64);
     let mut cov = by_line * feature.cov * by_line.transpose();
     if age > 0.0 && span > 0.0 {

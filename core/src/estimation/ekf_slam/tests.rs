@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::features::PointKind;
 use crate::geom::Line;
 use crate::robot::Stamp;
 
@@ -13,6 +14,7 @@ mod association;
 mod consistency;
 mod dense;
 mod observability;
+mod points;
 mod run;
 
 pub(super) const ONCE: SweepTiming = SweepTiming {
@@ -45,6 +47,16 @@ pub(super) fn feature(alpha: f64, r: f64) -> LineFeature {
         n_points: 21,
         chi2: 19.0,
         by_heading: [Vector2::zeros(); 2],
+    }
+}
+
+pub(super) fn point(position: Point2<f64>, kind: PointKind) -> PointFeature {
+    PointFeature {
+        position,
+        cov: Matrix2::new(3e-4, 1e-4, 1e-4, 2e-4),
+        kind,
+        confidence: 0.9,
+        beams: [40, 50],
     }
 }
 

@@ -161,7 +161,7 @@ fn what_a_run_has_mapped_comes_back_as_it_was() {
         sightings: 5,
     };
     let way = [Point2::origin(), Point2::new(0.1, 0.2)];
-    let map = Smap::of_run(&grid, way, &[wall]).unwrap();
+    let map = Smap::of_run(&grid, way, &[wall], [(Point2::new(2.0, 1.2), 2)]).unwrap();
     let occupied = grid.rect_where(|odds| grid.state_of(odds) == CellState::Occupied);
     assert!(
         occupied.is_some() && map.points.len() > 60,
@@ -178,12 +178,20 @@ fn what_a_run_has_mapped_comes_back_as_it_was() {
         confidence: 4,
         kind: LandmarkKind::Edge,
     };
-    assert_eq!((&map.landmarks[..], map.path.len()), (&[edge][..], 2));
+    let point = SmapLandmark {
+        at: Point2::new(2.0, 1.2),
+        confidence: 2,
+        kind: LandmarkKind::Point,
+    };
+    assert_eq!(
+        (&map.landmarks[..], map.path.len()),
+        (&[edge, point][..], 2)
+    );
     let again = parse(map.write().as_bytes()).unwrap();
     let cells = |map: &Smap| -> Vec<_> { map.points.iter().map(|p| grid.cell_at(*p)).collect() };
     assert_eq!(cells(&again), cells(&map));
     let empty = Grid::new(GridConfig::default()).unwrap();
-    let error = Smap::of_run(&empty, way, &[]).unwrap_err();
+    let error = Smap::of_run(&empty, way, &[], []).unwrap_err();
     assert_eq!(error, SmapError::Map(MapServerError::Empty));
 }
 

@@ -3,7 +3,7 @@
 use super::{ANY, BY_LINES, Group};
 use crate::association::{AssociationConfig, AssociationMethod};
 use crate::estimation::{
-    ClosureConfig, Consistency, EkfConfig, GridParticlesConfig, ScanMatcherConfig,
+    ClosureConfig, Consistency, EkfConfig, GridParticlesConfig, LandmarkKinds, ScanMatcherConfig,
 };
 use crate::registration::RegistrationMethod;
 use crate::settings::field::{Number, at, rows};
@@ -20,6 +20,8 @@ const OF_FILTER: Group = Group {
 };
 
 rows! { FILTER = OF_FILTER;
+    "ekf.landmarks", "Landmarks are", one_of::<LandmarkKinds>(), [slam.ekf.landmarks].basic(),
+        "What the filter keeps and finds again, in one state. Corners and posts are the points that \"Corners and posts\" looks for; the layer Landmarks shows them.";
     "ekf.association", "Lines are matched", one_of::<AssociationMethod>(), [slam.ekf.association.method].basic(),
         "One by one is faster. Together, one spoilt line cannot mislead the others.";
     "ekf.consistency", "Jacobians at", one_of::<Consistency>(), [slam.ekf.consistency].basic(),
@@ -40,6 +42,10 @@ rows! { FILTER = OF_FILTER;
         "Added to what each fit says of α. Larger: more cautious.";
     "ekf.r_sigma", "Unknown of the distance", real(EkfConfig::R_SIGMA, CENTIMETRES), [slam.ekf.r_sigma],
         "Added to what each fit says of r. Larger: more cautious.";
+    "ekf.point_sigma", "Unknown of a point", real(EkfConfig::POINT_SIGMA, CENTIMETRES), [slam.ekf.point_sigma],
+        "Added to what is known of where a corner or a post is, along each axis. Larger: more cautious.";
+    "ekf.shared_part", "Corners on walls believed", real(EkfConfig::SHARED_PART, PERCENT), [slam.ekf.shared_part],
+        "Of beams that show a wall and a corner on it, the corner is believed so much and the wall the rest, so that no beam counts twice. 0: such corners are not used.";
     "ekf.prior_curvature", "Straight drives bend by", real(EkfConfig::PRIOR_CURVATURE, DEGREES_PER_METRE), [slam.ekf.odometry_prior.curvature].methods(BY_LINES).on_restart(),
         "How much a straight drive may always bend; the filter learns it. Larger: learnt sooner, trusted less. 0: not at all.";
     "ekf.prior_turn", "Turns are wrong by", real(EkfConfig::PRIOR_TURN_SCALE, PERCENT), [slam.ekf.odometry_prior.turn_scale].methods(BY_LINES).on_restart(),

@@ -1,9 +1,9 @@
-//! The Kalman filter over lines: lines are found in each scan, matched to the walls known so far,
-//! and correct pose and walls.
+//! The Kalman filter over lines and points: they are found in each scan, matched to the walls,
+//! corners and posts known so far, and correct them and the pose.
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
-use crate::estimation::{EkfSlam, Landmark, SweepSmoother, SweepTiming};
-use crate::features::{LineExtractor, LineFeature};
+use crate::estimation::{EkfSlam, Landmark, PointLandmark, SweepSmoother, SweepTiming};
+use crate::features::{LineExtractor, LineFeature, PointFeature, find_points};
 use crate::geom::PoseEstimate;
 use crate::map::Evidence;
 use crate::robot::Odometry;
@@ -13,8 +13,10 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
     Ok(Box::new(LineEkf {
         extractor: LineExtractor::new(config.lines),
         features: vec![],
+        points: vec![],
         ekf: EkfSlam::new(config.ekf)?,
         landmarks: vec![],
+        point_landmarks: vec![],
         smoother: SweepSmoother::default(),
     }))
 }
@@ -24,9 +26,12 @@ struct LineEkf {
     extractor: LineExtractor,
     /// Of the last scan.
     features: Vec<LineFeature>,
+    /// The same; none where they are no landmarks.
+    points: Vec<PointFeature>,
     ekf: EkfSlam,
     /// After the last scan.
     landmarks: Vec<Landmark>,
+    point_landmarks: Vec<PointLandmark>,
     smoother: SweepSmoother,
 }
 
@@ -38,12 +43,15 @@ impl Estimator for LineEkf {
     fn update(&mut self, scan: &PreparedScan) -> Result<Option<Evidence>, SlamError> {
         self.extractor.extract(&scan.points, &mut self.features)?;
         let timing = SweepTiming::at(scan.points.stamp, &scan.scan);
-        let report = self.ekf.update(&self.features, &timing)?;
+        self.points = points_of(scan, &self.features)?;
+        let report = (self.ekf).update_with_points(&self.features, &self.points, &timing)?;
         let poses = self
             .smoother
             .smooth(&scan.scan, &scan.moved, &report.fixes, scan.history);
         self.landmarks.clear();
         self.landmarks.extend(self.ekf.landmarks());
+        self.point_landmarks.clear();
+        self.point_landmarks.extend(self.ekf.point_landmarks());
         Ok(Some(scan.evidence_from(&poses)))
     }
 
@@ -55,6 +63,8 @@ impl Estimator for LineEkf {
         View {
             features: &self.features,
             landmarks: &self.landmarks,
+            points: &self.points,
+            point_landmarks: &self.point_landmarks,
             update: Some(self.ekf.report()),
             covariance: Some(self.ekf.covariance()),
             odometry_errors: Some([self.ekf.odometry_errors(), self.ekf.odometry_error_sigmas()]),
@@ -66,4 +76,15 @@ impl Estimator for LineEkf {
         self.extractor = LineExtractor::new(config.lines);
         self.ekf.reconfigure(config.ekf);
     }
+}
+
+/// The points of a scan that may become landmarks.
+fn points_of(scan: &PreparedScan, lines: &[LineFeature]) -> Result<Vec<PointFeature>, SlamError> {
+    let config = scan.config;
+    if !config.ekf.landmarks.has_points() {
+        return Ok(vec![]);
+    }
+    let mut asked = config.point_features;
+    (asked.crossings.is_on, asked.spikes.is_on) = (false, false);
+    Ok(find_points(&scan.points, lines, &config.lines, &asked)?)
 }

@@ -1,7 +1,7 @@
 use nalgebra::{DMatrix, Point2};
 
 use super::super::tests::{ONCE, dense, feature, plain};
-use super::super::{EkfConfig, EkfSlam};
+use super::super::{EkfConfig, EkfSlam, ROBOT};
 use super::*;
 use crate::geom::Length;
 

@@ -67,9 +67,10 @@ fn update_is_the_dense_joseph_form() {
         let expected = slam.expect(landmark);
         let seen = feature(expected.line.alpha + 0.01, expected.line.r - 0.02);
         let mut h = DMatrix::zeros(2, n);
-        h.view_mut((0, 0), (2, 3)).copy_from(&expected.by_pose);
+        h.view_mut((0, 0), (2, 3))
+            .copy_from(&expected.jacobian.by_pose);
         h.view_mut((0, ROBOT + 2 * landmark), (2, 2))
-            .copy_from(&expected.by_line);
+            .copy_from(&expected.jacobian.by_own);
         let r = DMatrix::from_fn(2, 2, |i, j| seen.cov[(i, j)]);
         let z = &h * &before * h.transpose() + &r;
         let k = &before * h.transpose() * z.try_inverse().unwrap();
@@ -187,7 +188,7 @@ fn correlations_are_those_of_the_dense_matrix() {
     let slam = some_state();
     let (p, found) = (
         dense(&slam),
-        Correlations::of(slam.covariance(), &slam.landmarks().collect::<Vec<_>>()),
+        Correlations::of(slam.covariance(), slam.landmarks().map(|l| l.id)),
     );
     assert_eq!((found.n, found.landmarks.len()), (p.nrows(), 3));
     assert_eq!(found.first_landmark + 2 * found.landmarks.len(), found.n);

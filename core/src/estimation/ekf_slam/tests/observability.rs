@@ -58,9 +58,10 @@ fn observability_matrix_of_first_estimates_lacks_three_ranks_and_that_of_the_tex
             for landmark in 0..walls.len() {
                 let expected = slam.expect(landmark);
                 let mut h = DMatrix::zeros(2, n);
-                h.view_mut((0, 0), (2, POSE)).copy_from(&expected.by_pose);
+                h.view_mut((0, 0), (2, POSE))
+                    .copy_from(&expected.jacobian.by_pose);
                 h.view_mut((0, POSE + 2 * landmark), (2, 2))
-                    .copy_from(&expected.by_line);
+                    .copy_from(&expected.jacobian.by_own);
                 rows.push(h * &transition);
                 let seen = seen(&slam, landmark, &mut rng);
                 assert!(slam.correct(landmark, &seen));

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::*;
 use super::{ONCE, odometry};
+use crate::features::PointKind;
 use crate::geom::{Length, Line, Segment, sides_of, wrap};
 use crate::points::fixture::normal;
 use crate::robot::{OdometryNoise, Tracks};
@@ -15,9 +16,15 @@ pub(super) struct Run {
     pub(super) slam: EkfSlam,
     truth: Pose2,
     pub(super) walls: Vec<Segment>,
-    noise: OdometryNoise,
+    pub(super) noise: OdometryNoise,
     rng: ChaCha8Rng,
     range: f64,
+    /// What stands in the world that is round, map frame.
+    pub(super) posts: Vec<Point2<f64>>,
+    /// Whether the corners of neighbouring walls are seen too.
+    pub(super) corners: Corners,
+    /// Of each point landmark, where it truly is.
+    pub(super) true_points: Vec<(LandmarkId, Point2<f64>)>,
     /// Sum and number of NEES values of the pose.
     pub(super) nees: (f64, u32),
     pub(super) nis: (f64, usize),
@@ -27,6 +34,18 @@ pub(super) struct Run {
 }
 
 const WIDTH: f64 = 0.2;
+/// Standard deviation of where a post is seen, along each axis, m.
+pub(super) const POST_SIGMA: f64 = 0.02;
+
+/// Which corners a run sees: where the lines of two walls cross, as these were seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Corners {
+    None,
+    /// With the beams of both walls.
+    Honest,
+    /// The same, as if found by beams of their own.
+    Posing,
+}
 
 impl Run {
     pub(super) fn new(
@@ -50,6 +69,9 @@ impl Run {
             },
             rng: ChaCha8Rng::seed_from_u64(seed),
             range,
+            posts: vec![],
+            corners: Corners::None,
+            true_points: vec![],
             nees: (0.0, 0),
             nis: (0.0, 0),
             wall_of: vec![],
@@ -90,7 +112,13 @@ impl Run {
             self.truth * Pose2::new(motion.x() + e.x, motion.y() + e.y, motion.heading() + e.z);
         self.slam.predict(&odometry(motion, cov)).unwrap();
         let features = self.see();
-        let report = self.slam.update(&features, &ONCE).unwrap();
+        let (points, truths): (Vec<_>, Vec<_>) = self.see_points(&features).into_iter().unzip();
+        let report = (self.slam)
+            .update_with_points(&features, &points, &ONCE)
+            .unwrap();
+        for &(point, id) in &report.points_added {
+            self.true_points.push((id, truths[point]));
+        }
         for &(feature, id) in &report.added {
             self.wall_of.push((id, features[feature].first_beam));
         }
@@ -99,7 +127,8 @@ impl Run {
             let right = self.wall_of.contains(&(m.landmark, wall));
             self.wrong += u32::from(!right);
         }
-        self.nis = (self.nis.0 + report.nis, self.nis.1 + report.matches.len());
+        let matches = report.nis_degrees() / 2;
+        self.nis = (self.nis.0 + report.nis, self.nis.1 + matches);
         if let Some(nees) = self.slam.estimate().nees(&self.truth) {
             self.nees = (self.nees.0 + nees, self.nees.1 + 1);
         }
@@ -153,6 +182,52 @@ impl Run {
         seen
     }
 
+    /// Posts within range, and the corners of lines that were seen; where each truly is, map frame.
+    fn see_points(&mut self, lines: &[LineFeature]) -> Vec<(PointFeature, Point2<f64>)> {
+        let robot_from_map = self.truth.inverse();
+        let mut seen = vec![];
+        for (number, post) in self.posts.iter().enumerate() {
+            let local = robot_from_map * *post;
+            let sight = Segment::new(self.truth.position(), *post);
+            let is_hidden = self.walls.iter().any(|wall| wall.crosses(&sight));
+            if local.coords.length() > self.range || is_hidden {
+                continue;
+            }
+            let noise = Vector2::new(normal(&mut self.rng), normal(&mut self.rng)) * POST_SIGMA;
+            let feature = PointFeature {
+                position: local + noise,
+                cov: Matrix2::identity() * (POST_SIGMA * POST_SIGMA),
+                kind: PointKind::Circle {
+                    radius: 0.1,
+                    var_radius: 1e-6,
+                },
+                confidence: 1.0,
+                beams: [1000 + number, 1000 + number],
+            };
+            seen.push((feature, *post));
+        }
+        for pair in lines.windows(2) {
+            let [a, b] = [pair[0].first_beam, pair[1].first_beam];
+            let apart = (self.walls[a].b - self.walls[b].a).length();
+            if self.corners == Corners::None || b != a + 1 || apart > 1e-9 {
+                continue;
+            }
+            let truth = self.walls[a].b;
+            let near = robot_from_map * truth;
+            if pair
+                .iter()
+                .all(|l| (l.ends[0] - near).length().min((l.ends[1] - near).length()) < 0.3)
+            {
+                let beams = match self.corners {
+                    Corners::Posing => [2000 + a, 2000 + a],
+                    _ => [a, b],
+                };
+                seen.push((corner_of(&pair[0], &pair[1], beams), truth));
+            }
+        }
+        seen
+    }
+
     fn is_free(&self, point: Point2<f64>, own: &Segment) -> bool {
         let to_map = self.truth;
         let ray = point.coords * (1.0 - 1e-6);
@@ -162,6 +237,10 @@ impl Run {
             let same = (w.a - own_in_map.a).length() < 1e-9 && (w.b - own_in_map.b).length() < 1e-9;
             same || !w.crosses(&sight)
         })
+    }
+
+    pub(super) fn end_nees(&self) -> f64 {
+        self.slam.estimate().nees(&self.truth).unwrap()
     }
 
     pub(super) fn error(&self) -> (f64, f64) {
@@ -214,19 +293,57 @@ pub(super) fn ring(w: f64, h: f64) -> Vec<Segment> {
 pub(super) fn drive_ring(config: EkfConfig, w: f64, h: f64, laps: usize, seed: u64) -> Run {
     let start = Pose2::new(-0.5 * w, -0.5 * h, 0.0);
     let mut run = Run::new(config, &ring(w, h), start, 8.0, seed);
-    for _ in 0..laps {
-        for (x, y) in [
-            (0.3 * w, 0.0),
-            (w, 0.0),
-            (w, h),
-            (0.4 * w, h),
-            (0.0, h),
-            (0.0, 0.0),
-        ] {
-            run.go(Point2::new(x, y));
+    run.drive_ring(w, h, laps);
+    run
+}
+
+impl Run {
+    pub(super) fn drive_ring(&mut self, w: f64, h: f64, laps: usize) {
+        for _ in 0..laps {
+            for (x, y) in [
+                (0.3 * w, 0.0),
+                (w, 0.0),
+                (w, h),
+                (0.4 * w, h),
+                (0.0, h),
+                (0.0, 0.0),
+            ] {
+                self.go(Point2::new(x, y));
+            }
         }
     }
-    run
+}
+
+/// Where two lines cross, with the covariance that theirs give it by central differences.
+fn corner_of(a: &LineFeature, b: &LineFeature, beams: [usize; 2]) -> PointFeature {
+    let cross = |by: [f64; 4]| {
+        let of = |line: &LineFeature, alpha: f64, r: f64| {
+            (
+                Line::new(line.line.alpha() + alpha, 1.0).normal(),
+                line.line.r() + r,
+            )
+        };
+        let ((na, ra), (nb, rb)) = (of(a, by[0], by[1]), of(b, by[2], by[3]));
+        let sin = na.perp(&nb);
+        Vector2::new(ra * nb.y - rb * na.y, rb * na.x - ra * nb.x) / sin
+    };
+    let column = |axis: usize| {
+        let nudged = |h: f64| {
+            let mut by = [0.0; 4];
+            by[axis] = h;
+            cross(by)
+        };
+        (nudged(1e-6) - nudged(-1e-6)) / 2e-6
+    };
+    let of_a = Matrix2::from_columns(&[column(0), column(1)]);
+    let of_b = Matrix2::from_columns(&[column(2), column(3)]);
+    PointFeature {
+        position: Point2::from(cross([0.0; 4])),
+        cov: of_a * a.cov * of_a.transpose() + of_b * b.cov * of_b.transpose(),
+        kind: PointKind::Corner,
+        confidence: 1.0,
+        beams,
+    }
 }
 
 /// Two correlated normal numbers of the given covariance.

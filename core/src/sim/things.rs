@@ -1,0 +1,279 @@
+//! What a feature truly is of: the walls, corners and round things of a world.
+//!
+//! 1. A line's true wall is the one that rays from the true pose through the line meet; glass
+//!    before the line only lets them through.
+//! 2. A corner's is the nearest place where a side ends or another meets it, a circle's the nearest
+//!    middle of a round obstacle, if it is near enough.
+//!
+//! Doors and people are nothing that features are of: they do not stay.
+
+use nalgebra::{Point2, Vector2};
+
+use super::world::{Material, Shape, Wall, World};
+use crate::geom::{Length, Pose2, Segment, ring_holds};
+
+/// Glass so far before a line, m, is not what sent its beams back.
+const BEFORE: f64 = 0.3;
+/// Sine of the greatest angle between a line and its wall.
+const SLANT: f64 = 0.2;
+/// Sides that miss each other by less do meet, m.
+const TOUCH: f64 = 1e-4;
+/// Walls on one line are parallel to this sine, and apart by less than so much, m.
+const PARALLEL: f64 = 1e-3;
+const ONE_LINE: f64 = 0.01;
+
+/// What a feature is of. Two are the same thing if they are equal; walls also if they lie on one
+/// line ([`Thing::is_same`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Thing {
+    /// A side of an obstacle.
+    Wall {
+        /// Its place in [`World::walls`].
+        number: usize,
+        /// Where it is.
+        segment: Segment,
+    },
+    /// Where one ends.
+    Corner(Point2<f64>),
+    /// The middle of something round.
+    Round(Point2<f64>),
+}
+
+impl Thing {
+    /// Whether a landmark of one is right for the other: the same, or walls on one line, whose
+    /// direction and distance are the same.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Wall { segment: a, .. }, Self::Wall { segment: b, .. }) => {
+                a == b || on_one_line(a, b)
+            }
+            (a, b) => a == b,
+        }
+    }
+}
+
+/// The things of a world, world frame.
+#[derive(Clone, Debug)]
+pub struct Things {
+    walls: Vec<Wall>,
+    corners: Vec<Point2<f64>>,
+    round: Vec<Point2<f64>>,
+}
+
+impl Things {
+    /// Those of `world` that can be seen by a lidar as they are; of glass, walls alone, since a
+    /// beam that meets it squarely comes back.
+    #[must_use]
+    pub fn of(world: &World) -> Self {
+        let solid = (world.obstacles.iter()).filter(|o| o.material != Material::Glass);
+        let (round, flat): (Vec<_>, Vec<_>) =
+            solid.partition(|o| matches!(o.shape, Shape::Circle { .. }));
+        let sides: Vec<Segment> = flat.iter().flat_map(|o| o.shape.segments()).collect();
+        let rings: Vec<Vec<Point2<f64>>> = (flat.iter())
+            .map(|o| o.shape.segments().iter().map(|side| side.a).collect())
+            .collect();
+        let mut corners = corners(&sides);
+        corners.retain(|corner| !rings.iter().any(|ring| is_inside(ring, *corner)));
+        let middles = round.iter().filter_map(|o| match o.shape {
+            Shape::Circle { centre, .. } => Some(centre),
+            _ => None,
+        });
+        Self {
+            walls: world.walls(),
+            corners,
+            round: middles.collect(),
+        }
+    }
+
+    /// The wall that most of three rays through a line with these `ends` meet, in the robot frame
+    /// at `world_from_robot`; `None` where they do not agree on one that is parallel to it.
+    #[must_use]
+    pub fn of_line(&self, world_from_robot: &Pose2, ends: [Point2<f64>; 2]) -> Option<Thing> {
+        let [a, b] = ends.map(|end| *world_from_robot * end);
+        let (origin, length) = (world_from_robot.position(), (b - a).length());
+        let hits = [0.25, 0.5, 0.75].map(|part| {
+            let way = a + (b - a) * part - origin;
+            let towards = way / way.length();
+            let distances = self.walls.iter().enumerate().filter_map(|(index, wall)| {
+                let distance = wall.segment.hit_by_ray(origin, towards)?;
+                let is_glass_before =
+                    wall.material == Material::Glass && distance < way.length() - BEFORE;
+                (!is_glass_before).then_some((index, distance))
+            });
+            let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+            let wall = self.walls.get(nearest)?.segment.vector();
+            let slant = (b - a).perp(&wall) / (length * wall.length());
+            (slant.abs() < SLANT).then_some(nearest)
+        });
+        let [first, second, third] = hits;
+        let agreed = second
+            .filter(|_| second == first || second == third)
+            .or(first.filter(|_| first == third))?;
+        Some(Thing::Wall {
+            number: agreed,
+            segment: self.walls.get(agreed)?.segment,
+        })
+    }
+
+    /// What a point is of, in the robot frame at `world_from_robot`: the nearest round thing or the
+    /// nearest corner, no farther than `reach`, m.
+    #[must_use]
+    pub fn of_point(
+        &self,
+        world_from_robot: &Pose2,
+        point: Point2<f64>,
+        is_round: bool,
+        reach: f64,
+    ) -> Option<Thing> {
+        let at = *world_from_robot * point;
+        let things = if is_round { &self.round } else { &self.corners };
+        let off = |thing: &Point2<f64>| (thing - at).length();
+        let nearest = things.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let thing = if is_round {
+            Thing::Round(*nearest)
+        } else {
+            Thing::Corner(*nearest)
+        };
+        (off(nearest) <= reach).then_some(thing)
+    }
+}
+
+/// Ends of all sides, and where one side meets another: what shapes that overlap leave to be seen.
+/// Each place once.
+fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
+    let mut found: Vec<Point2<f64>> = vec![];
+    let mut add = |at: Point2<f64>| {
+        if !found.iter().any(|known| (known - at).length() < TOUCH) {
+            found.push(at);
+        }
+    };
+    sides
+        .iter()
+        .flat_map(|side| [side.a, side.b])
+        .for_each(&mut add);
+    for (i, a) in sides.iter().enumerate() {
+        let along = a.b - a.a;
+        let (length, way) = (along.length(), along / along.length());
+        // A little before its end, so that a side that only touches is met.
+        let from = a.a - way * TOUCH;
+        let others = sides.iter().enumerate().filter(|(j, _)| *j != i);
+        let met = others.filter_map(|(_, b)| b.hit_by_ray(from, way));
+        let within = met.filter(|distance| *distance <= length + 2.0 * TOUCH);
+        within.for_each(|distance| add(from + way * distance));
+    }
+    found
+}
+
+/// Whether a place is within an outline, and not on its border: where the end of a wall stands in
+/// another one nobody sees it.
+fn is_inside(ring: &[Point2<f64>], place: Point2<f64>) -> bool {
+    let around = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)];
+    let mut around = around
+        .map(|(x, y)| place + Vector2::new(x, y) * (10.0 * TOUCH))
+        .into_iter();
+    ring.len() > 2 && around.all(|near| ring_holds(ring, near))
+}
+
+fn on_one_line(wall: &Segment, other: &Segment) -> bool {
+    let along = wall.vector() / wall.vector().length();
+    let off = |p: Point2<f64>| along.perp(&(p - wall.a)).abs();
+    let across = other.vector() / other.vector().length();
+    along.perp(&across).abs() < PARALLEL && off(other.a) < ONE_LINE && off(other.b) < ONE_LINE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sim::worlds;
+
+    #[test]
+    fn what_lies_on_a_wall_is_of_that_wall_from_any_pose() {
+        let world = worlds::builtin("office").unwrap();
+        let things = Things::of(&world);
+        let pose = Pose2::new(world.start.x(), world.start.y(), 0.7);
+        let mut found = 0;
+        for (index, wall) in things.walls.iter().enumerate() {
+            // A piece of the wall, where nothing stands before it.
+            let piece = [0.45, 0.55].map(|part| wall.segment.a + wall.segment.vector() * part);
+            let origin = pose.position();
+            let is_hidden = things.walls.iter().enumerate().any(|(other, before)| {
+                other != index
+                    && piece.iter().any(|end| {
+                        before
+                            .segment
+                            .crosses(&Segment::new(origin, end + (origin - end) * 1e-3))
+                    })
+            });
+            if is_hidden || wall.material == Material::Glass {
+                continue;
+            }
+            let [a, b] = piece.map(|end| pose.inverse() * end);
+            let thing = things.of_line(&pose, [a, b]);
+            // Rays along a wall meet only its ends.
+            let way = piece[0] - origin;
+            let slant =
+                way.perp(&wall.segment.vector()) / (way.length() * wall.segment.vector().length());
+            if slant.abs() > 0.05 {
+                let truth = Thing::Wall {
+                    number: index,
+                    segment: wall.segment,
+                };
+                assert!(thing.unwrap().is_same(&truth), "{index}");
+                found += 1;
+            }
+        }
+        assert!(found >= 4, "{found}");
+    }
+
+    #[test]
+    fn points_are_of_the_nearest_thing_of_their_kind() {
+        let things = Things::of(&worlds::builtin("arena").unwrap());
+        let pose = Pose2::new(1.0, 1.0, -2.0);
+        let off = Vector2::new(0.03, -0.04);
+        for &corner in &things.corners {
+            let of = things.of_point(&pose, pose.inverse() * (corner + off), false, 0.1);
+            let Some(Thing::Corner(at)) = of else {
+                panic!("{corner} is {of:?}");
+            };
+            assert!((at - corner).length() <= 2.0 * off.length());
+        }
+        for &middle in &things.round {
+            let near = pose.inverse() * (middle + off);
+            let of = |reach| things.of_point(&pose, near, true, reach);
+            assert_eq!((of(0.1), of(0.04)), (Some(Thing::Round(middle)), None));
+        }
+        assert!(!things.corners.is_empty());
+        let far = Point2::new(500.0, 0.0);
+        assert_eq!(things.of_point(&pose, far, true, 0.1), None);
+    }
+
+    #[test]
+    fn corners_within_another_obstacle_are_none() {
+        let ring = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point2::new(x, y));
+        for (x, y, expect) in [
+            (1.0, 0.5, true),
+            (0.01, 0.01, true),
+            (2.0, 0.5, false),
+            (0.0, 0.0, false),
+            (1.0, 1.2, false),
+        ] {
+            assert_eq!(is_inside(&ring, Point2::new(x, y)), expect, "{x} {y}");
+        }
+        assert!(!is_inside(&ring[..2], Point2::new(1.0, 0.0)));
+    }
+
+    #[test]
+    fn walls_on_one_line_are_the_same_thing_and_others_not() {
+        let wall = |ax: f64, ay: f64, bx: f64, by: f64| Thing::Wall {
+            number: 0,
+            segment: Segment::new(Point2::new(ax, ay), Point2::new(bx, by)),
+        };
+        let own = wall(0.0, 0.0, 2.0, 0.0);
+        assert!(own.is_same(&wall(3.0, 0.0, 5.0, 0.0)));
+        assert!(own.is_same(&wall(5.0, 0.0, 3.0, 0.0)));
+        assert!(!own.is_same(&wall(0.0, 0.1, 2.0, 0.1)));
+        assert!(!own.is_same(&wall(2.0, 0.0, 2.0, 3.0)));
+        assert!(!own.is_same(&Thing::Corner(Point2::origin())));
+    }
+}
