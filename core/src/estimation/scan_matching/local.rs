@@ -2,9 +2,16 @@
 
 use nalgebra::Matrix3;
 
-use super::ScanMatcher;
+use super::{ScanMatcher, Submap};
 use crate::geom::{PoseEstimate, pose_cov, symmetrize};
 use crate::registration::{Registration, Verdict};
+
+/// A submap that begins with nothing has too few surfaces of its own until it holds so many
+/// keyframes. Often it was begun because somebody walked by, who is then a good part of it: down a
+/// corridor nothing else says how far the robot went, and it goes along with them.
+const FEW_KEYFRAMES: usize = 3;
+/// The part of its floor that odometry has beside those few.
+const OF_FEW: f64 = 0.2;
 
 impl ScanMatcher {
     /// The matched pose with its covariance: that of the match where the points say something,
@@ -32,6 +39,15 @@ impl ScanMatcher {
 
     /// What odometry is not believed better than between two scans.
     pub(super) fn odometry_floor(&self) -> Matrix3<f64> {
-        pose_cov(self.config.odometry_sigma, self.config.odometry_turn_sigma)
+        let config = &self.config;
+        let begins = |s: &Submap| s.is_loose && s.own_keyframes < FEW_KEYFRAMES;
+        let part = match self.submaps.last().is_some_and(begins) {
+            true => OF_FEW,
+            false => 1.0,
+        };
+        pose_cov(
+            part * config.odometry_sigma,
+            part * config.odometry_turn_sigma,
+        )
     }
 }

@@ -489,12 +489,17 @@ fn surfaces_of_standing(scans: u64, sweep: f64) -> (f64, usize, Pose2) {
 
 #[test]
 fn sweeps_that_are_no_keyframes_sharpen_the_walls_and_add_none() {
-    let (first, surfels, _) = surfaces_of_standing(2 * TURNS + 2, 0.2);
+    let (_, surfels, _) = surfaces_of_standing(2 * TURNS + 2, 0.2);
     let (mean, of_many, early) = surfaces_of_standing(2 * TURNS + 60, 0.2);
     assert_eq!(surfels, of_many);
-    assert!(mean < 0.9 * first, "{mean} m after {first} m");
+    // Scans at one instant sharpen nothing.
+    let (of_keyframes, ..) = surfaces_of_standing(2 * TURNS + 60, 0.0);
+    assert!(
+        mean < 0.9 * of_keyframes,
+        "{mean} m, by keyframes alone {of_keyframes} m"
+    );
     // Who stands for long does not wander off with the walls.
     let (late_mean, _, late) = surfaces_of_standing(1500, 0.2);
-    assert!(late_mean < 1.1 * mean, "{late_mean} m after {mean} m");
+    assert!(late_mean < 1.3 * mean, "{late_mean} m after {mean} m");
     assert!(!differs(&early, &late, 0.004, 0.001), "{early:?} {late:?}");
 }

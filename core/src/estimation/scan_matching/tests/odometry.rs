@@ -92,3 +92,43 @@ fn odometry_that_jumps_ahead_is_not_followed() {
         assert!(step < 0.12, "{ahead}: {step} m");
     }
 }
+
+/// Down a corridor nothing tells how far the robot went but who walks ahead of it, faster than it
+/// drives, just as a submap has begun with nothing.
+#[test]
+fn who_walks_ahead_where_a_submap_begins_hardly_carries_the_robot_along() {
+    const BEGINS: u64 = 100;
+    let wall = |y: f64| Segment::new(Point2::new(-30.0, y), Point2::new(40.0, y));
+    for (seed, distance) in (0..3).flat_map(|seed| [(seed, 1.0), (seed, 2.0)]) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
+        let mut worst = 0.0_f64;
+        for step in 0..BEGINS + 12 {
+            let (from, to) = (Stamp(step * 400_000), Stamp((step + 1) * 400_000));
+            let truth = Pose2::new(0.1 * step as f64, 0.0, 0.0);
+            let way = if step == 0 { 0.0 } else { 0.1 };
+            matcher.odometry(&Odometry {
+                from,
+                to,
+                motion: Pose2::new(way + 0.002 * normal(&mut rng), 0.0, 0.0),
+                cov: Matrix3::from_diagonal(&Vector3::repeat(2e-5)),
+            });
+            let mut walls = vec![wall(-1.2), wall(1.2)];
+            if let Some(since) = step.checked_sub(BEGINS) {
+                let ahead = truth.x() + distance + 0.08 * since as f64;
+                let side = |y: f64| Point2::new(ahead, y);
+                walls.push(Segment::new(side(-0.1), side(0.1)));
+                if since == 0 {
+                    matcher.begin_submap(true);
+                }
+            }
+            update(
+                &mut matcher,
+                &points_of(&scan_at(&walls, &truth, to, &mut rng)),
+            );
+            let off = matcher.estimate().pose.x() - truth.x();
+            worst = worst.max(off.abs());
+        }
+        assert!(worst < 0.2, "{seed}, {distance} m ahead: {worst} m");
+    }
+}
