@@ -185,8 +185,8 @@ impl SurfelMap {
         }
     }
 
-    /// Averages points, in the frame of the map, into the surfels that they fall on, as long as that
-    /// makes them surer. Adds none, and moves none for ever: a robot may stand for hours.
+    /// Averages points, in the frame of the map, into the surfels that they fall on, as long as
+    /// that makes them surer. Adds none, and moves none for ever: a robot may stand for hours.
     pub fn sharpen(&mut self, points: impl IntoIterator<Item = OrientedPoint>) {
         for point in points {
             if let Some(surfel) = self.under(&point)
