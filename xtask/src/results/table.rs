@@ -78,6 +78,8 @@ pub(super) const TABLE: &[Entry] = &[
         "Scan matching closes no loop falsely, however much two places look alike, and its walls are where they stand."),
     entry("ekf-consistency", Report, Slow, CORE,
         "The line filter is as uncertain as it claims."),
+    entry("point-landmarks", Report, Slow, CORE,
+        "Walls, corners and posts, or both as landmarks of that filter: how far off, how honest, how often matched wrongly."),
     entry("ekf-cost", Report, Quick, &["core/src/lanes", "core/src/association", "core/src/estimation"],
         "What an update of the line filter costs, by the number of landmarks."),
     entry("controller", Report, Quick, &["core/src/robot", "core/src/sim"],
