@@ -491,8 +491,11 @@ fn a_bad_log_is_refused_with_its_line() {
     assert!(refuse(&[0xff, 0xd8, 0xff, 0xe0]).contains("no text"));
     let text = log(3);
     assert!(refuse(&text.as_bytes()[..text.len() - 700]).contains("line 3"));
+    // NaN costs a beam; a word that is no number ends the reading.
+    let word = text.replacen(" 2.00 ", " two ", 1);
+    assert!(refuse(word.as_bytes()).contains("`two`"));
     let nan = text.replacen(" 2.00 ", " nan ", 1);
-    assert!(refuse(nan.as_bytes()).contains("`nan`"));
+    assert!(read(nan.as_bytes(), 50).is_ok());
 }
 
 #[wasm_bindgen_test]
