@@ -271,10 +271,8 @@ impl Pair {
         };
         let mut of = |points: &[PointFeature], pose: &Pose2| -> Vec<Option<Thing>> {
             let of_one = |point: &PointFeature| {
-                let thing = {
-                    let is_round = matches!(point.kind, PointKind::Circle { .. });
-                    site.things.of_point(pose, point.position, is_round, REACH)
-                };
+                let is_round = point.kind.is_round();
+                let thing = (site.things).of_point(pose, point.position, is_round, REACH);
                 let at = match thing {
                     Some(Thing::Corner(at) | Thing::Round(at)) => Some(pose.inverse() * at),
                     Some(Thing::Wall { .. }) | None => None,

@@ -18,8 +18,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use slamlab_core::estimation::{EkfConfig, EkfSlam, Landmark, LandmarkId, SweepTiming, ate_rmse};
 use slamlab_core::features::{
-    LineConfig, LineExtractor, LineFeature, PointFeature, PointFeatureConfig, PointKind,
-    find_points,
+    LineConfig, LineExtractor, LineFeature, PointFeature, PointFeatureConfig, find_points,
 };
 use slamlab_core::geom::{Length, Pose2, wrap};
 use slamlab_core::points::{MotionHistory, PointConfig, Points};
@@ -35,11 +34,6 @@ const PERIOD: f64 = 0.05;
 const READINGS: u32 = 5;
 /// More decisions than any tour needs.
 const MOST_STEPS: usize = 40_000;
-
-/// A point farther from a true thing is none of it, m; and what odometry turns it within a sweep
-/// comes on top, m for each m of its distance.
-const REACH: f64 = 0.1;
-const REACH_PER_METRE: f64 = 0.03;
 
 /// Where the robot goes.
 pub(crate) struct Tour {
@@ -255,10 +249,8 @@ impl Drive {
             self.points = find_points(&points, &self.lines, &LineConfig::default(), &asked)?;
         }
         let thing_of = |point: &PointFeature| {
-            let reach = REACH + REACH_PER_METRE * point.position.coords.length();
-            let is_round = matches!(point.kind, PointKind::Circle { .. });
-            self.things
-                .of_point(&world_from_robot, point.position, is_round, reach)
+            let is_round = point.kind.is_round();
+            (self.things).of_point_in_sweep(&world_from_robot, point.position, is_round)
         };
         let things_of_points: Vec<_> = self.points.iter().map(thing_of).collect();
         let timing = SweepTiming::at(points.stamp, scan);

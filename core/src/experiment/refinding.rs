@@ -17,8 +17,8 @@ use nalgebra::Point2;
 
 use crate::association::RefindingCurve;
 use crate::estimation::{Explanation, LandmarkId};
-use crate::features::{PointFeature, PointKind};
-use crate::geom::{Length, Pose2};
+use crate::features::PointFeature;
+use crate::geom::Pose2;
 use crate::sim::{Thing, Things, World};
 use crate::slam::{SlamConfig, View};
 
@@ -26,11 +26,6 @@ use crate::slam::{SlamConfig, View};
 const GATES: i32 = 41;
 const LEAST_GATE: f64 = 0.01;
 const GREATEST_GATE: f64 = 100.0;
-
-/// A point farther from a true thing is none of it, m; and what odometry turns it within a sweep
-/// comes on top, m for each m of its distance.
-const REACH: f64 = 0.1;
-const REACH_PER_METRE: f64 = 0.03;
 
 /// Counts of a run.
 #[derive(Clone, Debug)]
@@ -127,10 +122,8 @@ impl Refinding {
     }
 
     fn thing_of(&self, world_from_robot: &Pose2, point: &PointFeature) -> Option<Thing> {
-        let reach = REACH + REACH_PER_METRE * point.position.coords.length();
-        let is_round = matches!(point.kind, PointKind::Circle { .. });
-        self.things
-            .of_point(world_from_robot, point.position, is_round, reach)
+        let is_round = point.kind.is_round();
+        (self.things).of_point_in_sweep(world_from_robot, point.position, is_round)
     }
 
     fn knows(&self, thing: &Thing) -> bool {

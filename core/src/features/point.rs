@@ -45,6 +45,12 @@ impl PointKind {
     pub fn is_like(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
     }
+
+    /// Whether it is the middle of something round.
+    #[must_use]
+    pub fn is_round(&self) -> bool {
+        matches!(self, Self::Circle { .. })
+    }
 }
 
 /// The probability that a normal number with this mean and standard deviation is within the limits.

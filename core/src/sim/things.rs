@@ -21,6 +21,10 @@ const TOUCH: f64 = 1e-4;
 /// Walls on one line are parallel to this sine, and apart by less than so much, m.
 const PARALLEL: f64 = 1e-3;
 const ONE_LINE: f64 = 0.01;
+/// A point of a sweep that is farther from a true thing is none of it, m; and what odometry turns
+/// it within the sweep comes on top, m for each m of its distance.
+const REACH: f64 = 0.1;
+const REACH_PER_METRE: f64 = 0.03;
 
 /// What a feature is of. Two are the same thing if they are equal; walls also if they lie on one
 /// line ([`Thing::is_same`]).
@@ -62,6 +66,19 @@ pub struct Things {
 }
 
 impl Things {
+    /// What a point found in a sweep of a robot that drives is of, as [`Self::of_point`] has it, no
+    /// farther than odometry may have turned it meanwhile.
+    #[must_use]
+    pub fn of_point_in_sweep(
+        &self,
+        world_from_robot: &Pose2,
+        point: Point2<f64>,
+        is_round: bool,
+    ) -> Option<Thing> {
+        let reach = REACH + REACH_PER_METRE * point.coords.length();
+        self.of_point(world_from_robot, point, is_round, reach)
+    }
+
     /// Those of `world` that can be seen by a lidar as they are; of glass, walls alone, since a
     /// beam that meets it squarely comes back.
     #[must_use]

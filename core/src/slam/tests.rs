@@ -69,21 +69,13 @@ fn only_the_map_of_scan_matching_is_changed_by_hand() {
     }
 }
 
-/// Glass and black walls return nothing either.
-#[test]
-fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
-    // Walls to the left, behind and to the right of a robot that looks out of a wide door.
+/// A scan of a beam a degree, of these ranges, m. None goes into a corner itself, which a ray may
+/// slip through.
+fn look_round(range: impl Fn(f64) -> f32) -> Scan {
     let bearing = |i: i32| f64::from(i).to_radians() + 0.003;
     let bearings: Vec<f64> = (0..360).map(bearing).collect();
-    let ranges = bearings.iter().map(|&bearing| {
-        let (sin, cos) = crate::geom::sin_cos(bearing);
-        match cos > 0.8 {
-            true => f32::INFINITY,
-            false => (2.0 / (-cos).max(sin.abs())) as f32,
-        }
-    });
-    let scan = Scan {
-        ranges: ranges.collect(),
+    Scan {
+        ranges: bearings.iter().map(|&bearing| range(bearing)).collect(),
         sigmas: vec![0.01; 360],
         qualities: vec![],
         bearings,
@@ -92,7 +84,20 @@ fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
         bearing_sigma: 0.0,
         max_range: 12.0,
         sweep: 0.0,
-    };
+    }
+}
+
+/// Glass and black walls return nothing either.
+#[test]
+fn beams_without_a_return_clear_the_same_few_metres_by_every_method() {
+    // Walls to the left, behind and to the right of a robot that looks out of a wide door.
+    let scan = look_round(|bearing| {
+        let (sin, cos) = crate::geom::sin_cos(bearing);
+        match cos > 0.8 {
+            true => f32::INFINITY,
+            false => (2.0 / (-cos).max(sin.abs())) as f32,
+        }
+    });
     for method in Method::ALL {
         let name = method.name();
         for (clears, expected) in [(5.0, [true, false, false]), (8.0, [true, true, false])] {
@@ -123,24 +128,10 @@ fn points_of_the_scan_are_found_by_every_method_and_only_those_asked_for() {
     let walls: Vec<_> = (0..4)
         .map(|i| Segment::new(corner(i), corner(i + 1)))
         .collect();
-    // None into a corner itself, which a ray may slip through.
-    let bearing = |i: i32| f64::from(i).to_radians() + 0.003;
-    let bearings: Vec<f64> = (0..360).map(bearing).collect();
-    let ranges = bearings.iter().map(|&bearing| {
+    let scan = look_round(|bearing| {
         let along = crate::geom::unit_vector(bearing);
         crate::points::fixture::range_to(&walls, &Pose2::identity(), along) as f32
     });
-    let scan = Scan {
-        ranges: ranges.collect(),
-        sigmas: vec![0.01; 360],
-        qualities: vec![],
-        bearings,
-        stamp: Stamp(0),
-        robot_from_sensor: Pose2::identity(),
-        bearing_sigma: 0.0,
-        max_range: 12.0,
-        sweep: 0.0,
-    };
     for method in Method::ALL {
         let name = method.name();
         let mut config = prior_map_tests::config();

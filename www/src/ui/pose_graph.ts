@@ -7,19 +7,16 @@ import { readPalette } from "../view/palette.js";
 import { SlamElement } from "./element.js";
 import { DASH } from "./format.js";
 import { icons } from "./icons.js";
+import { picture, section } from "./style.js";
 
 export class SlamPoseGraph extends SlamElement {
-  static override styles = css`
-    h2 { margin: 18px 0 8px; }
-    p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
-    p.bad { color: var(--danger); font-weight: 600; }
-    p b { color: var(--ink); font-weight: 600; overflow-wrap: anywhere; }
-    canvas { display: block; width: 100%; height: 190px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 10px; background: var(--map-free); }
+  static override styles = [section, picture, css`
+    canvas { background: var(--map-free); }
     .two { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; }
     i { display: inline-block; width: 18px; height: 0; border-top: 2px solid; vertical-align: middle; }
     i.before { border-top-style: dashed; color: var(--map-odometry); }
     i.after { color: var(--map-estimate); }
-  `;
+  `];
 
   protected override readonly topics = ["graph"] as const;
   #shown: typeof this.store.solvedGraph = null;

@@ -8,6 +8,7 @@ import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
 import { icons } from "./icons.js";
 import { filesOf } from "./input.js";
+import { section } from "./style.js";
 
 /** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
 const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
@@ -19,18 +20,15 @@ const LOCALISATION_WORDS: Record<LocalisationName, string> = {
 };
 
 export class SlamPriorMap extends SlamElement {
-  static override styles = css`
-    h2 { margin: 18px 0 8px; }
-    p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
+  static override styles = [section, css`
     [data-testid="kidnap"] { margin-bottom: 8px; }
-    p.bad { color: var(--danger); font-weight: 600; }
     .two label { display: contents; }
     .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-bottom: 8px; }
     .three { grid-template-columns: 1fr 1fr 1fr; }
     .three label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
     .check { display: flex; gap: 8px; align-items: baseline; margin-bottom: 8px; font-size: 13px; }
     input[type="number"] { width: 100%; min-width: 0; }
-  `;
+  `];
 
   protected override readonly topics = ["run", "frame"] as const;
 

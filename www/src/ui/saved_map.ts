@@ -11,6 +11,7 @@ import { Tiles } from "../view/tiles.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
+import { picture, section } from "./style.js";
 
 const FROM: Readonly<Record<MapStart["from"], string>> = {
   left: "where it was left",
@@ -35,14 +36,10 @@ const ARROW = 10;
 type Pose = readonly [number, number, number];
 
 export class SlamSavedMap extends SlamElement {
-  static override styles = css`
-    h2 { margin: 18px 0 8px; }
-    p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
-    p.bad { color: var(--danger); font-weight: 600; }
-    p b { color: var(--ink); font-weight: 600; overflow-wrap: anywhere; }
+  static override styles = [section, picture, css`
     label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); margin-bottom: 8px; }
     label select { color: var(--ink); font-size: 14px; }
-    canvas { display: block; width: 100%; height: 190px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 10px; background: var(--map-unknown); touch-action: none; cursor: crosshair; }
+    canvas { background: var(--map-unknown); touch-action: none; cursor: crosshair; }
     .three { display: grid; grid-template-columns: 1fr 1fr 1fr; gap: 8px; }
     input[type="number"] { color: var(--ink); width: 100%; min-width: 0; }
     button { width: 100%; margin-bottom: 8px; }
@@ -50,7 +47,7 @@ export class SlamSavedMap extends SlamElement {
     .changes button, .changes .button { margin: 0; padding: 0 6px; }
     .changes label { display: contents; color: inherit; }
     .changes .button { color: var(--ink); font-size: 14px; }
-  `;
+  `];
 
   protected override readonly topics = ["run", "frame", "theme", "tab"] as const;
   readonly #camera = new Camera();

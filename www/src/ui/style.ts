@@ -17,6 +17,19 @@ export const tool = css`
   .apply { width: 100%; margin-bottom: 8px; white-space: normal; }
 `;
 
+/** A section of a tab: its heading and what is said under it. */
+export const section = css`
+  h2 { margin: 18px 0 8px; }
+  p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
+  p.bad { color: var(--danger); font-weight: 600; }
+`;
+
+/** A picture of an opened file in a section, and its name. */
+export const picture = css`
+  p b { color: var(--ink); font-weight: 600; overflow-wrap: anywhere; }
+  canvas { display: block; width: 100%; height: 190px; margin-bottom: 8px; border: 1px solid var(--line); border-radius: 10px; }
+`;
+
 export const shared = css`
   *, *::before, *::after { box-sizing: border-box; }
   :host { display: block; font: 400 14px/1.45 var(--sans); color: var(--ink); }

@@ -170,7 +170,8 @@ impl ScanMatcher {
         let map_from_submap = self.map_from_running() * old_from_new;
         let new_from_old = old_from_new.inverse();
         let begun = SurfelMap::new(self.config.surfels);
-        let [first, behind] = self.keyframes_of(self.submaps.len() - 1);
+        let old = self.submaps.len() - 1;
+        let [first, behind] = self.keyframes_of(old);
         for keyframe in &mut self.keyframes[first..behind] {
             keyframe.settle(&self.running);
         }
@@ -187,7 +188,6 @@ impl ScanMatcher {
             let rays = keyframe.rays_from(&recent.submap_from_robot);
             self.running_free.mark(rays);
         }
-        let old = self.submaps.len() - 1;
         let closed = ClosedSubmap::new(surfels, free);
         if let Some(submap) = self.submaps.last_mut() {
             submap.closed = closed;

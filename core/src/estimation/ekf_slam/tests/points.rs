@@ -423,6 +423,13 @@ fn is_within(value: f64, [low, high]: [f64; 2]) -> bool {
     (low..=high).contains(&value)
 }
 
+/// That the mean of an NEES of so many degrees of freedom is that of an honest filter.
+#[track_caller]
+fn assert_honest(nees: f64, degrees: f64) {
+    let honest = bounds(degrees);
+    assert!(is_within(nees, honest), "{nees} of {honest:?}");
+}
+
 #[test]
 fn posts_alone_are_honest_over_runs() {
     let config = EkfConfig {
@@ -430,19 +437,9 @@ fn posts_alone_are_honest_over_runs() {
         ..with(LandmarkKinds::Points)
     };
     let found = honesty(config, Corners::None, true);
-    assert!(
-        is_within(found.pose, bounds(3.0)),
-        "{} of {:?}",
-        found.pose,
-        bounds(3.0)
-    );
+    assert_honest(found.pose, 3.0);
     // Points of a run err together, so its mean has the spread of a single one.
-    assert!(
-        is_within(found.points, bounds(2.0)),
-        "{} of {:?}",
-        found.points,
-        bounds(2.0)
-    );
+    assert_honest(found.points, 2.0);
     assert!(is_within(found.nis, [1.9, 2.1]), "{}", found.nis);
 }
 
@@ -453,18 +450,8 @@ fn walls_and_posts_in_one_state_are_honest_over_runs() {
         ..with(LandmarkKinds::Both)
     };
     let found = honesty(config, Corners::None, true);
-    assert!(
-        is_within(found.pose, bounds(3.0)),
-        "{} of {:?}",
-        found.pose,
-        bounds(3.0)
-    );
-    assert!(
-        is_within(found.points, bounds(2.0)),
-        "{} of {:?}",
-        found.points,
-        bounds(2.0)
-    );
+    assert_honest(found.pose, 3.0);
+    assert_honest(found.points, 2.0);
     assert!(is_within(found.nis, [1.8, 2.1]), "{}", found.nis);
 }
 
