@@ -25,6 +25,7 @@
 
 mod canvas;
 mod closures;
+mod companions;
 mod config;
 mod drift;
 mod edits;
@@ -276,13 +277,16 @@ impl ScanMatcher {
     /// Places what was seen; `moved` is what is believed of odometry since the last time.
     fn place(&mut self, mut seen: Seen, moved: &Believed) {
         let stamp = seen.points.stamp;
-        let mut tracked = self.track(&seen, moved, stamp);
+        let mut tracked = self.track(&mut seen, moved, stamp);
         if std::mem::take(&mut self.is_new_run) && !self.begins_here(&tracked) {
             self.begin_piece();
-            tracked = self.track(&seen, moved, stamp);
+            tracked = self.track(&mut seen, moved, stamp);
         }
         if tracked.is_counted && tracked.is_sure {
             self.motion.model.note(tracked.was_right);
+        }
+        if tracked.has_companions {
+            self.motion.follow_odometry();
         }
         self.local = tracked.estimate;
         seen.correct(&self.local.pose, &tracked.error);

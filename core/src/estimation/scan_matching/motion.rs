@@ -115,6 +115,17 @@ impl Motion {
         believed
     }
 
+    /// Takes the scans before for as far on as odometry counted: somebody held the robot back.
+    pub(super) fn follow_odometry(&mut self) {
+        let Some(first) = self.pasts.front().copied() else {
+            return;
+        };
+        for past in &mut self.pasts {
+            let way = first.odom_from_robot.delta_to(&past.odom_from_robot);
+            past.submap_from_robot = first.submap_from_robot * way;
+        }
+    }
+
     /// Remembers where a scan was placed.
     pub(super) fn remember(&mut self, stamp: Stamp, submap_from_robot: Pose2) {
         if let Some(past) = self.pasts.back() {

@@ -26,6 +26,8 @@ pub(super) struct Seen {
     left: Vec<f64>,
     /// The same of each surface.
     surfaces_left: Vec<f64>,
+    /// The place of each surface's beam in `points.beams`.
+    surface_beams: Vec<usize>,
 }
 
 impl Seen {
@@ -71,6 +73,7 @@ impl Seen {
         let of_beam = |(beam, _): &(usize, OrientedPoint)| left.get(*beam).copied();
         Self {
             surfaces_left: surfaces.iter().filter_map(of_beam).collect(),
+            surface_beams: surfaces.iter().map(|(beam, _)| *beam).collect(),
             surfaces: surfaces.into_iter().map(|(_, surface)| surface).collect(),
             points,
             sigmas,
@@ -82,6 +85,39 @@ impl Seen {
     /// Whether it took a while.
     pub(super) fn is_rolling(&self) -> bool {
         !self.surfaces_left.is_empty()
+    }
+
+    /// The surfaces that these beams end on, by their places in the list, which ascend.
+    pub(super) fn surfaces_of(&self, beams: &[usize]) -> impl Iterator<Item = &OrientedPoint> {
+        let is_of = |(_, beam): &(&OrientedPoint, &usize)| beams.binary_search(beam).is_ok();
+        let of_beams = self.surfaces.iter().zip(&self.surface_beams);
+        of_beams.filter(is_of).map(|(surface, _)| surface)
+    }
+
+    /// All but what these beams saw, by their places in the list, which ascend.
+    pub(super) fn without(&self, beams: &[usize]) -> Self {
+        let keeps = |at: &usize| beams.binary_search(at).is_err();
+        let by_beam = |list: &[f64]| kept(list, (0..list.len()).map(|at| keeps(&at)));
+        let of_surfaces = || self.surface_beams.iter().map(keeps);
+        let beams_before = |at: &usize| at - beams.partition_point(|beam| beam < at);
+        Self {
+            points: Points {
+                beams: kept(
+                    &self.points.beams,
+                    (0..self.points.beams.len()).map(|at| keeps(&at)),
+                ),
+                ..self.points
+            },
+            sigmas: by_beam(&self.sigmas),
+            surfaces: kept(&self.surfaces, of_surfaces()),
+            motion: self.motion,
+            left: by_beam(&self.left),
+            surfaces_left: kept(&self.surfaces_left, of_surfaces()),
+            surface_beams: kept(&self.surface_beams, of_surfaces())
+                .iter()
+                .map(beams_before)
+                .collect(),
+        }
     }
 
     /// The surfaces by when they were seen.
@@ -125,4 +161,11 @@ impl Seen {
             *beam = beam.moved(&error.correction(end, *left));
         }
     }
+}
+
+/// Of a list those that are to be kept.
+fn kept<T: Copy>(list: &[T], keeps: impl Iterator<Item = bool>) -> Vec<T> {
+    let both = list.iter().zip(keeps);
+    both.filter_map(|(item, keep)| keep.then_some(*item))
+        .collect()
 }

@@ -1,5 +1,6 @@
 //! Two laps of a ring with odometry that drifts, and what bad input does.
 
+mod companions;
 pub(super) mod course;
 mod odometry;
 mod torn;

@@ -47,6 +47,8 @@ pub(super) struct Tracked {
     pub(super) was_right: bool,
     /// The error of odometry on the way, in the running submap, where what was seen took a while.
     pub(super) error: MotionError,
+    /// Whether somebody walked along, so that the scans before may be as far off.
+    pub(super) has_companions: bool,
 }
 
 impl Tracked {
@@ -58,8 +60,8 @@ impl Tracked {
 
 /// A motion that was tried.
 #[derive(Clone, Debug)]
-struct Tried {
-    found: Registration,
+pub(super) struct Tried {
+    pub(super) found: Registration,
     /// See [`Tracked::error`].
     error: MotionError,
     /// What the submap says of each point.
@@ -112,8 +114,9 @@ const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
 
 impl ScanMatcher {
-    /// Places the scan. `moved` is what is believed of odometry since the last scan.
-    pub(super) fn track(&self, seen: &Seen, moved: &Believed, stamp: Stamp) -> Tracked {
+    /// Places the scan, and takes out of it who walks along. `moved` is what is believed of odometry
+    /// since the last scan.
+    pub(super) fn track(&self, seen: &mut Seen, moved: &Believed, stamp: Stamp) -> Tracked {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
         let counted = moved.counted().is_some();
@@ -130,10 +133,17 @@ impl ScanMatcher {
                 is_loose: false,
                 was_right: true,
                 error: expected,
+                has_companions: false,
             };
         }
         let mut tried = self.tried(seen, &guesses, counted, stamp);
         compare(&seen.surfaces, &mut tried);
+        let companions = self.without_companions(seen, best_of(&tried), &guesses, moved);
+        let has_companions = companions.is_some();
+        if let Some((rest, match_of_rest)) = companions {
+            *seen = rest;
+            tried = vec![match_of_rest];
+        }
         let best = best_of(&tried);
         let was_right = is_right(&lead.pose, &best.found.estimate.pose);
         let (agreement, is_sure) = (best.agreement, best.is_sure());
@@ -151,6 +161,7 @@ impl ScanMatcher {
             is_loose: false,
             was_right,
             error: if matched { best.error } else { expected },
+            has_companions,
         };
         if is_sure {
             return tracked;
@@ -271,7 +282,7 @@ impl ScanMatcher {
     }
 
     /// What a match is worth. Odometry that `counted` the motion is believed before all guesses.
-    fn weighed(
+    pub(super) fn weighed(
         &self,
         surfaces: &[OrientedPoint],
         found: Registration,
@@ -344,37 +355,42 @@ fn is_right(pose: &Pose2, found: &Pose2) -> bool {
     off.xy().length() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN
 }
 
-/// Scores all that were tried beside the first of them. A point says which of two poses is better
-/// only if it would leave its surface on the way from one to the other: the walls of a corridor
-/// agree wherever along it the robot is, as far as they were seen already.
+/// Scores all that were tried beside the first of them.
 fn compare(surfaces: &[OrientedPoint], tried: &mut [Tried]) {
     let Some((first, others)) = tried.split_first_mut() else {
         return;
+    };
+    for other in others {
+        let gain = gain(surfaces, first, other) / (surfaces.len() as f64).max(FULL_SCAN);
+        other.score = gain - (other.cost - first.cost);
+    }
+}
+
+/// How many points more agree with the submap after a motion than after another. A point says which
+/// of two poses is better only if it would leave its surface on the way from one to the other: the
+/// walls of a corridor agree wherever along it the robot is, as far as they were seen already.
+pub(super) fn gain(surfaces: &[OrientedPoint], before: &Tried, after: &Tried) -> f64 {
+    let at = before.found.estimate.pose;
+    let way = after.found.estimate.pose.minus(&at);
+    let shift = way.xy().length();
+    let along = at.inverse().rotate(way.xy() / shift.max(1e-9));
+    let is_turn = way.z.abs() > 2.0 * SAME_TURN || shift < SAME_SHIFT;
+    let leaves = |point: &OrientedPoint| match is_turn {
+        true => 1.0,
+        // From walls at 12° to the way nothing is left, from those at 30° all.
+        false => ((point.normal.dot(&along).abs() - 0.2) / 0.3).clamp(0.0, 1.0),
     };
     let value = |says: &Says| match says {
         Says::Agrees => 1.0,
         Says::Contradicts => -CONTRADICTION,
         Says::Nothing => 0.0,
     };
-    let at = first.found.estimate.pose;
-    for other in others {
-        let way = other.found.estimate.pose.minus(&at);
-        let shift = way.xy().length();
-        let along = at.inverse().rotate(way.xy() / shift.max(1e-9));
-        let is_turn = way.z.abs() > 2.0 * SAME_TURN || shift < SAME_SHIFT;
-        let leaves = |point: &OrientedPoint| match is_turn {
-            true => 1.0,
-            // From walls at 12° to the way nothing is left, from those at 30° all.
-            false => ((point.normal.dot(&along).abs() - 0.2) / 0.3).clamp(0.0, 1.0),
-        };
-        let said = first.said.iter().zip(&other.said);
-        let gain: f64 = surfaces
-            .iter()
-            .zip(said)
-            .map(|(point, (before, after))| leaves(point) * (value(after) - value(before)))
-            .sum();
-        other.score = gain / (surfaces.len() as f64).max(FULL_SCAN) - (other.cost - first.cost);
-    }
+    let said = before.said.iter().zip(&after.said);
+    surfaces
+        .iter()
+        .zip(said)
+        .map(|(point, (before, after))| leaves(point) * (value(after) - value(before)))
+        .sum()
 }
 
 /// The first of those with the highest score.
