@@ -134,6 +134,30 @@ test('a saved map lies on another run in the same building, also after that bega
   await expect(lab.at('fit-1')).toHaveText(/Not laid on the map: |It lies on the map/);
 });
 
+test('where both maps have landmarks, these tell the place as well as walls do', async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await lab.open();
+  await lab.enter('office', '10');
+  await lab.show('settings');
+  await lab.at('settings-search').fill('landmarks are');
+  await lab.at('s-ekf.landmarks').selectOption({ label: 'walls, corners and posts' });
+  const seenOften = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { landmarks: { kind: string; confidence: number }[] } }).slamlab.landmarks.filter((l) => l.kind !== 'wall' && l.confidence > 4).length);
+  await expect.poll(seenOften, { message: 'corners and posts are found again', timeout: 90_000 }).toBeGreaterThan(8);
+  await lab.pause();
+  await lab.show('run');
+  const file = await saved(lab, () => lab.at('save-as').selectOption('smap'));
+  // The run draws on meanwhile: it is the same building, and the same frame.
+  await lab.at('play').click();
+  const { time } = await lab.status();
+  await lab.watch((s) => s.time, 'it sees more').toBeGreaterThan(time + 10);
+  await lab.pause();
+  await lab.show('run');
+  expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: .*Walls and landmarks told the same place\. Both maps have \d+ landmarks in common\.$/);
+  const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
+  expect(Math.hypot(x, y)).toBeLessThan(0.05);
+  expect(Math.abs(heading)).toBeLessThan(0.01);
+});
+
 test('a file that is no map is refused by name and line', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
