@@ -1,9 +1,11 @@
-//! Looks at saved maps (`.slamlab`), joins two to one, takes out of one what newer parts cover, and
-//! changes what is drawn.
+//! Looks at saved maps (`.slamlab`), finds where a map lies in one, joins two to one, takes out of
+//! one what newer parts cover, and changes what is drawn.
 //!
 //! `cargo run --release -p slamlab-core --example map -- info MAP.slamlab`
 //! `cargo run --release -p slamlab-core --example map -- merge FIRST.slamlab SECOND.slamlab --out
 //! OUT.slamlab`
+//! `cargo run --release -p slamlab-core --example map -- align LOADED.smap|LOADED.slamlab
+//! MAP.slamlab`
 //! `cargo run --release -p slamlab-core --example map -- prune MAP.slamlab --out OUT.slamlab`
 //! `cargo run --release -p slamlab-core --example map -- edit MAP.slamlab [--undo]
 //! [--erase X0,Y0,X1,Y1] [--wall X0,Y0,X1,Y1] [--glass X0,Y0,X1,Y1] --out OUT.slamlab`
@@ -26,7 +28,8 @@ use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use slamlab_core::estimation::{EditKind, ScanMatcher};
+use slamlab_core::estimation::{EditKind, ScanMatcher, align_map};
+use slamlab_core::format::map_points;
 use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{Scope, Settings, Source};
@@ -55,6 +58,13 @@ enum Task {
         /// The new map.
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
+    },
+    /// Says where a submap or a saved map lies in a saved map, found without a start.
+    Align {
+        /// The map to be laid on the other: `.smap` or `.slamlab`.
+        loaded: PathBuf,
+        /// The map that it is laid on.
+        map: PathBuf,
     },
     /// Takes out of a map what newer parts of it cover.
     Prune {
@@ -126,6 +136,7 @@ fn run(task: Task) -> Result<()> {
             })
         }
         Task::Merge { first, second, out } => merge(&first, &second, &out)?,
+        Task::Align { loaded, map } => align(&loaded, &map)?,
         Task::Prune { map, out } => {
             let (experiment, mut matcher) = open(&map)?;
             matcher.finish();
@@ -181,6 +192,21 @@ fn merge(first: &Path, second: &Path, out: &Path) -> Result<Value> {
     experiment.title = format!("{} and {}", experiment.title, other_experiment.title);
     write(out, experiment)?;
     Ok(json!({ "map": figures(&merged.matcher) }))
+}
+
+fn align(loaded: &Path, map: &Path) -> Result<Value> {
+    let (_, matcher) = open(map)?;
+    let name = || format!("map {}", loaded.display());
+    let bytes = std::fs::read(loaded).with_context(name)?;
+    let points = map_points::read(&bytes).with_context(name)?.points;
+    let found = align_map(&points, matcher.grid(), &[])?;
+    let pose = found.map_from_loaded;
+    Ok(json!({
+        "map_from_loaded": [pose.x(), pose.y(), pose.heading()],
+        "agrees": found.agrees,
+        "contradicts": found.contradicts,
+        "residual": found.residual,
+    }))
 }
 
 fn open(path: &Path) -> Result<(Experiment, ScanMatcher)> {

@@ -143,6 +143,19 @@ impl Live {
         self.session.undo_edit()
     }
 
+    /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
+    ///
+    /// # Errors    [`SlamError`]; then the map stays as it was.
+    pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
+        self.session.remove_submap(submap)
+    }
+
+    /// Puts back the submap that was taken out last; `false` where there is none, or something was
+    /// seen or changed since.
+    pub fn undo_removal(&mut self) -> bool {
+        self.session.undo_removal()
+    }
+
     /// A session that has not heard anything yet.
     ///
     /// # Errors    [`LiveError`] naming the first setting that cannot be.

@@ -173,6 +173,19 @@ impl Session {
         self.slam.undo_edit()
     }
 
+    /// Takes a submap out of the map; see [`crate::slam::Slam::remove_submap`].
+    ///
+    /// # Errors    [`SlamError`]; then the map stays as it was.
+    pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
+        self.slam.remove_submap(submap)
+    }
+
+    /// Puts back the submap that was taken out last; `false` where there is none, or something was
+    /// seen or changed since.
+    pub fn undo_removal(&mut self) -> bool {
+        self.slam.undo_removal()
+    }
+
     /// Completes all work that was put off, at the end of a recording.
     pub fn finish(&mut self) {
         self.slam.finish();

@@ -28,7 +28,8 @@ use nalgebra::Point2;
 
 use crate::bounds::OutOfBounds;
 use crate::estimation::{
-    EditError, EditKind, EkfError, GridParticlesError, RestoreError, ScanMatcher, ScanMatcherError,
+    EditError, EditKind, EkfError, GridParticlesError, RemovalError, RestoreError, ScanMatcher,
+    ScanMatcherError,
 };
 use crate::features::LineError;
 use crate::geom::Pose2;
@@ -85,6 +86,12 @@ pub enum SlamError {
     /// A change that cannot be.
     #[error(transparent)]
     Edit(#[from] EditError),
+    /// A submap of a method that has none.
+    #[error("only the map of scan matching is made of submaps")]
+    NoSubmaps,
+    /// A submap that cannot be taken out.
+    #[error(transparent)]
+    Removal(#[from] RemovalError),
     /// A method that needs a map, and none is there.
     #[error("the method needs a prior map with walls to find the robot in; none was given")]
     NoPriorMap,
@@ -285,6 +292,22 @@ impl Slam {
     pub fn undo_edit(&mut self) -> bool {
         let map = self.estimator.editable();
         map.is_some_and(ScanMatcher::undo_edit)
+    }
+
+    /// Takes a submap out of the map; see [`ScanMatcher::remove_submap`].
+    ///
+    /// # Errors    [`SlamError::NoSubmaps`] of methods other than scan matching,
+    /// [`SlamError::Removal`]; then the map stays as it was.
+    pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
+        let map = self.estimator.editable().ok_or(SlamError::NoSubmaps)?;
+        Ok(map.remove_submap(submap)?)
+    }
+
+    /// Puts back the submap that was taken out last; `false` where there is none, or something was
+    /// seen or changed since.
+    pub fn undo_removal(&mut self) -> bool {
+        let map = self.estimator.editable();
+        map.is_some_and(ScanMatcher::undo_removal)
     }
 
     /// Completes all work that was put off, at the end of a log.

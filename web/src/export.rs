@@ -28,6 +28,9 @@ pub enum ExportError {
     /// Of this method.
     #[error("this method keeps no pose graph: choose scan matching")]
     NoGraph,
+    /// Of this method.
+    #[error("this method makes no submaps: choose scan matching")]
+    NoSubmaps,
     /// A robot's scans are not kept here.
     #[error("the bridge records a robot's scans: open its recording here to save them as a log")]
     Recorded,

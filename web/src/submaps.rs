@@ -2,13 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{ClosureRecord, Join, ScanMatcher, ShownSubmap};
+use slamlab_core::format::smap::Smap;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    ClosureOutcome, ClosureRow, Float32Array, SubmapRow, Uint32Array, WebError, flat, typed,
+    ClosureOutcome, ClosureRow, ExtentRow, Float32Array, SubmapRow, Typed, Uint32Array, WebError,
+    flat, typed,
 };
-use crate::run::WebRun;
+use crate::export::{ExportError, SavedFile};
+use crate::run::{Source, WebRun};
 use crate::view::{flag, polyline};
 
 /// Points of the surfaces of a submap that a page is given: enough to see its walls.
@@ -26,6 +29,10 @@ pub struct Submaps {
     pub lengths: Uint32Array,
     /// x y of their surfaces.
     pub surfaces: Float32Array,
+    /// Of each of those, see `EXTENT`.
+    pub extents: Float32Array,
+    /// So many can be taken out, the first ones.
+    pub removable: usize,
     /// All placements of one submap in another that are remembered, see `CLOSURE`.
     pub closures: Float32Array,
     /// What became of each.
@@ -44,6 +51,38 @@ impl WebRun {
         let submaps = changed.map(|m| Submaps::of(m, known as usize));
         submaps.as_ref().map(typed).transpose()
     }
+
+    /// Takes a submap out of the map, by its number.
+    ///
+    /// # Errors    A sentence on why not: another method than scan matching, or one that is needed.
+    pub fn remove_submap(&mut self, submap: usize) -> Result<(), WebError> {
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.remove_submap(submap)?,
+            Source::Recording(replay) => replay.remove_submap(submap)?,
+            Source::Live(live) => live.remove_submap(submap)?,
+        }
+        Ok(())
+    }
+
+    /// Puts back the submap that was taken out last; `false` where there is none, or something was
+    /// seen or changed since.
+    pub fn undo_removal(&mut self) -> bool {
+        match &mut self.source {
+            Source::Simulation(sim) => sim.experiment.undo_removal(),
+            Source::Recording(replay) => replay.undo_removal(),
+            Source::Live(live) => live.undo_removal(),
+        }
+    }
+
+    /// One submap as a file, named after `stem`.
+    ///
+    /// # Errors    A sentence on why there is no such file.
+    pub fn submap_file(&self, submap: usize, stem: &str) -> Typed<SavedFile> {
+        let matcher = self.slam().view().map.ok_or(ExportError::NoSubmaps)?;
+        let smap = Smap::of_submap(matcher, submap)?;
+        let name = format!("{stem}-submap-{submap}.smap");
+        typed(&SavedFile::new(name, "text/plain", smap.write()))
+    }
 }
 
 impl Submaps {
@@ -51,11 +90,18 @@ impl Submaps {
         let complete = matcher.submaps().len().saturating_sub(1);
         let mut lengths = vec![];
         let mut surfaces = vec![];
+        let mut extents = vec![];
         for submap in matcher.submaps().take(complete).skip(known) {
             let every = submap.surfaces().len().div_ceil(MOST_SURFACES).max(1);
             let points: Vec<_> = submap.surfaces().step_by(every).collect();
             lengths.push(2 * points.len() as u32);
             surfaces.extend(polyline(&points));
+            let extent = submap.extent();
+            extents.push(ExtentRow {
+                width: extent.x as f32,
+                height: extent.y as f32,
+                surfaces: submap.surfaces().len() as f32,
+            });
         }
         let records = matcher.closure_records();
         Self {
@@ -68,6 +114,8 @@ impl Submaps {
             ),
             lengths: lengths.into(),
             surfaces: surfaces.into(),
+            extents: flat(extents),
+            removable: matcher.removable(),
             closures: flat(records.map(|record| closure_row(matcher, record))),
             outcomes: matcher.closure_records().map(Into::into).collect(),
         }

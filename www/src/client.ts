@@ -10,7 +10,7 @@ import type { DeviceKind, EditName, Level, MapStart, MethodName, PriorMapSetup, 
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
-import type { Contest, Store } from "./store.js";
+import type { Contest, LoadedMap, Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
 
@@ -189,6 +189,48 @@ export class Client {
       this.store.set("run", { loading: file.name });
       this.send({ kind: "merge-map", name: file.name, bytes }, [bytes]);
     });
+  }
+
+  /** Opens a map beside the run, to be laid on what is drawn. */
+  async loadMap(files: readonly File[]): Promise<void> {
+    for (const file of files) {
+      await this.#reading(file.name, async () => {
+        const bytes = await file.arrayBuffer();
+        this.send({ kind: "load-map", name: file.name, bytes }, [bytes]);
+      });
+    }
+  }
+
+  /** Looks again where a loaded map lies. */
+  alignMap(id: number): void {
+    this.#ofMap(id, { isAligning: true });
+    this.send({ kind: "align-map", id });
+  }
+
+  dropMap(id: number): void {
+    this.send({ kind: "drop-map", id });
+    this.store.set("submaps", { loadedMaps: this.store.loadedMaps.filter((map) => map.id !== id) });
+  }
+
+  showMap(id: number, shown: boolean): void {
+    this.#ofMap(id, { shown });
+  }
+
+  #ofMap(id: number, patch: Partial<LoadedMap>): void {
+    this.store.set("submaps", { loadedMaps: this.store.loadedMaps.map((map) => (map.id === id ? { ...map, ...patch } : map)) });
+  }
+
+  /** Shows or hides submaps; whoever shows some wants to see them. */
+  hideSubmaps(hidden: ReadonlySet<number>): void {
+    const { store, scene } = this;
+    store.set("submaps", { hiddenSubmaps: hidden });
+    store.set("view", { layers: { ...store.layers, submaps: hidden.size < scene.submaps.count } });
+  }
+
+  /** Puts back the submap that was taken out last. */
+  undoRemoval(): void {
+    const last = this.store.removedSubmaps.at(-1);
+    if (last) this.send({ kind: "undo-removal", submap: last.submap });
   }
 
   /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
@@ -398,6 +440,7 @@ export class Client {
       this.#undrawn = true;
       const moved = this.scene.take(frame, Date.now());
       this.store.take(frame);
+      if (frame.submaps) this.store.notify("submaps");
       if (moved >= LEAST_MOVE) this.store.set("moved", { moved });
     },
     reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
@@ -445,6 +488,26 @@ export class Client {
       this.store.set("run", { loading: "", savedMap: picture && { name, picture, start: { from: "left" }, isBegun: false } });
       if (begins) this.again("scan-matching");
       this.#note("good", told);
+    },
+    "map-loaded": ({ id, name, picture }) => {
+      const map: LoadedMap = { id, name, picture, shown: true, alignment: null, error: "", isAligning: true };
+      this.store.set("submaps", { loadedMaps: [...this.store.loadedMaps, map] });
+    },
+    "map-aligned": ({ id, alignment, error }) => this.#ofMap(id, { alignment, error, isAligning: false }),
+    "submap-removed": ({ submap, by, scans }) => {
+      const { store } = this;
+      const removed = store.removedSubmaps.filter((before) => before.scans === scans);
+      if (by === 0) {
+        store.set("submaps", { removedSubmaps: [] });
+        this.#warn("The submap cannot be put back any more: the robot has seen more since.");
+        return;
+      }
+      const removedSubmaps = by === -1 ? [...removed, { submap, scans }] : removed.slice(0, -1);
+      // Those behind it are numbered anew.
+      const renumbered = [...store.hiddenSubmaps].filter((hidden) => by === 1 || hidden !== submap).map((hidden) => (hidden > submap || (by === 1 && hidden === submap) ? hidden + by : hidden));
+      store.set("closure", { closure: null });
+      store.set("join", { join: null });
+      store.set("submaps", { removedSubmaps, hiddenSubmaps: new Set(renumbered), chosenSubmap: by === 1 ? submap : null });
     },
     "solved-graph": (solvedGraph) => {
       this.store.set("graph", { solvedGraph });

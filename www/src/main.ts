@@ -44,12 +44,14 @@ import "./ui/setup.js";
 import "./ui/sigma.js";
 import "./ui/status.js";
 import "./ui/stick.js";
+import "./ui/submaps.js";
 import "./ui/tabs.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import type { SlamRegistration } from "./registration/lab.js";
+import type { Box } from "./view/camera.js";
 import { landmarksOf } from "./view/layers/landmarks.js";
 import { wallEnds } from "./view/layers/spot.js";
 import { tracksOf } from "./view/layers/tracks.js";
@@ -146,6 +148,7 @@ function setBehind(isBehind: boolean): void {
 addEventListener("show-help", () => help.show());
 addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
+addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).detail));
 addEventListener("save-picture", () => void savePicture());
 
 const byHand = {
@@ -191,7 +194,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
@@ -220,6 +223,7 @@ const figures = {
   /** Where a hit of the last scan lies, map frame, m. */
   hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
   get submaps() { return { count: scene.submaps.count, outcomes: [...scene.submaps.outcomes], glides: scene.submaps.glides }; },
+  get hiddenSubmaps() { return [...store.hiddenSubmaps]; },
   /** Where a submap is drawn, x y heading. */
   submap: (number: number) => [...scene.submaps.shown(number)],
   /** The two submaps of a loop closure. */

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -101,6 +101,18 @@ export type Command =
   /** Takes out of the map that there is what newer parts of it cover. It is answered by
       `going-on`. */
   | { kind: "prune-map" }
+  /** A submap (.smap) or a saved map (.slamlab) to be looked at beside the run, and laid on its map
+      if it is found where. It is answered by `map-loaded` and `map-aligned`. */
+  | { kind: "load-map"; name: string; bytes: ArrayBuffer }
+  /** Looks again where a loaded map lies. It is answered by `map-aligned`. */
+  | { kind: "align-map"; id: number }
+  | { kind: "drop-map"; id: number }
+  /** Takes a submap out of the map; the run pauses, so that it can be put back. */
+  | { kind: "remove-submap"; submap: number }
+  /** Puts back the one that was taken out last. */
+  | { kind: "undo-removal"; submap: number }
+  /** One submap as a file (.smap). */
+  | { kind: "save-submap"; submap: number }
   /** A pose graph (.g2o) to be solved. It is answered by `solved-graph`. */
   | { kind: "solve-graph"; name: string; bytes: ArrayBuffer }
   /** Where the robot is in it when the next run begins. */
@@ -153,6 +165,12 @@ export type Answer =
   /** The saved map that runs go on in from here on, none where the name is empty; whether one is to
       begin in it now; and what was done, in words. */
   | { kind: "going-on"; name: string; picture: SavedMapPicture | null; begins: boolean; told: string }
+  /** A map that was loaded. */
+  | { kind: "map-loaded"; id: number; name: string; picture: LoadedMapPicture }
+  /** Where it lies in the map of this run, or why that is not known. */
+  | { kind: "map-aligned"; id: number; alignment: MapAlignment | null; error: string }
+  /** A submap was taken out of the map (-1), put back (1), or could not be (0). */
+  | { kind: "submap-removed"; submap: number; by: -1 | 0 | 1; scans: number }
   /** A pose graph, solved. */
   | { kind: "solved-graph"; name: string; graph: SolvedGraph }
   | { kind: "hash"; run: number; text: string }

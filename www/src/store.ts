@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -17,7 +17,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps";
 
 export interface LogEntry {
   time: number;
@@ -65,6 +65,23 @@ export interface SavedMap {
   /** Whether the present run began in it. */
   readonly isBegun: boolean;
 }
+
+/** A map that was loaded beside the run. */
+export interface LoadedMap {
+  readonly id: number;
+  readonly name: string;
+  readonly picture: LoadedMapPicture;
+  /** Whether it is drawn. */
+  readonly shown: boolean;
+  /** Where it lies in the map of this run; null while that is not known, and why. */
+  readonly alignment: MapAlignment | null;
+  readonly error: string;
+  /** Whether it is being looked for. */
+  readonly isAligning: boolean;
+}
+
+/** A submap that was taken out, and the scans until then: one more, and it cannot be put back. */
+export interface RemovedSubmap { readonly submap: number; readonly scans: number }
 
 /** What the worker sends when a run begins. */
 export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
@@ -134,6 +151,13 @@ export class Store {
   closure: ClosureName | null = null;
   /** The join of the pose graph that was chosen on the map, by its later submap. */
   join: number | null = null;
+  /** Submaps that are not drawn, the one that was chosen in their list, and those that can be put
+      back, the last one last. */
+  hiddenSubmaps: ReadonlySet<number> = new Set();
+  chosenSubmap: number | null = null;
+  removedSubmaps: readonly RemovedSubmap[] = [];
+  /** Maps that were loaded, the first one first. */
+  loadedMaps: readonly LoadedMap[] = [];
   /** What other methods made of the recording that is shown. */
   compared: readonly Compared[] = [];
   /** By how much the last loop closure moved the map, m. */
@@ -170,6 +194,8 @@ export class Store {
     this.twin.clear();
     const ended: Partial<Store> = {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
+      hiddenSubmaps: new Set(), chosenSubmap: null, removedSubmaps: [],
+      loadedMaps: this.loadedMaps.map((map) => ({ ...map, alignment: null, error: "", isAligning: false })),
       rooms: null, roomSpot: null, closure: null, join: null, moved: 0, quality: null, judging: null, torn: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
@@ -181,7 +207,7 @@ export class Store {
     const isBegun = method === "scan-matching";
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
     this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn"] as const) this.notify(topic);
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn", "submaps"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }
 

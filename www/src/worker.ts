@@ -12,6 +12,7 @@ import { BridgeLink } from "./source/bridge_link.js";
 import type { Watched } from "./source/extras.js";
 import { micros } from "./source/link.js";
 import { GoingOn } from "./source/going_on.js";
+import { LoadedMaps } from "./source/loaded_maps.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
 import { LogReading } from "./source/reading.js";
@@ -24,6 +25,7 @@ const player = new Player();
 let reading: LogReading | null = null;
 let conversation: Conversation | null = null;
 const savedMap = new GoingOn();
+const loadedMaps = new LoadedMaps();
 
 function stopReading(): void {
   reading?.free();
@@ -60,6 +62,21 @@ function command(act: (run: Run) => void): void {
 function changeMap(act: (module: WebRun) => void, words: string): void {
   player.run?.changeMap(act, words);
   player.changed();
+}
+
+/** Takes a submap out of the map or puts it back. After the next scan it could not be put back any
+    more: a run that can wait does. */
+function renumber(submap: number, by: -1 | 1): void {
+  const { run } = player;
+  if (!run) return;
+  if (run.kind !== "bridge") player.play(false);
+  given("", () => {
+    const isDone = run.renumber(submap, by);
+    post({ kind: "submap-removed", submap, by: isDone ? by : 0, scans: run.scans });
+  });
+  player.changed();
+  // What was said of the whole map is of another one.
+  if (run.kind === "replay" && run.finished) player.judge();
 }
 
 /** How the log calls what a person changed. */
@@ -140,6 +157,11 @@ const handlers: Handlers<Command> = {
   "go-on": ({ name, bytes }) => given(name, () => savedMap.open(name, bytes)),
   "merge-map": ({ name, bytes }) => given(name, () => savedMap.merge(player.run, name, bytes)),
   "prune-map": () => given("", () => savedMap.prune(player.run)),
+  "load-map": ({ name, bytes }) => given(name, () => loadedMaps.load(player.run, name, bytes)),
+  "align-map": ({ id }) => loadedMaps.align(player.run, id),
+  "drop-map": ({ id }) => loadedMaps.drop(id),
+  "remove-submap": ({ submap }) => renumber(submap, -1),
+  "undo-removal": ({ submap }) => renumber(submap, 1),
   "begin-at": ({ start }) => savedMap.beginAt(start),
   edit: ({ what, corners }) => changeMap((module) => module.edit(what, new Float64Array(corners)), EDITED[what]),
   "undo-edit": () => changeMap((module) => module.undo_edit(), "The last change of the map by hand is taken back"),

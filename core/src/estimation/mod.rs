@@ -13,6 +13,7 @@ mod grid_particles;
 mod line_localisation;
 mod line_model;
 mod loop_error;
+mod map_alignment;
 mod map_quality;
 mod measures;
 mod odometry_fit;
@@ -38,6 +39,9 @@ pub use ekf_slam::{
 pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
 pub use line_localisation::LineLocaliser;
 pub use loop_error::LoopError;
+pub use map_alignment::{
+    AlignedBy, FEWEST_POINTS, MapAlignment, MapAlignmentError, MapPoints, align_map,
+};
 pub use map_quality::{
     ClosedLoop, MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind, Unjudgeable,
 };
@@ -53,8 +57,8 @@ pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{
     ClosureFate, ClosureRecord, Delay, EditError, EditKind, Join, MapMergeError, MergedMaps, Proof,
-    Pruned, Refusal, Residual, RestoreError, SavedMap, ScanMatcher, ScanMatcherConfig,
-    ScanMatcherError, ShownEdit, ShownSubmap, Start,
+    Pruned, Refusal, RemovalError, Residual, RestoreError, SavedMap, ScanMatcher,
+    ScanMatcherConfig, ScanMatcherError, ShownEdit, ShownSubmap, Start,
 };
 pub use stamps::PosesByStamp;
 pub use submap::{ClosureConfig, Doubt};

@@ -42,6 +42,7 @@ mod pruning;
 mod quality;
 mod records;
 mod refinement;
+mod removal;
 mod renumber;
 mod revocation;
 mod saved;
@@ -65,6 +66,7 @@ use self::motion::Motion;
 use self::odometry_watch::Believed;
 use self::records::Records;
 use self::refinement::Unrefined;
+use self::removal::Removal;
 use self::seen::Seen;
 use super::free_space::FreeSpace;
 use super::pose_graph::{EdgeId, PoseGraph};
@@ -81,6 +83,7 @@ pub use self::going_on::Start;
 pub use self::merging::{MapMergeError, MergedMaps};
 pub use self::pruning::Pruned;
 pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
+pub use self::removal::RemovalError;
 pub use self::saved::{RestoreError, SavedMap};
 pub use self::shown::{Join, Residual, ShownSubmap};
 
@@ -143,6 +146,8 @@ pub struct ScanMatcher {
     unplaced: Option<Piece>,
     /// What a person has changed on the map.
     edits: Vec<Edit>,
+    /// What can be put back, the last removal last.
+    removals: Vec<Removal>,
 }
 
 /// A stretch of the way with its own map.
@@ -205,6 +210,7 @@ impl ScanMatcher {
             is_new_run: false,
             unplaced: None,
             edits: vec![],
+            removals: vec![],
             pending: None,
             submaps: vec![Submap::begun_at(Pose2::identity(), false)],
             running: SurfelMap::new(config.surfels),

@@ -8,6 +8,7 @@ pub mod firmware_header;
 pub mod floor_plan;
 pub mod g2o;
 mod left_out;
+pub mod map_points;
 pub mod map_server;
 pub mod og_map;
 pub mod point_list;

@@ -1,7 +1,8 @@
 //! Submaps as Pilch's program saves them (`.smap`): points, the robot's path and landmarks, as
 //! text.
 //!
-//! In: bytes. Out: an [`Smap`]. And back. From what a run has mapped: [`Smap::of_run`].
+//! In: bytes. Out: an [`Smap`]. And back. From what a run has mapped: [`Smap::of_run`]; from one of
+//! its submaps: [`Smap::of_submap`].
 //!
 //! ```text
 //! #points
@@ -38,6 +39,7 @@ use nalgebra::Point2;
 
 use super::FieldError;
 use super::map_server::{MapServerError, known_rect};
+use crate::estimation::{MapPoints, ScanMatcher};
 use crate::map::{CellState, Grid, Wall};
 
 pub use self::read::parse;
@@ -109,6 +111,30 @@ pub enum SmapError {
         /// Its occupied cells.
         found: usize,
     },
+    /// A submap that holds nothing yet.
+    #[error("submap {submap} is still being made: save it when the next one has begun")]
+    Unfinished {
+        /// Its number.
+        submap: usize,
+    },
+    /// More surfaces than a submap of the file may have.
+    #[error(
+        "submap {submap} has {found} surfaces, and a file (.smap) at most {MOST_POINTS} points"
+    )]
+    SubmapTooLarge {
+        /// Its number.
+        submap: usize,
+        /// Its surfaces.
+        found: usize,
+    },
+    /// There is no submap of this number.
+    #[error("there is no submap {submap}: the map has {count}, counted from 0")]
+    NoSubmap {
+        /// The number.
+        submap: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// Nothing to save, or what there is lies too far apart.
     #[error(transparent)]
     Map(#[from] MapServerError),
@@ -152,6 +178,45 @@ impl Smap {
                 .chain(points.into_iter().map(point))
                 .collect(),
         })
+    }
+
+    /// One submap of scan matching, in its frame: its surfaces, and where the robot was. It has no
+    /// landmarks.
+    ///
+    /// # Errors    [`SmapError::NoSubmap`], [`SmapError::Unfinished`],
+    /// [`SmapError::SubmapTooLarge`].
+    pub fn of_submap(matcher: &ScanMatcher, submap: usize) -> Result<Self, SmapError> {
+        let count = matcher.submaps().len();
+        let missing = SmapError::NoSubmap { submap, count };
+        let points: Vec<_> = matcher
+            .submaps()
+            .nth(submap)
+            .ok_or(missing)?
+            .surfaces()
+            .collect();
+        match points.len() {
+            0 => Err(SmapError::Unfinished { submap }),
+            found if found > MOST_POINTS => Err(SmapError::SubmapTooLarge { submap, found }),
+            _ => Ok(Self {
+                points,
+                path: matcher.way_in(submap).collect(),
+                landmarks: vec![],
+            }),
+        }
+    }
+
+    /// What says where it lies in another map. An edge is none of its landmarks: its file says a
+    /// place of it, and not which.
+    #[must_use]
+    pub fn map_points(&self) -> MapPoints {
+        let landmarks = self.landmarks.iter();
+        let points = landmarks.filter(|landmark| landmark.kind == LandmarkKind::Point);
+        MapPoints {
+            walls: self.points.clone(),
+            way: self.path.clone(),
+            landmarks: points.map(|landmark| landmark.at).collect(),
+            grid: None,
+        }
     }
 
     /// The text of the file, to a micrometre.

@@ -27,7 +27,7 @@ pub(crate) use names::names;
 pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
-    BasinRow, BeamRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, HypothesisRow,
+    BasinRow, BeamRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, ExtentRow, HypothesisRow,
     IterationRow, LandmarkRow, LineRow, PointRow, RefindingRow, SubmapRow, TrackRow, TrailRow,
     TwinRow, flat,
 };

@@ -145,6 +145,8 @@ names! {
     VariableName = slamlab_core::robot::Variable { Volts = "volts", PerVolt = "per-volt" }
     /// What the number of a setting is: any, a whole one, off or on, the place in a list.
     SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
+    /// What told where a map lies.
+    AlignedName of slamlab_core::estimation::AlignedBy { Walls = "walls", Landmarks = "landmarks", Both = "both" }
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Smap = "smap", Plan = "plan", Rooms = "rooms",

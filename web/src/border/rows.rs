@@ -47,6 +47,8 @@ rows! {
     "SUBMAP": SubmapRow of f32 {
         x, y, heading, loose, keyframes, off_shift, off_turn, chi2, join_shift, join_turn,
     }
+    /// How far the surfaces of a submap reach along the axes of its frame, m, and how many it has.
+    "EXTENT": ExtentRow of f32 { width, height, surfaces }
     /// A placement of a submap in an earlier one: which two, the pose of the new in the old as it
     /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before
     /// (σ, m and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and

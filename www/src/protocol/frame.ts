@@ -3,6 +3,13 @@
 
 import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind, Submaps } from "./module.js";
 
+/** One submap was taken out, or put back: those behind it are numbered anew. */
+export interface Renumbering { readonly submap: number; readonly by: -1 | 1 }
+
+/** Submaps as they changed; after a renumbering all of them come again. */
+export interface SubmapsChange extends Submaps { readonly renumbered: readonly Renumbering[] }
+
+
 /** The current figures. NaN where there is none (no truth in a recording). */
 export interface Status extends RunStatus {
   source: SourceKind;
@@ -90,7 +97,7 @@ export interface Change {
   /** What was changed by hand, see EDIT. */
   edits: Float32Array | null;
   /** Submaps and loop closures, where they changed. */
-  submaps: Submaps | null;
+  submaps: SubmapsChange | null;
   /** New samples of the twin, see TWIN. */
   twin: Float64Array | null;
   /** Another twin began with them, or there is none any more. */

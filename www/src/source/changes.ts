@@ -1,8 +1,8 @@
 // What a run changed since the frame before: what is long crosses only where it is new.
 
 import { degrees } from "../angle.js";
-import type { Change } from "../protocol/frame.js";
-import { LINE, LINE_STRIDE, type RunStatus, type Submaps, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
+import type { Change, Renumbering, SubmapsChange } from "../protocol/frame.js";
+import { LINE, LINE_STRIDE, type RunStatus, TRAIL_STRIDE, TWIN, TWIN_STRIDE, type WebRun } from "../protocol/module.js";
 import { Samples, Trail } from "./feeds.js";
 
 const EMPTY = new Float32Array(0);
@@ -27,6 +27,7 @@ export class Changes {
   #trail = new Trail();
   #mapAt = -Infinity;
   #submaps = { version: -1, known: 0 };
+  #renumbered: readonly Renumbering[] = [];
   #twin = { sent: 0, reset: false };
 
   /** With `bends` the trail comes from the module as a whole, rather than pose by pose. */
@@ -40,6 +41,13 @@ export class Changes {
   /** The plan is fetched with the next change. */
   refresh(): void {
     this.#planAt = -Infinity;
+  }
+
+  /** A submap was taken out or put back: all of them come with the next change. */
+  renumber(renumbering: Renumbering): void {
+    this.#renumbered = [...this.#renumbered, renumbering];
+    this.#submaps = { version: -1, known: 0 };
+    this.#mapAt = -Infinity;
   }
 
   /** Another twin begins. */
@@ -118,11 +126,14 @@ export class Changes {
     return { submaps, trail: due ? thinned(this.module.trail()) : null, trailReset: due };
   }
 
-  #takeSubmaps(): Submaps | null {
+  #takeSubmaps(): SubmapsChange | null {
     const { version, known } = this.#submaps;
-    const submaps = this.module.submaps(version, known) ?? null;
-    if (submaps) this.#submaps = { version: submaps.version, known: known + submaps.lengths.length };
-    return submaps;
+    const submaps = this.module.submaps(version, known);
+    if (!submaps) return null;
+    this.#submaps = { version: submaps.version, known: known + submaps.lengths.length };
+    const renumbered = this.#renumbered;
+    this.#renumbered = [];
+    return { ...submaps, renumbered };
   }
 
   #twinChange(): Pick<Change, "twin" | "twinReset"> {

@@ -9,7 +9,7 @@ import { ContestRunner } from "./contest.js";
 import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "build" | "read-prior-map" | "solve-graph" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
@@ -44,6 +44,10 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
       if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.module.bench(trial) });
     },
     save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
+    "save-submap": ({ submap }) => given("", () => {
+      const { run } = player;
+      if (run) post({ kind: "saved", files: [run.module.submap_file(submap, fileName(run.title))] });
+    }),
     build: ({ name, files }) => given(name, () => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
     "read-prior-map": ({ name, files }) => given(name, () => {
       const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.module.as_prior_map(name);

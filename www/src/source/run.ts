@@ -108,6 +108,16 @@ export class Run implements RunFacts {
     this.#refresh();
   }
 
+  /** A submap is taken out (-1) or put back (1); whether it was. */
+  renumber(submap: number, by: -1 | 1): boolean {
+    if (by === -1) this.module.remove_submap(submap);
+    else if (!this.module.undo_removal()) return false;
+    this.#changes.renumber({ submap, by });
+    this.#story.note("info", `Submap ${submap} was ${by === -1 ? "taken out of the map" : "put back into the map"} by hand`);
+    this.#refresh();
+    return true;
+  }
+
   /** With a twin another one begins here. */
   setTwin(on: boolean): void {
     this.module.set_twin(on);

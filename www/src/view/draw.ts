@@ -16,6 +16,7 @@ import * as landmarks from "./layers/landmarks.js";
 import * as points from "./layers/points.js";
 import * as priorMap from "./layers/prior_map.js";
 import * as lines from "./layers/lines.js";
+import * as loadedMaps from "./layers/loaded_maps.js";
 import * as path from "./layers/path.js";
 import * as robot from "./layers/robot.js";
 import * as rooms from "./layers/rooms.js";
@@ -78,10 +79,11 @@ export function drawOverlays(brush: Brush, on: Switches): void {
   const isHidden = (name: LayerName): boolean => brush.contest !== null && ["frontiers", "tree", "rawPath", "path"].includes(name);
   const { submaps: { ahead } } = brush.scene;
   // The walls go ahead of a grid that is still to be drawn again.
-  if (ahead && on.grid && !on.submaps) paint(brush, submaps.drawWalls);
+  if (ahead && on.grid && !on.submaps) paint(brush, submaps.drawAll);
   for (const [name, draw] of OVERLAYS) {
     if (on[name] && !isHidden(name)) paint(brush, WITH_ROBOT.has(name) ? (brush) => withRobot(brush, draw) : draw);
   }
+  paint(brush, loadedMaps.draw);
   paint(brush, contest.draw);
   paint(brush, edits.draw);
   paint(brush, spot.draw);

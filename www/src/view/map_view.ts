@@ -6,7 +6,7 @@ import { DOOR, DOOR_STRIDE, type Tear } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
-import { Camera } from "./camera.js";
+import { type Box, Camera } from "./camera.js";
 import { drawGround, drawOverlays } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
@@ -96,7 +96,7 @@ export class SlamMap extends SlamElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
+    for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
@@ -168,6 +168,12 @@ export class SlamMap extends SlamElement {
     this.store.set("view", { follow: false });
     this.#auto = true;
     this.#fitAt = -Infinity;
+  }
+
+  /** Goes to a part of the map, and stays there. */
+  lookAt(box: Box): void {
+    this.#release();
+    this.#target = this.camera.fitted(box);
   }
 
   toggleFollow(): void {
@@ -413,7 +419,7 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

@@ -1,7 +1,7 @@
 // What there is to draw: the latest of everything, taken from frames as they come.
 
-import { type Frame, type Status } from "../protocol/frame.js";
-import { type FieldName, type Submaps as SubmapsChange, TRAIL, TRAIL_STRIDE } from "../protocol/module.js";
+import { type Frame, type Status, type SubmapsChange } from "../protocol/frame.js";
+import { type FieldName, TRAIL, TRAIL_STRIDE } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
 import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
@@ -111,7 +111,8 @@ export class Scene {
 
   /** What was driven in a submap moves with it. Recordings bring their whole trail anew. */
   #bend(change: SubmapsChange, wall: number): number {
-    const before = this.submaps.poses;
+    for (const { submap, by } of change.renumbered) this.#renumber(submap, by);
+    const before = change.renumbered.length > 0 ? EMPTY : this.submaps.poses;
     const most = this.submaps.take(change, wall);
     if (most === 0) return 0;
     for (let i = 0; i + TRAIL_STRIDE <= this.trailLength; i += TRAIL_STRIDE) {
@@ -119,6 +120,14 @@ export class Scene {
       if (shift) this.trail.set(moved(shift, this.trail[i + TRAIL.x] ?? NaN, this.trail[i + TRAIL.y] ?? NaN), i + TRAIL.x);
     }
     return most;
+  }
+
+  /** The trail names submaps: those behind one that is taken out or put back are others now. */
+  #renumber(submap: number, by: number): void {
+    for (let i: number = TRAIL.submap; i < this.trailLength; i += TRAIL_STRIDE) {
+      const number = this.trail[i] ?? 0;
+      if (number > submap) this.trail[i] = number + by;
+    }
   }
 
   /** Sets what moves to where it is at a wall time, milliseconds since 1970; where things are to

@@ -2,7 +2,9 @@
 // stands on them.
 
 import { turnBetween } from "../angle.js";
-import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE, type Submaps as Change } from "../protocol/module.js";
+import type { SubmapsChange } from "../protocol/frame.js";
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, EXTENT, EXTENT_STRIDE, SUBMAP, SUBMAP_STRIDE } from "../protocol/module.js";
+import { type Box, union } from "./camera.js";
 
 /** What became of a placement, as people tell them apart. */
 export type Fate = "accepted" | "waiting" | "refused" | "revoked";
@@ -37,6 +39,10 @@ export class Submaps {
   #awaitsGrid = false;
   /** x y of the walls of each, in its own frame. */
   readonly surfaces: Float32Array[] = [];
+  /** See EXTENT, of those that are complete. */
+  #extents: readonly number[] = [];
+  /** So many can be taken out, the first ones. */
+  removable = 0;
   /** Names of the closures that are accepted, of those that were last, and when. */
   #accepted: ReadonlySet<string> = new Set();
   #news: ReadonlySet<string> = new Set();
@@ -54,6 +60,8 @@ export class Submaps {
     [this.#accepted, this.#news] = [new Set(), new Set()];
     this.fresh = { rows: [], part: 0 };
     this.surfaces.length = 0;
+    this.#extents = [];
+    this.removable = 0;
   }
 
   get count(): number {
@@ -76,7 +84,14 @@ export class Submaps {
   }
 
   /** Takes a change at a wall time; returns by how much it moves what was there, m. */
-  take({ poses, lengths, surfaces, closures, outcomes }: Change, wall: number): number {
+  take({ poses, lengths, surfaces, extents, removable, closures, outcomes, renumbered }: SubmapsChange, wall: number): number {
+    if (renumbered.length > 0) {
+      // Others have the names of those that were: nothing glides, and no closure is news.
+      this.clear();
+      this.#accepted = new Set(acceptedOf(closures, outcomes).map(([name]) => name));
+    }
+    this.#extents = [...this.#extents, ...extents];
+    this.removable = removable;
     let at = 0;
     for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
     const before = this.#poses;
@@ -108,7 +123,7 @@ export class Submaps {
   }
 
   #markFresh(closures: Float32Array, outcomes: readonly ClosureOutcome[], wall: number): void {
-    const accepted = outcomes.flatMap((outcome, row) => (FATE[outcome] === "accepted" ? [[nameOf(closures, row), row] as const] : []));
+    const accepted = acceptedOf(closures, outcomes);
     const news = accepted.map(([name]) => name).filter((name) => !this.#accepted.has(name));
     if (news.length > 0) [this.#acceptedAt, this.#news] = [wall, new Set(news)];
     this.#accepted = new Set(accepted.map(([name]) => name));
@@ -147,6 +162,16 @@ export class Submaps {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP[name]] ?? NaN;
   }
 
+  /** A number of a complete submap, see EXTENT; NaN of the one that is being made. */
+  extent(submap: number, name: keyof typeof EXTENT): number {
+    return this.#extents[submap * EXTENT_STRIDE + EXTENT[name]] ?? NaN;
+  }
+
+  /** Where it lies in the map; null while it has no walls. */
+  bounds(submap: number): Box | null {
+    return boundsOf(this.surfaces[submap] ?? EMPTY, this.shown(submap));
+  }
+
   keyframes(submap: number): number {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.keyframes] ?? 0;
   }
@@ -167,6 +192,11 @@ export class Submaps {
   get poses(): Float32Array {
     return this.#poses;
   }
+}
+
+/** Names and rows of the closures that are accepted. */
+function acceptedOf(closures: Float32Array, outcomes: readonly ClosureOutcome[]): (readonly [string, number])[] {
+  return outcomes.flatMap((outcome, row) => (FATE[outcome] === "accepted" ? [[nameOf(closures, row), row] as const] : []));
 }
 
 /** A closure by its two submaps. */
@@ -195,4 +225,14 @@ export function moved({ cos, sin, dx, dy }: Shift, x: number, y: number): [numbe
 export function within(place: Place, x: number, y: number): [number, number] {
   const [cos, sin] = [Math.cos(place[2]), Math.sin(place[2])];
   return [place[0] + cos * x - sin * y, place[1] + sin * x + cos * y];
+}
+
+/** The box around points of a frame that lies at `place`. */
+export function boundsOf(points: Float32Array, place: Place): Box | null {
+  let box: Box | null = null;
+  for (let i = 0; i + 1 < points.length; i += 2) {
+    const [x, y] = within(place, points[i] ?? NaN, points[i + 1] ?? NaN);
+    box = union(box, { minX: x, minY: y, maxX: x, maxY: y });
+  }
+  return box;
 }

@@ -115,7 +115,7 @@ impl ScanMatcher {
     }
 
     /// Joins what submap `submap` is joined to past it; `false` where it is joined to nothing.
-    fn join_past(&mut self, submap: usize) -> bool {
+    pub(super) fn join_past(&mut self, submap: usize) -> bool {
         let ids = self.graph.edge_ids().iter().zip(self.graph.edges());
         let own: Vec<_> = ids
             .filter(|(_, edge)| edge.from == submap || edge.to == submap)

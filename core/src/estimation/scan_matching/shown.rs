@@ -1,7 +1,7 @@
 //! The inside of the map, to look at: submaps, and how far joins and placements are from where
 //! these lie.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use super::super::pose_graph::Edge;
 use super::super::submap::{ClosedSubmap, Doubt};
@@ -69,6 +69,14 @@ impl ScanMatcher {
         self.residual_of(&record.edge())
     }
 
+    /// Where the robot was at each scan in a submap, in the frame of that, in the order of the
+    /// drive; nothing where there is no such submap.
+    pub fn way_in(&self, submap: usize) -> impl Iterator<Item = Point2<f64>> {
+        let scans = self.scans_in_submaps();
+        let own = scans.filter(move |(_, of, _)| *of == submap);
+        own.map(|(_, _, pose)| pose.position())
+    }
+
     /// What joins each submap to the one before; `None` where nothing does, as of the first.
     #[must_use]
     pub fn joins(&self) -> Vec<Option<Join>> {
@@ -104,5 +112,19 @@ impl<'a> ShownSubmap<'a> {
     /// Where it saw surfaces, in its frame; none while it is being made.
     pub fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + use<'a> {
         self.closed.surfaces()
+    }
+
+    /// How far its surfaces reach, along the x and the y axis of its frame, m; nothing while it is
+    /// being made.
+    #[must_use]
+    pub fn extent(&self) -> Vector2<f64> {
+        let places = || self.surfaces().map(|place| place.coords);
+        let Some(first) = places().next() else {
+            return Vector2::zeros();
+        };
+        let ends = places().fold((first, first), |(low, high), place| {
+            (low.inf(&place), high.sup(&place))
+        });
+        ends.1 - ends.0
     }
 }

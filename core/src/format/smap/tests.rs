@@ -1,12 +1,15 @@
 //! The paper's landmarks, what is wrong named by its line, and laws of reading and writing.
 
+use nalgebra::Matrix3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::estimation::ScanMatcherConfig;
 use crate::geom::{Pose2, Segment};
 use crate::map::GridConfig;
+use crate::points::fixture::look;
 use crate::points::{PointConfig, Points};
-use crate::robot::{Scan, Stamp};
+use crate::robot::{Odometry, Scan, Stamp};
 
 /// The landmarks are those of (3.5).
 const PAPER: &str = "#points\n2\n1000,500\n-20.5,0\n#robot\n1\n0,0\n#landmarks\n3\n\
@@ -193,6 +196,95 @@ fn what_a_run_has_mapped_comes_back_as_it_was() {
     let empty = Grid::new(GridConfig::default()).unwrap();
     let error = Smap::of_run(&empty, way, &[], []).unwrap_err();
     assert_eq!(error, SmapError::Map(MapServerError::Empty));
+}
+
+/// A drive along a room, in submaps of four keyframes.
+fn driven() -> ScanMatcher {
+    let config = ScanMatcherConfig {
+        submap_keyframes: 4,
+        ..ScanMatcherConfig::default()
+    };
+    let mut matcher = ScanMatcher::new(config).unwrap();
+    let corners = [
+        [-2.0, -1.5],
+        [9.0, -1.5],
+        [9.0, 2.0],
+        [4.0, 2.0],
+        [4.0, 3.0],
+        [-2.0, 3.0],
+    ];
+    let corner = |i: usize| Point2::from(corners[i % corners.len()]);
+    let walls: Vec<_> = (0..corners.len())
+        .map(|i| Segment::new(corner(i), corner(i + 1)))
+        .collect();
+    for step in 0_u32..16 {
+        let stamp = Stamp(u64::from(step + 1) * 500_000);
+        let moved = if step == 0 { 0.0 } else { 0.4 };
+        matcher.odometry(&Odometry {
+            from: Stamp(stamp.0 - 500_000),
+            to: stamp,
+            motion: Pose2::new(moved, 0.0, 0.0),
+            cov: Matrix3::identity() * 1e-4,
+        });
+        let mut points = look(&walls, &Pose2::new(0.4 * f64::from(step), 0.0, 0.0), 8.0);
+        points.stamp = stamp;
+        let sigmas = vec![0.001; points.beams.len()];
+        matcher.update(&points, &sigmas);
+    }
+    matcher
+}
+
+#[test]
+fn a_submap_of_a_run_lies_in_its_own_frame_with_the_way_through_it() {
+    let matcher = driven();
+    let count = matcher.submaps().len();
+    assert!(count > 2, "{count}");
+    let smap = Smap::of_submap(&matcher, 1).unwrap();
+    let pose = matcher.submaps().nth(1).unwrap().map_from_submap;
+    assert!(pose.x() > 0.5, "it begins on the way: {pose:?}");
+    // Walls of the room, and places of the drive, by where the submap lies.
+    assert!(smap.points.len() > 50);
+    for point in &smap.points {
+        let Point2 { coords: at } = pose * *point;
+        let near = |value: f64, walls: &[f64]| walls.iter().any(|wall| (value - wall).abs() < 0.05);
+        let is_wall = near(at.x, &[-2.0, 4.0, 9.0]) || near(at.y, &[-1.5, 2.0, 3.0]);
+        assert!(is_wall, "{at}");
+    }
+    assert!(!smap.path.is_empty() && smap.landmarks.is_empty());
+    for place in &smap.path {
+        assert!((pose * *place).y.abs() < 0.03, "{place}");
+    }
+    let back = parse(smap.write().as_bytes()).unwrap();
+    assert_eq!(back.map_points().walls.len(), smap.points.len());
+    let extent = matcher.submaps().nth(1).unwrap().extent();
+    assert!((extent.y - 4.5).abs() < 0.1, "{extent}");
+
+    let making = count - 1;
+    assert_eq!(
+        Smap::of_submap(&matcher, making),
+        Err(SmapError::Unfinished { submap: making })
+    );
+    assert_eq!(
+        Smap::of_submap(&matcher, count),
+        Err(SmapError::NoSubmap {
+            submap: count,
+            count
+        })
+    );
+}
+
+#[test]
+fn an_edge_is_no_landmark_to_be_found_again() {
+    let at = |x: f64, kind| SmapLandmark {
+        at: Point2::new(x, 1.0),
+        confidence: 3,
+        kind,
+    };
+    let smap = Smap {
+        landmarks: vec![at(1.0, LandmarkKind::Edge), at(2.0, LandmarkKind::Point)],
+        ..Smap::default()
+    };
+    assert_eq!(smap.map_points().landmarks, [Point2::new(2.0, 1.0)]);
 }
 
 fn place() -> impl Strategy<Value = Point2<f64>> {

@@ -2,7 +2,7 @@
 
 import type { ContestState, EditName, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
-import type { Spot } from "../../store.js";
+import type { LoadedMap, Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
@@ -34,6 +34,11 @@ export interface Brush {
   readonly closure: ClosureName | null;
   /** The join of the pose graph that was chosen, by its later submap. */
   readonly join: number | null;
+  /** Submaps that are not drawn, and the one that was chosen in their list. */
+  readonly hiddenSubmaps: ReadonlySet<number>;
+  readonly chosenSubmap: number | null;
+  /** Maps that were loaded. */
+  readonly loadedMaps: readonly LoadedMap[];
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
   /** The one that was chosen. */

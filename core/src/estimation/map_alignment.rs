@@ -1,0 +1,341 @@
+//! Where a map that was loaded lies in the one that is being drawn, without a start given by hand.
+//!
+//! In: walls, way and landmarks of the loaded map in a frame of its own, and the grid and the
+//! landmarks of the other. Out: the pose of the loaded map, and how much agrees; or why it is not
+//! known where it lies.
+//!
+//! 1. Walls are laid on walls anywhere, any way round (`starts`): the smaller map is searched for
+//!    in the larger one by branch and bound ([`crate::registration::modes`]), which finds all
+//!    places that look alike.
+//! 2. Landmarks are found again by the distances among them, which asks for no start either
+//!    ([`crate::association::PointMatching::Relations`]). From those that are follows one more
+//!    place.
+//! 3. From each place the walls are matched, points to lines, and judged (`said`): a wall of either
+//!    map agrees that stands on a wall of the other, and contradicts where the other is free all
+//!    around. What the other never saw says nothing. The loaded way contradicts where it leads
+//!    through a wall.
+//! 4. The place at which most agrees is right if half of one of the maps agrees there and nearly
+//!    all of which anything is known, if no other place comes near it, and if the walls hold it in
+//!    all directions. Where walls fit several places alike, landmarks may tell which: relations
+//!    that fit twice find nothing again.
+//!
+//! A file of points does not say what was free. From where the robot was it saw all as far as the
+//! nearest wall in each direction: that is taken for free (`seen`). Judged one way only, the map of
+//! an office lay in a hall, most of it where nothing is known.
+//!
+//! Sources: Hess et al. (2016), section V-B, for step 1; Pilch 2016 §1.2.3 and §3.3, who aligns
+//! loaded submaps by their landmarks and by registration; free space as evidence as in Bosse &
+//! Zlot (2008).
+
+mod said;
+mod seen;
+mod starts;
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+
+use nalgebra::{Point2, Vector2};
+
+use self::said::Said;
+use self::seen::{occupied, seen_from};
+use self::starts::{by_landmarks, by_walls, shared};
+use crate::geom::{Length, Pose2, wrap};
+use crate::map::{CellState, Grid, GridError};
+use crate::registration::{
+    Cloud, CloudError, CloudMethod, IcpConfig, JudgeConfig, Registration, Verdict, register_clouds,
+};
+
+/// A map to be laid on another, in a frame of its own, m.
+#[derive(Clone, Debug, Default)]
+pub struct MapPoints {
+    /// Where walls stand: at least [`FEWEST_POINTS`].
+    pub walls: Vec<Point2<f64>>,
+    /// Where the robot was.
+    pub way: Vec<Point2<f64>>,
+    /// Points that can be recognised.
+    pub landmarks: Vec<Point2<f64>>,
+    /// What was seen to be free; where nobody says, it is what can be seen from the way.
+    pub grid: Option<Grid>,
+}
+
+impl MapPoints {
+    /// What a grid shows, with where the robot was and the landmarks of the same map.
+    #[must_use]
+    pub fn of_grid(
+        grid: &Grid,
+        way: impl IntoIterator<Item = Point2<f64>>,
+        landmarks: impl IntoIterator<Item = Point2<f64>>,
+    ) -> Self {
+        Self {
+            walls: occupied(grid),
+            way: way.into_iter().collect(),
+            landmarks: landmarks.into_iter().collect(),
+            grid: Some(grid.clone()),
+        }
+    }
+
+    fn seen(&self) -> Result<Cow<'_, Grid>, GridError> {
+        match &self.grid {
+            Some(grid) => Ok(Cow::Borrowed(grid)),
+            None => seen_from(&self.way, &self.walls).map(Cow::Owned),
+        }
+    }
+}
+
+/// Where a loaded map lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapAlignment {
+    /// Its pose in the map that it was laid on.
+    pub map_from_loaded: Pose2,
+    /// Part of its walls that stand on walls of the other, 0 to 1.
+    pub agrees: f64,
+    /// Part of the walls of either map that stand where the other is free, 0 to 1: the larger of
+    /// the two.
+    pub contradicts: f64,
+    /// How far walls lie from one another, root mean square, m.
+    pub residual: f64,
+    /// Landmarks that both have.
+    pub landmarks: usize,
+    /// What told the place.
+    pub by: AlignedBy,
+}
+
+/// What told where a map lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlignedBy {
+    /// Its walls alone.
+    Walls,
+    /// Its landmarks, among places that walls could not tell apart, or had not found.
+    Landmarks,
+    /// Either by itself.
+    Both,
+}
+
+/// Why it is not known where a map lies.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapAlignmentError {
+    /// Too little to compare.
+    #[error(
+        "the {which} map has {found} points of walls, and at least {FEWEST_POINTS} are needed to say where it lies"
+    )]
+    TooFewPoints {
+        /// Which: `loaded` or `drawn`.
+        which: &'static str,
+        /// How many it has.
+        found: usize,
+    },
+    /// Free space that cannot be told.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// Points that are none, or too many.
+    #[error("the {which} map cannot be compared: {error}")]
+    Cloud {
+        /// Which: `loaded` or `drawn`.
+        which: &'static str,
+        /// Why.
+        error: CloudError,
+    },
+    /// It lies nowhere.
+    #[error(
+        "no part of the map looks like it: at the best place {:.0} % of its walls stand on walls, \
+         and {:.0} % of the walls of either map where the other is free",
+        100.0 * agrees,
+        100.0 * contradicts
+    )]
+    Nowhere {
+        /// See [`MapAlignment::agrees`], at the best place.
+        agrees: f64,
+        /// See [`MapAlignment::contradicts`].
+        contradicts: f64,
+    },
+    /// It fits more than one place.
+    #[error(
+        "it fits in {places} places alike: at the best {:.0} % of the walls agree, at the next {:.0} %",
+        100.0 * best,
+        100.0 * next
+    )]
+    Ambiguous {
+        /// In how many.
+        places: usize,
+        /// Part of the walls of both maps that agrees at the best, less what contradicts.
+        best: f64,
+        /// At the next.
+        next: f64,
+    },
+    /// Walls do not hold it.
+    #[error(
+        "its walls do not say how far along the direction ({:.2}, {:.2}) of the map it lies, as in a corridor",
+        direction.x,
+        direction.y
+    )]
+    Degenerate {
+        /// Unit vector, frame of the map.
+        direction: Vector2<f64>,
+    },
+}
+
+/// Fewer points of walls than this say nothing: 3 m, in cells of 5 cm.
+pub const FEWEST_POINTS: usize = 60;
+/// Of all walls of the one or of the other, this part has to agree.
+const LEAST_AGREES: f64 = 0.5;
+/// Another place at which this part as much agrees is as good.
+const RIVAL: f64 = 0.85;
+/// Places nearer to each other than this, m and rad, are one.
+const APART: (f64, f64) = (0.5, 0.2);
+/// Points that are matched or judged, and matched to, at most.
+const MOST_MATCHED: usize = 2000;
+const MOST_FIXED: usize = 30_000;
+
+/// Finds where a loaded map lies in the map of `grid` and `landmarks`.
+///
+/// # Errors    [`MapAlignmentError`]: why it is not known.
+pub fn align_map(
+    loaded: &MapPoints,
+    grid: &Grid,
+    landmarks: &[Point2<f64>],
+) -> Result<MapAlignment, MapAlignmentError> {
+    let drawn = occupied(grid);
+    let cloud = |which: &'static str, points: &[Point2<f64>], most: usize| {
+        let found = points.len();
+        if found < FEWEST_POINTS {
+            return Err(MapAlignmentError::TooFewPoints { which, found });
+        }
+        Cloud::any(thinned(points, most)).map_err(|error| MapAlignmentError::Cloud { which, error })
+    };
+    let moving = cloud("loaded", &loaded.walls, MOST_MATCHED)?;
+    let fixed = cloud("drawn", &drawn, MOST_FIXED)?;
+    let seen = loaded.seen()?;
+    let judged = thinned(fixed.points(), MOST_MATCHED);
+    let told = by_landmarks(&loaded.landmarks, landmarks);
+    let starts = by_walls(&loaded.walls, &drawn).into_iter().chain(told);
+    let method = CloudMethod::Icp(IcpConfig::default());
+    let mut places: Vec<Place> = vec![];
+    for start in starts {
+        let judge = JudgeConfig::default();
+        let found = register_clouds(&moving, &fixed, &start, &method, &judge);
+        let pose = found.estimate.pose;
+        let place = Place {
+            forth: Said::of(moving.points(), &pose, grid),
+            back: Said::of(&judged, &pose.inverse(), &seen),
+            crossed: crossed(&loaded.way, &pose, grid),
+            found,
+        };
+        if !place.pose().is_finite() {
+            continue;
+        }
+        // Of several starts that come to one place, the one that comes nearest to it.
+        match places.iter_mut().find(|other| other.is_near(place.pose())) {
+            Some(other) if other.net() < place.net() => *other = place,
+            Some(_) => {}
+            None => places.push(place),
+        }
+    }
+    // The first of those that are equal.
+    places.sort_by_key(|place| std::cmp::Reverse(place.net()));
+    decide(&places, told.as_ref(), loaded, landmarks)
+}
+
+/// A place of the loaded map, and what both maps say of each other there.
+struct Place {
+    found: Registration,
+    /// Of the loaded walls, and of those of the map.
+    forth: Said,
+    back: Said,
+    /// Places of the loaded way that are walls.
+    crossed: usize,
+}
+
+impl Place {
+    fn pose(&self) -> &Pose2 {
+        &self.found.estimate.pose
+    }
+
+    fn is_near(&self, pose: &Pose2) -> bool {
+        let off = self.pose().position() - pose.position();
+        off.length() < APART.0 && wrap(self.pose().heading() - pose.heading()).abs() < APART.1
+    }
+
+    /// What agrees less what contradicts.
+    fn net(&self) -> usize {
+        let agree = self.forth.agree + self.back.agree;
+        agree.saturating_sub(self.forth.contradict + self.back.contradict + self.crossed)
+    }
+
+    fn part(&self) -> f64 {
+        self.net() as f64 / (self.forth.total + self.back.total).max(1) as f64
+    }
+
+    fn contradicts(&self) -> f64 {
+        self.forth.contradicts().max(self.back.contradicts())
+    }
+
+    fn fits(&self) -> bool {
+        let forth = Said {
+            contradict: self.forth.contradict + self.crossed,
+            ..self.forth
+        };
+        self.forth.agree >= FEWEST_POINTS
+            && forth.fits()
+            && self.back.fits()
+            && self.forth.agrees().max(self.back.agrees()) >= LEAST_AGREES
+    }
+}
+
+/// How many places of a way are walls of the other map.
+fn crossed(way: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> usize {
+    let some = thinned(way, MOST_MATCHED);
+    let is_wall = |at: &&Point2<f64>| grid.state(grid.cell_at(*pose * **at)) == CellState::Occupied;
+    some.iter().filter(is_wall).count()
+}
+
+/// Step 4.
+fn decide(
+    places: &[Place],
+    told: Option<&Pose2>,
+    loaded: &MapPoints,
+    landmarks: &[Point2<f64>],
+) -> Result<MapAlignment, MapAlignmentError> {
+    let nowhere = |place: Option<&Place>| MapAlignmentError::Nowhere {
+        agrees: place.map_or(0.0, |place| place.forth.agrees()),
+        contradicts: place.map_or(0.0, Place::contradicts),
+    };
+    let fitting: Vec<&Place> = places.iter().filter(|place| place.fits()).collect();
+    let best = *fitting.first().ok_or_else(|| nowhere(places.first()))?;
+    let is_rival = |place: &&&Place| place.net() as f64 >= RIVAL * best.net() as f64;
+    let alike: Vec<&Place> = fitting.iter().filter(is_rival).copied().collect();
+    let is_told = |place: &&&Place| told.is_some_and(|pose| place.is_near(pose));
+    let by_landmarks = alike.iter().find(is_told).copied();
+    let (place, by) = match (alike.len(), by_landmarks) {
+        (1, Some(place)) => (place, AlignedBy::Both),
+        (1, None) => (best, AlignedBy::Walls),
+        (_, Some(place)) => (place, AlignedBy::Landmarks),
+        (places, None) => {
+            return Err(MapAlignmentError::Ambiguous {
+                places,
+                best: best.part(),
+                next: alike.get(1).map_or(0.0, |next| next.part()),
+            });
+        }
+    };
+    if let Verdict::Degenerate { direction } = place.found.verdict
+        && by == AlignedBy::Walls
+    {
+        return Err(MapAlignmentError::Degenerate { direction });
+    }
+    Ok(MapAlignment {
+        map_from_loaded: *place.pose(),
+        agrees: place.forth.agrees(),
+        contradicts: place.contradicts(),
+        residual: place.found.residual,
+        landmarks: shared(&loaded.landmarks, landmarks, place.pose()),
+        by,
+    })
+}
+
+/// At most so many of them, evenly chosen.
+fn thinned(points: &[Point2<f64>], most: usize) -> Vec<Point2<f64>> {
+    let every = points.len().div_ceil(most).max(1);
+    points.iter().step_by(every).copied().collect()
+}

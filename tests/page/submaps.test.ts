@@ -1,0 +1,167 @@
+// The list of submaps and loaded maps: shown, looked at, saved, taken out and put back; and maps
+// that are laid on the run's own, or are not.
+import { readFile } from 'node:fs/promises';
+import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+
+interface Inside {
+  submaps: { count: number };
+  hiddenSubmaps: readonly number[];
+  submap(number: number): [number, number, number];
+  loadedMaps: readonly { alignment: { pose: [number, number, number]; by: string } | null; error: string }[];
+  camera: { x: number; y: number };
+}
+
+const inside = <T>(lab: Lab, read: (inside: Inside) => T): Promise<T> =>
+  lab.page.evaluate((read) => (0, eval)(`(${read})`)((window as unknown as { slamlab: Inside }).slamlab) as T, read.toString());
+
+/** A simulation by scan matching that has made some submaps. */
+async function mapped(lab: Lab, world: string, least: number): Promise<void> {
+  await lab.open();
+  await lab.enter(world, '10');
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
+  await expect.poll(() => inside(lab, ({ submaps }) => submaps.count), { message: 'it makes submaps', timeout: 90_000 }).toBeGreaterThan(least);
+  await lab.pause();
+  await lab.show('run');
+}
+
+/** The file that a click saves. */
+async function saved(lab: Lab, click: () => Promise<unknown>): Promise<{ name: string; bytes: Buffer }> {
+  const coming = lab.page.waitForEvent('download');
+  await click();
+  const download = await coming;
+  return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
+}
+
+async function load(lab: Lab, name: string, bytes: Buffer, id: number): Promise<string> {
+  await lab.at('load-map').setInputFiles({ name, mimeType: 'application/octet-stream', buffer: bytes });
+  await expect(lab.at(`fit-${id}`)).not.toHaveText('Looking where it lies…', { timeout: 60_000 });
+  return (await lab.at(`fit-${id}`).textContent())!;
+}
+
+test('submaps are listed, shown, looked at, taken out and put back', { tag: '@phone' }, async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await mapped(lab, 'office', 3);
+  const count = await inside(lab, ({ submaps }) => submaps.count);
+  await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count} submaps.`);
+  await expect(lab.at('submap-0')).toHaveText(/Submap 0\s*[\d.]+ × [\d.]+ m/);
+  await expect(lab.at(`submap-${count - 1}`)).toContainText('in the making');
+
+  // One alone is shown, then all but one.
+  await lab.at('submap-eye-1').click();
+  await expect(lab.at('submap-eye-1')).toHaveAttribute('aria-pressed', 'true');
+  await expect(lab.at('submap-eye-0')).toHaveAttribute('aria-pressed', 'false');
+  await lab.at('show-submaps').click();
+  await expect(lab.at('submap-eye-0')).toHaveAttribute('aria-pressed', 'true');
+  await lab.at('submap-eye-0').click();
+  expect(await inside(lab, ({ hiddenSubmaps }) => [...hiddenSubmaps])).toEqual([0]);
+
+  // A click goes there, and says what it is.
+  await lab.at('submap-1').click();
+  await expect(lab.at('submap-details')).toContainText(/Keyframes\s*\d+\s*Pieces of wall\s*\d+\s*Joined to submap 0\s*(by scans in both|loosely)/);
+  const [x, y] = await inside(lab, ({ submap }) => submap(1));
+  await expect.poll(async () => Math.hypot((await lab.state()).camera.x - x, (await lab.state()).camera.y - y), 'the view goes there').toBeLessThan(8);
+
+  // Taken out, what it alone saw is gone; put back it is there again.
+  const known = (await lab.status()).knownArea;
+  await lab.at('remove-submap').click();
+  await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count - 1} submaps.`);
+  await lab.watch((s) => s.knownArea, 'less is known').toBeLessThan(known - 0.5);
+  expect(await inside(lab, ({ hiddenSubmaps }) => [...hiddenSubmaps]), 'the first stays hidden').toEqual([0]);
+  await lab.at('undo-removal').click();
+  await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count} submaps.`);
+  await lab.watch((s) => s.knownArea, 'all is known again').toBeGreaterThan(known - 0.2);
+  await expect(lab.at('undo-removal')).toBeHidden();
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+
+  // What was seen since is not thrown away.
+  await lab.at('submap-0').click();
+  await lab.at('remove-submap').click();
+  await expect(lab.at('undo-removal')).toBeVisible();
+  await lab.hidePanels();
+  await lab.at('step').click();
+  await lab.show('run');
+  await expect(lab.at('undo-removal')).toBeHidden();
+});
+
+test('a submap that was saved is found where it lies, and a map of another building nowhere', async ({ lab }) => {
+  test.setTimeout(240_000);
+  await mapped(lab, 'office', 3);
+  await lab.at('submap-1').click();
+  const file = await saved(lab, () => lab.at('save-submap').click());
+  expect(file.name).toBe('office-submap-1.smap');
+  expect(file.bytes.toString()).toMatch(/^#points\n\d+\n/);
+  // The file is in the frame of the submap: it lies where that does.
+  const truth = await inside(lab, ({ submap }) => submap(1));
+  expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: \d+ % of its walls stand on walls, \d+\scm apart on average; at most \d+ % of the walls of either map stand where the other is free\. Walls alone told the place\.$/);
+  const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
+  expect(Math.hypot(x - truth[0], y - truth[1])).toBeLessThan(0.05);
+  expect(Math.abs(Math.atan2(Math.sin(heading - truth[2]), Math.cos(heading - truth[2])))).toBeLessThan(0.01);
+  await lab.at('loaded-eye-1').click();
+  await expect(lab.at('loaded-eye-1')).toHaveAttribute('aria-pressed', 'false');
+
+  // In another run it has another place, or none: it is looked for when that is asked for.
+  const whole = await saved(lab, () => lab.at('save-as').selectOption('slamlab'));
+  await mapped(lab, 'arena', 1);
+  const words = await load(lab, 'floor.slamlab', whole.bytes, 1);
+  expect(words).toMatch(/^Not laid on the map: (no part of the map looks like it|it fits in \d+ places alike)/);
+  await expect(lab.at('loaded-eye-1')).toBeDisabled();
+  await lab.at('drop-map-1').click();
+  await expect(lab.at('loaded-map-1')).toHaveCount(0);
+});
+
+test('a saved map lies on another run in the same building, also after that began anew', async ({ lab }) => {
+  test.setTimeout(240_000);
+  await mapped(lab, 'office', 3);
+  const whole = await saved(lab, () => lab.at('save-as').selectOption('slamlab'));
+  await lab.at('seed').fill('7');
+  await lab.at('seed').press('Enter');
+  await expect.poll(async () => (await lab.state()).setup.seed).toBe(7);
+  await expect.poll(() => inside(lab, ({ submaps }) => submaps.count), { timeout: 90_000 }).toBeGreaterThan(3);
+  await lab.pause();
+  await lab.show('run');
+  expect(await load(lab, 'floor.slamlab', whole.bytes, 1)).toContain('It lies on the map');
+  // Both runs begin at the start of the world, which is the origin of either map.
+  const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
+  expect(Math.hypot(x, y)).toBeLessThan(0.1);
+  expect(Math.abs(heading)).toBeLessThan(0.02);
+  await lab.at('seed').fill('8');
+  await lab.at('seed').press('Enter');
+  await expect(lab.at('fit-1')).toHaveText('It is not laid on this run yet.');
+  await lab.at('align-map-1').click();
+  await expect(lab.at('fit-1')).toHaveText(/Not laid on the map: |It lies on the map/);
+});
+
+test('where both maps have landmarks, these tell the place as well as walls do', async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await lab.open();
+  await lab.enter('office', '10');
+  await lab.show('settings');
+  await lab.at('settings-search').fill('landmarks are');
+  await lab.at('s-ekf.landmarks').selectOption({ label: 'walls, corners and posts' });
+  const seenOften = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { landmarks: { kind: string; confidence: number }[] } }).slamlab.landmarks.filter((l) => l.kind !== 'wall' && l.confidence > 4).length);
+  await expect.poll(seenOften, { message: 'corners and posts are found again', timeout: 90_000 }).toBeGreaterThan(8);
+  await lab.pause();
+  await lab.show('run');
+  const file = await saved(lab, () => lab.at('save-as').selectOption('smap'));
+  // The run draws on meanwhile: it is the same building, and the same frame.
+  await lab.at('play').click();
+  const { time } = await lab.status();
+  await lab.watch((s) => s.time, 'it sees more').toBeGreaterThan(time + 10);
+  await lab.pause();
+  await lab.show('run');
+  expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: .*Walls and landmarks told the same place\. Both maps have \d+ landmarks in common\.$/);
+  const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
+  expect(Math.hypot(x, y)).toBeLessThan(0.05);
+  expect(Math.abs(heading)).toBeLessThan(0.01);
+});
+
+test('a file that is no map is refused by name and line', async ({ lab }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('load-map').setInputFiles({ name: 'bad.smap', mimeType: 'text/plain', buffer: Buffer.from('#points\n2\n1, 2\n') });
+  await expect(lab.at('toast')).toContainText(/bad\.smap: .*line/);
+  await expect(lab.at('loaded-map-1')).toHaveCount(0);
+});

@@ -1,0 +1,117 @@
+//! Maps that are loaded beside the run, to be looked at and laid on what is drawn: a submap
+//! (`.smap`) or a saved map (`.slamlab`).
+
+use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
+use slamlab_core::estimation::{MapPoints, align_map};
+use slamlab_core::format::map_points::{self, LoadedMap};
+use tsify::Tsify;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{AlignedName, Float32Array, Typed, WebError, typed};
+use crate::run::WebRun;
+
+/// Points of walls that a page is given: enough to see them.
+const MOST_WALLS: usize = 6000;
+/// Places of the way that a page is given.
+const MOST_PLACES: usize = 2000;
+
+/// A map that was loaded.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebLoadedMap {
+    points: MapPoints,
+    submaps: usize,
+}
+
+/// What a loaded map looks like, in its own frame, m.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct LoadedMapPicture {
+    /// x y of its walls.
+    pub walls: Float32Array,
+    /// x y of where the robot was.
+    pub way: Float32Array,
+    /// x y of its landmarks.
+    pub landmarks: Float32Array,
+    /// How many points its walls have.
+    pub points: usize,
+    /// How many submaps it is made of.
+    pub submaps: usize,
+}
+
+/// Where a loaded map lies in the one that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct MapAlignment {
+    /// x y heading of its frame, map frame, m and rad.
+    pub pose: [f64; 3],
+    /// Part of its walls that stand on walls, 0 to 1.
+    pub agrees: f64,
+    /// Part of its walls that stand where the map is free, 0 to 1.
+    pub contradicts: f64,
+    /// How far walls lie from one another, root mean square, m.
+    pub residual: f64,
+    /// Landmarks that both have.
+    pub landmarks: usize,
+    /// What told the place.
+    pub by: AlignedName,
+}
+
+#[wasm_bindgen]
+impl WebLoadedMap {
+    /// Reads a submap or a saved map.
+    ///
+    /// # Errors    A sentence on what is wrong with it, and where.
+    #[wasm_bindgen(constructor)]
+    pub fn new(bytes: &[u8]) -> Result<Self, WebError> {
+        let LoadedMap { points, submaps } = map_points::read(bytes)?;
+        Ok(Self { points, submaps })
+    }
+
+    /// What it looks like.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn picture(&self) -> Typed<LoadedMapPicture> {
+        let MapPoints {
+            walls,
+            way,
+            landmarks,
+            ..
+        } = &self.points;
+        typed(&LoadedMapPicture {
+            walls: flat_points(walls, MOST_WALLS),
+            way: flat_points(way, MOST_PLACES),
+            landmarks: flat_points(landmarks, MOST_PLACES),
+            points: walls.len(),
+            submaps: self.submaps,
+        })
+    }
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// Where a loaded map lies in the map as it is drawn now, found without a start.
+    ///
+    /// # Errors    A sentence on why that is not known.
+    pub fn align_map(&self, loaded: &WebLoadedMap) -> Typed<MapAlignment> {
+        let slam = self.slam();
+        let landmarks: Vec<_> = slam.view().confirmed_points().map(|(at, _)| at).collect();
+        let found = align_map(&loaded.points, slam.grid(), &landmarks)?;
+        let pose = found.map_from_loaded;
+        typed(&MapAlignment {
+            pose: [pose.x(), pose.y(), pose.heading()],
+            agrees: found.agrees,
+            contradicts: found.contradicts,
+            residual: found.residual,
+            landmarks: found.landmarks,
+            by: (&found.by).into(),
+        })
+    }
+}
+
+fn flat_points(points: &[Point2<f64>], most: usize) -> Float32Array {
+    let every = points.len().div_ceil(most).max(1);
+    let some = points.iter().step_by(every);
+    some.flat_map(|p| [p.x as f32, p.y as f32]).collect()
+}
