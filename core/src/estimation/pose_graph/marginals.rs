@@ -71,8 +71,31 @@ impl Marginals {
     /// # Units    m², m·rad, rad².
     #[must_use]
     pub fn relative_cov(&self, from: usize, to: usize) -> Option<Matrix3<f64>> {
-        let (own_from, own_to) = (self.cov(from)?, self.cov(to)?);
-        Some(self.relative(from, to, own_from, own_to, &self.cross(from, to)))
+        let (at_from, at_to) = (self.poses.get(from)?, self.poses.get(to)?);
+        if from == to {
+            return Some(Matrix3::zeros());
+        }
+        let (by_from, by_to) = unmeasured(from, to).jacobians(at_from, at_to);
+        let ends = [(from.checked_sub(1), by_from), (to.checked_sub(1), by_to)];
+        // Σ Jᵀ takes three solutions, where the blocks of Σ would take nine.
+        let mut columns = [0, 1, 2].map(|axis| {
+            let mut column = vec![Vector3::zeros(); self.pattern.size()];
+            for (block, by) in ends {
+                if let Some(block) = block.and_then(|block| column.get_mut(block)) {
+                    *block = by.row(axis).transpose();
+                }
+            }
+            column
+        });
+        for column in &mut columns {
+            self.pattern.solve(&self.factor, column);
+        }
+        let by_end = ends.map(|(block, by)| {
+            block.map_or_else(Matrix3::zeros, |block| by * row(&columns, block))
+        });
+        let mut cov = by_end[0] + by_end[1];
+        symmetrize(&mut cov);
+        Some(cov)
     }
 
     /// [`Self::relative_cov`] from one pose to each, itself included; empty where there is no such
@@ -105,14 +128,7 @@ impl Marginals {
         if from == to {
             return Matrix3::zeros();
         }
-        let motion = Edge {
-            from,
-            to,
-            motion: Pose2::identity(),
-            information: Matrix3::identity(),
-            cauchy: None,
-        };
-        let (by_from, by_to) = motion.jacobians(&self.poses[from], &self.poses[to]);
+        let (by_from, by_to) = unmeasured(from, to).jacobians(&self.poses[from], &self.poses[to]);
         let both = by_from * cross * by_to.transpose();
         let mut cov = by_from * own_from * by_from.transpose()
             + by_to * own_to * by_to.transpose()
@@ -140,6 +156,17 @@ impl Marginals {
             }
             column
         })
+    }
+}
+
+/// An edge of which only the ends matter.
+fn unmeasured(from: usize, to: usize) -> Edge {
+    Edge {
+        from,
+        to,
+        motion: Pose2::identity(),
+        information: Matrix3::identity(),
+        cauchy: None,
     }
 }
 
