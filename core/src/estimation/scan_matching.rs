@@ -238,6 +238,8 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
+        // None can be put back from here on, and each keeps a whole map.
+        self.removals.clear();
         let points = &*self.in_order(points);
         let pending = self.pending.take();
         let moved = pending.map(|moved| self.motion.moved(moved));
