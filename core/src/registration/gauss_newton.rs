@@ -259,7 +259,7 @@ impl Sums {
     pub(super) fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.hessian * free;
         let said = free.dot(&push);
-        // Nothing to take away where nothing is said at all. Less than nothing can be said where the
+        // Nothing to take away where nothing is said. Less than nothing can be said where the
         // normals of two clouds are compared: noise is then as likely to be against as for.
         if said.abs() > 0.0 {
             self.gradient -= push * (free.dot(&self.gradient) / said);

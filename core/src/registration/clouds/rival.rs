@@ -2,8 +2,8 @@
 //!
 //! Where rooms are symmetric, scans lie on each other in several ways, and the scans alone do not
 //! say which is meant. The start does: what is asked for is the pose nearest to it. A method that
-//! looks at the whole clouds at once may come to another one, far away. Such a pose is believed only
-//! where a search about the start finds no other that the judge lets pass.
+//! looks at the whole clouds at once may come to another one, far away. It is believed only where a
+//! search about the start finds no other that the judge lets pass.
 
 use super::super::{Registration, Verdict};
 use super::Cloud;
