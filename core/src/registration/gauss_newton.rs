@@ -70,7 +70,7 @@ config! {
 }
 
 /// Variance where neither points nor prior say anything, m² and rad².
-const UNKNOWN: f64 = 1e6;
+pub(super) const UNKNOWN: f64 = 1e6;
 
 /// The sums of one iteration: what a method makes of all pairs.
 #[derive(Default)]
@@ -226,19 +226,6 @@ pub(super) fn outcome(
 }
 
 impl Sums {
-    /// A distance across a surface of this normal, of a point `arm` from the moving origin.
-    pub(super) fn add_across(
-        &mut self,
-        normal: &Vector2<f64>,
-        arm: &Vector2<f64>,
-        residual: f64,
-        weight: f64,
-    ) {
-        let row = normal.push(normal.y * arm.x - normal.x * arm.y);
-        self.hessian += (row * weight) * row.transpose();
-        self.gradient += row * (weight * residual);
-    }
-
     /// A distance `off` of a point `arm` from the moving origin, of which `information` says how
     /// well each direction is known.
     pub(super) fn add_off(
@@ -272,27 +259,51 @@ impl Sums {
     pub(super) fn silence(&mut self, free: &Vector3<f64>) {
         let push = self.hessian * free;
         let said = free.dot(&push);
-        // Nothing to take away where nothing is said at all.
-        if said > 0.0 {
+        // Nothing to take away where nothing is said. Less than nothing can be said where the
+        // normals of two clouds are compared: noise is then as likely to be against as for.
+        if said.abs() > 0.0 {
             self.gradient -= push * (free.dot(&self.gradient) / said);
             self.hessian -= push * push.transpose() / said;
         }
     }
 }
 
+/// The motion of which points say least, the heading following as it likes best.
+pub(super) struct Weakest {
+    /// x, y, θ; its shift of length 1.
+    pub(super) motion: Vector3<f64>,
+    /// What they say of it.
+    least: f64,
+    /// What they say of it and of the shift across it together.
+    total: f64,
+}
+
+impl Weakest {
+    pub(super) fn of(hessian: &Matrix3<f64>) -> Self {
+        let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);
+        let turn = hessian[(2, 2)].max(1e-12);
+        let shift: Matrix2<f64> =
+            hessian.fixed_view::<2, 2>(0, 0).into_owned() - cross * cross.transpose() / turn;
+        let eigen = SymmetricEigen::new(shift);
+        let (least, _) = eigen.eigenvalues.argmin();
+        let direction: Vector2<f64> = eigen.eigenvectors.column(least).into_owned();
+        Self {
+            motion: direction.push(-cross.dot(&direction) / turn),
+            least: eigen.eigenvalues[least],
+            total: hessian[(0, 0)] + hessian[(1, 1)],
+        }
+    }
+
+    /// The motion, where they say next to nothing of it: less than this part of all.
+    pub(super) fn if_free(&self, min_share: f64) -> Option<Vector3<f64>> {
+        (self.least < min_share * self.total).then_some(self.motion)
+    }
+}
+
 /// The motion (x, y, θ; its shift of length 1) of which the points say next to nothing, the heading
 /// following as it likes best.
 pub(super) fn free_direction(hessian: &Matrix3<f64>, min_share: f64) -> Option<Vector3<f64>> {
-    let total = hessian[(0, 0)] + hessian[(1, 1)];
-    let cross = Vector2::new(hessian[(0, 2)], hessian[(1, 2)]);
-    let turn = hessian[(2, 2)].max(1e-12);
-    let shift: Matrix2<f64> =
-        hessian.fixed_view::<2, 2>(0, 0).into_owned() - cross * cross.transpose() / turn;
-    let eigen = SymmetricEigen::new(shift);
-    let (least, _) = eigen.eigenvalues.argmin();
-    let direction: Vector2<f64> = eigen.eigenvectors.column(least).into_owned();
-    (eigen.eigenvalues[least] < min_share * total)
-        .then(|| direction.push(-cross.dot(&direction) / turn))
+    Weakest::of(hessian).if_free(min_share)
 }
 
 #[cfg(test)]

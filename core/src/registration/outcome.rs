@@ -34,9 +34,13 @@ pub enum Verdict {
     /// It came to rest where the clouds contradict each other: each lies where the other saw
     /// through, or nowhere near it.
     LocalMinimum {
-        /// Part of the points that could agree and do, 0 to 1.
+        /// Part of the points that could agree and do, 0 to 1: of all, or of those that tell of the
+        /// way of which least is told.
         agreement: f64,
     },
+    /// It lies far from the start, and another pose nearer to it is as good: the scans look alike
+    /// in several ways.
+    Ambiguous,
 }
 
 /// The result of a match.

@@ -72,18 +72,25 @@ impl Iteration {
 
 /// Who looks at the iterations of a method.
 pub(super) trait Watch {
+    /// Whether anybody does: who is not looked at need not keep what there is to see.
+    const LOOKS: bool;
+
     /// Called once for each iteration, before its step; only who looks makes what there is to see.
     fn see(&mut self, iteration: impl FnOnce() -> Iteration);
 }
 
 /// Nobody looks.
 impl Watch for () {
+    const LOOKS: bool = false;
+
     #[inline]
     fn see(&mut self, _: impl FnOnce() -> Iteration) {}
 }
 
 /// All are kept.
 impl Watch for Vec<Iteration> {
+    const LOOKS: bool = true;
+
     fn see(&mut self, iteration: impl FnOnce() -> Iteration) {
         self.push(iteration());
     }
@@ -96,6 +103,8 @@ pub(super) struct FromStart<'a, W> {
 }
 
 impl<W: Watch> Watch for FromStart<'_, W> {
+    const LOOKS: bool = W::LOOKS;
+
     #[inline]
     fn see(&mut self, iteration: impl FnOnce() -> Iteration) {
         let start = self.start;

@@ -129,7 +129,7 @@ names! {
     /// What the registration of two clouds is worth.
     VerdictName of slamlab_core::registration::Verdict {
         Converged = "converged", Degenerate = "degenerate", TooFewPoints = "too-few-points",
-        NotConverged = "not-converged", LocalMinimum = "local-minimum",
+        NotConverged = "not-converged", LocalMinimum = "local-minimum", Ambiguous = "ambiguous",
     }
     /// What the axes of a map of starts are.
     BasinAxesName of slamlab_core::registration::BasinAxes { ShiftTurn = "shift-turn", Place = "place" }

@@ -7,7 +7,7 @@ use nalgebra::Point2;
 
 use super::super::first_too_far;
 use super::bearings::Bearings;
-use super::surfaces::{nearest_surfaces, scan_surfaces};
+use super::surfaces::{median, nearest_surfaces, scan_surfaces};
 use crate::points::OrientedPoint;
 
 /// Part of a surface's variance, in that of a point's: what noise is left where a line through five
@@ -119,17 +119,12 @@ fn noise(points: &[Point2<f64>], surfaces: &[Option<OrientedPoint>]) -> Option<f
         let surface = surface.as_ref()?;
         Some(surface.normal.dot(&(point - surface.position)).abs())
     };
-    let off = points.iter().zip(surfaces).filter_map(off).collect();
+    let off = points.iter().zip(surfaces).filter_map(off);
     Some(sigma_of(off)? / (1.0 - OWN_SHARE).sqrt())
 }
 
 /// Standard deviation of a normal distribution by the median of its absolute values.
-pub(super) fn sigma_of(mut absolute: Vec<f64>) -> Option<f64> {
+pub(super) fn sigma_of(absolute: impl Iterator<Item = f64>) -> Option<f64> {
     const BY_MEDIAN: f64 = 1.4826;
-    if absolute.is_empty() {
-        return None;
-    }
-    let middle = absolute.len() / 2;
-    let median = *absolute.select_nth_unstable_by(middle, f64::total_cmp).1;
-    Some(BY_MEDIAN * median)
+    Some(BY_MEDIAN * median(absolute)?)
 }

@@ -23,6 +23,7 @@ mod step;
 pub use self::options::{Association, IcpConfig, Metric, RobustKernel, Selection, Weighting};
 
 use self::pairs::{Pairing, Search, Seeker};
+use self::step::Lines;
 use super::super::trace::Watch;
 use super::{Cloud, Found};
 use crate::geom::{Length, Pose2};
@@ -34,12 +35,12 @@ const FEWEST_PAIRS: usize = 3;
 const ALMOST: f64 = 1.2;
 
 /// Runs ICP from `start`.
-pub(super) fn run(
+pub(super) fn run<W: Watch>(
     moving: &Cloud,
     fixed: &Cloud,
     start: &Pose2,
     config: &IcpConfig,
-    watch: &mut impl Watch,
+    watch: &mut W,
 ) -> Found {
     let search = Search::of(moving, fixed, config);
     let selected = select::select(moving, config.selection).into_iter();
@@ -51,7 +52,9 @@ pub(super) fn run(
         .collect();
     let mut found = Found::start(start);
     let mut scale = config.first_scale.max(config.last_scale);
-    let mut pairs = Vec::with_capacity(points.len());
+    // Points to lines are summed as they are paired, unless somebody needs all pairs at once.
+    let is_summed = config.metric == Metric::PointToLine && config.kept >= 1.0 && !W::LOOKS;
+    let mut pairs = Vec::with_capacity(if is_summed { 0 } else { points.len() });
     while found.iterations < config.max_iterations && !found.is_settled {
         found.iterations += 1;
         let stride = if scale > config.last_scale {
@@ -59,25 +62,39 @@ pub(super) fn run(
         } else {
             1
         };
-        lanes::run(Pairing {
-            search: &search,
-            points: &mut points,
-            stride,
-            pose: &found.pose,
-            scale,
-            pairs: &mut pairs,
-        });
-        if config.kept < 1.0 {
-            pairs::trim(&mut pairs, config.kept);
-        }
-        watch.see(|| step::iteration(&pairs, &found.pose, scale, config));
-        if pairs.len() < FEWEST_PAIRS {
-            break;
-        }
-        let Some(step) = step::step(&pairs, &found.pose, scale, config) else {
+        let pose = found.pose;
+        let (search, points) = (&search, points.as_mut_slice());
+        let step = if is_summed {
+            let mut lines = Lines::at(scale, config);
+            lanes::run(Pairing {
+                search,
+                points,
+                stride,
+                pose: &pose,
+                scale,
+                taker: &mut lines,
+            });
+            lines.step()
+        } else {
+            pairs.clear();
+            lanes::run(Pairing {
+                search,
+                points,
+                stride,
+                pose: &pose,
+                scale,
+                taker: &mut pairs,
+            });
+            if config.kept < 1.0 {
+                pairs::trim(&mut pairs, config.kept);
+            }
+            watch.see(|| step::iteration(&pairs, &pose, scale, config));
+            step::step(&pairs, &pose, scale, config)
+        };
+        let Some(step) = step else {
             break;
         };
-        found.pose = found.pose.plus(&step);
+        found.pose = pose.plus(&step);
         let is_small =
             step.xy().length() < config.shift_tolerance && step.z.abs() < config.turn_tolerance;
         found.is_settled = is_small && scale <= config.last_scale;

@@ -5,7 +5,10 @@
 //! 1. Each point is paired with the surface nearest to it. How far pairs lie apart across their
 //!    surfaces, by the median, is the noise of both clouds.
 //! 2. Points within three times the noise lie on their surface; of them the information of the pose
-//!    follows, as of points matched to lines.
+//!    follows, as of points matched to lines. Where an equation has a normal twice, one is
+//!    that of the moving cloud and one that of the fixed cloud: they err independently, so that what
+//!    noise alone says of the way along a corridor is nothing in the mean. By the squares of one
+//!    cloud's normals it grows with their variance, and noisy scans of a corridor would be told.
 //! 3. What these pairs still want to be moved by is what the method left: it is added to the
 //!    covariance. A method that stops early, or that pulls walls towards where they were sampled,
 //!    is so told from one that does not.
@@ -14,16 +17,22 @@
 //!    direction, it contradicts it. A pose where too many do is another minimum than the right one.
 //!    What lies behind is hidden, and says nothing; nor does a point that is alone: it may be
 //!    anything. Clouds that no sensor saw have no before: there all that is far contradicts.
-//! 5. How far the points of each cloud lie from their own surfaces is their noise, whatever the
+//! 5. Along a corridor next to all points agree wherever it is entered. So those are asked by
+//!    themselves whose surfaces tell of the way of which least is told.
+//! 6. How far the points of each cloud lie from their own surfaces is their noise, whatever the
 //!    pose. Where pairs lie apart by much more than both noises, they are not of the same surfaces:
 //!    it is another minimum, too, however well it looks with a wide tolerance.
 //!
+//! 7. A pose that is far from the start may be right, or one of several that look alike: scans of a
+//!    square room lie on each other turned by a quarter as well (`rival`).
+//!
 //! Source of 2 and 4: Censi (2007), "An accurate closed-form estimate of ICP's covariance";
-//! Bosse & Zlot (2008), on free space as evidence.
+//! Bosse & Zlot (2008), on free space as evidence. The second cloud's normals in 2 are what
+//! statistics call instrumental variables: Fuller (1987), "Measurement error models", section 1.4.
 
-use nalgebra::{Matrix3, Point2, Vector2};
+use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 
-use super::super::gauss_newton::{MatchConfig, Sums, free_direction, outcome};
+use super::super::gauss_newton::{MatchConfig, Sums, UNKNOWN, Weakest, outcome};
 use super::super::{Registration, Verdict};
 use super::cloud::{OWN_SHARE, sigma_of};
 use super::neighbours::Neighbours;
@@ -58,13 +67,26 @@ config! {
         /// Least part of the points that could agree and do. Default 0.9; larger calls more poses
         /// wrong, good ones among people as well.
         pub min_agreement: f64 = 0.9,
+        /// The same of the points whose surfaces tell of the way of which least is told, ...
+        /// Default 0.75.
+        pub min_agreement_along: f64 = 0.75,
+        /// ... which are those whose normals lie nearer to it than an angle of this cosine, ...
+        /// Default 0.35; smaller asks noisy ones as well.
+        pub min_cosine_along: f64 = 0.35,
+        /// ... where there are so many of them. Default 4.
+        pub fewest_along: usize = 4,
         /// Least part of the points that lie on a surface. Default 0.2.
         pub min_overlap: f64 = 0.2,
-        /// Pairs that say one thing. Default 2: both clouds err, and the residuals show one of
-        /// them, for the other's surfaces are smoothed.
-        pub redundancy: f64 = 2.0,
+        /// Pairs that say one thing. Default 2.5: both clouds err, and the residuals show one of
+        /// them, for the other's surfaces are smoothed; at bends they are smoothed too much.
+        pub redundancy: f64 = 2.5,
         /// Cosine of the largest angle between surfaces that may be the same. Default 0.7.
         pub min_cosine: f64 = 0.7,
+        /// A pose farther from the start than this, ...  Default 1 m.
+        pub far_shift: f64 = 1.0,
+        /// ... or turned by more than this, is believed only where a search about the start finds
+        /// no other that is as good. Default 0.79 rad: 45°.
+        pub far_turn: f64 = 0.79,
     }
 }
 
@@ -78,58 +100,52 @@ pub(super) fn judge(
     let pose = &found.pose;
     let there = partners(moving, fixed, pose, &[]);
     let sigma = sigma(&there, config);
-    let mut sums = sums(&there, sigma, config);
+    let (mut sums, told) = sums(&there, sigma, config);
     let matching = MatchConfig::default();
-    let free = free_direction(&sums.hessian, matching.min_share);
+    let weakest = Weakest::of(&sums.hessian);
+    let free = weakest.if_free(matching.min_share);
     if let Some(free) = &free {
         sums.silence(free);
     }
     let per_pair = 1.0 / (sigma * sigma * config.redundancy);
     let information = sums.hessian * per_pair;
-    let mut cov = information.try_inverse();
+    // Along a free motion next to nothing is known, but not nothing: nothing has no inverse.
+    let known = free.map_or(information, |free| {
+        information + free * free.transpose() / UNKNOWN
+    });
+    let mut cov = known.try_inverse();
     if let (Some(cov), None) = (&mut cov, &free) {
         let left = *cov * (sums.gradient * per_pair);
         *cov += left * left.transpose();
     }
     let limit = config.inlier_sigmas * sigma;
-    let (mut agree, mut all) = (0, 0);
-    let mut is_met = vec![false; fixed.points().len()];
-    for pair in &there {
-        let Some(agrees) = pair.compare(fixed, limit, config) else {
-            continue;
-        };
-        all += 1;
-        agree += usize::from(agrees);
-        if let (true, Some(met)) = (agrees, is_met.get_mut(pair.partner)) {
-            *met = true;
-        }
-    }
-    // A surface that a point lies on agrees; the others have to be asked.
-    let met = is_met.iter().filter(|is_met| **is_met).count();
-    (agree, all) = (agree + met, all + met);
-    let back = partners(fixed, moving, &pose.inverse(), &is_met);
-    for agrees in back
-        .iter()
-        .filter_map(|pair| pair.compare(moving, limit, config))
-    {
-        all += 1;
-        agree += usize::from(agrees);
-    }
-    let agreement = agree as f64 / all.max(1) as f64;
+    let Agreement { all, along } = agreement(
+        moving,
+        fixed,
+        pose,
+        &there,
+        &weakest.motion.xy(),
+        limit,
+        config,
+    );
     let count = moving.points().len();
     let overlap = sums.inliers as f64 / count.max(1) as f64;
-    let verdict = if sums.inliers < matching.min_points.min(count.max(3)) {
-        Verdict::TooFewPoints {
-            found: sums.inliers,
-        }
-    } else if agreement < config.min_agreement
+    let verdict = if told < matching.min_points.min(count.max(3)) {
+        Verdict::TooFewPoints { found: told }
+    } else if all.part() < config.min_agreement
         || overlap < config.min_overlap
         || sigma > most_scatter(moving, fixed, config)
     {
-        Verdict::LocalMinimum { agreement }
+        Verdict::LocalMinimum {
+            agreement: all.part(),
+        }
     } else if let Some(free) = &free {
         Verdict::Degenerate {
             direction: unit(free.xy()),
+        }
+    } else if along.of >= config.fewest_along && along.part() < config.min_agreement_along {
+        Verdict::LocalMinimum {
+            agreement: along.part(),
         }
     } else if found.is_settled {
         Verdict::Converged
@@ -138,6 +154,82 @@ pub(super) fn judge(
     };
     let counted = (&sums, count);
     outcome(*pose, cov, information, counted, found.iterations, verdict)
+}
+
+/// How many of some points agree, and of how many that could.
+#[derive(Clone, Copy, Default)]
+struct Count {
+    agree: usize,
+    of: usize,
+}
+
+impl Count {
+    fn add(&mut self, agrees: bool) {
+        self.agree += usize::from(agrees);
+        self.of += 1;
+    }
+
+    fn part(&self) -> f64 {
+        self.agree as f64 / self.of.max(1) as f64
+    }
+}
+
+/// How far two clouds agree.
+#[derive(Default)]
+struct Agreement {
+    /// All their points.
+    all: Count,
+    /// Those whose surfaces tell of one way.
+    along: Count,
+}
+
+impl Agreement {
+    fn add(&mut self, agrees: bool, tells: bool) {
+        self.all.add(agrees);
+        if tells {
+            self.along.add(agrees);
+        }
+    }
+}
+
+/// Asks both clouds' points whether they agree with the other cloud, `there` being the pairs of the
+/// moving one. `way` is a direction of the fixed cloud's frame.
+fn agreement(
+    moving: &Cloud,
+    fixed: &Cloud,
+    pose: &Pose2,
+    there: &[Pair],
+    way: &Vector2<f64>,
+    limit: f64,
+    config: &JudgeConfig,
+) -> Agreement {
+    let tells =
+        |normal: &Vector2<f64>, way: &Vector2<f64>| normal.dot(way).abs() > config.min_cosine_along;
+    let mut agreement = Agreement::default();
+    let mut is_met = vec![false; fixed.points().len()];
+    for pair in there {
+        let Some((normal, agrees)) = pair.compare(fixed, limit, config) else {
+            continue;
+        };
+        agreement.add(agrees, tells(&normal, way));
+        if let (true, Some(met)) = (agrees, is_met.get_mut(pair.partner)) {
+            *met = true;
+        }
+    }
+    // A surface that a point lies on agrees; the others have to be asked.
+    let all = is_met.iter().zip(fixed.surfaces());
+    for surface in all.filter_map(|(is_met, surface)| is_met.then_some(surface)) {
+        let normal = surface.as_ref().map(|surface| &surface.normal);
+        agreement.add(true, normal.is_some_and(|normal| tells(normal, way)));
+    }
+    let back = pose.inverse();
+    let way = back.rotate(*way);
+    for pair in &partners(fixed, moving, &back, &is_met) {
+        if let Some((normal, agrees)) = pair.compare(moving, limit, config) {
+            agreement.add(agrees, tells(&normal, &way));
+        }
+    }
+    agreement
 }
 
 fn unit(v: Vector2<f64>) -> Vector2<f64> {
@@ -158,8 +250,8 @@ struct Pair {
     across: Option<(Vector2<f64>, f64)>,
     /// Cosine of the angle between the surface and the point's own; 1 where one is unknown.
     cosine: f64,
-    /// Whether the point itself lies on a surface.
-    is_on_surface: bool,
+    /// The normal of the surface that the point itself lies on, in the axes of the other cloud.
+    own: Option<Vector2<f64>>,
 }
 
 /// Pairs each point with what of the other cloud is nearest to it, but for those `left_out`.
@@ -217,7 +309,7 @@ impl Kernel for Partners<'_> {
                 square,
                 across: surface.map(|s| (s.normal, s.normal.dot(&(place - s.position)))),
                 cosine: facing(own, surface.map(|s| s.normal), is_sided),
-                is_on_surface: own.is_some(),
+                own,
             });
         }
         pairs
@@ -240,7 +332,7 @@ pub struct Likeness {
 pub fn likeness(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfig) -> Likeness {
     let pairs = partners(moving, fixed, pose, &[]);
     let sigma = sigma(&pairs, config);
-    let on_surface = sums(&pairs, sigma, config).inliers;
+    let on_surface = sums(&pairs, sigma, config).0.inliers;
     let surfaces = || moving.surfaces().iter().chain(fixed.surfaces());
     let part = |some: usize, all: usize| some as f64 / all.max(1) as f64;
     Likeness {
@@ -260,7 +352,7 @@ fn sigma(pairs: &[Pair], config: &JudgeConfig) -> f64 {
     let all = facing
         .filter_map(|pair| Some(pair.across?.1.abs()))
         .filter(|residual| *residual < farthest);
-    let sigma = sigma_of(all.collect()).unwrap_or(config.most_sigma);
+    let sigma = sigma_of(all).unwrap_or(config.most_sigma);
     sigma.clamp(config.least_sigma, config.most_sigma)
 }
 
@@ -272,41 +364,74 @@ fn most_scatter(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
     config.max_excess * both + config.unevenness
 }
 
-fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> Sums {
-    let mut sums = Sums::default();
+/// What the pairs say of the pose, the information by the normals of both clouds; and how many of
+/// them have two.
+fn sums(pairs: &[Pair], sigma: f64, config: &JudgeConfig) -> (Sums, usize) {
     let limit = config.inlier_sigmas * sigma;
+    let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let (mut gx, mut gy, mut gt) = (0.0, 0.0, 0.0);
+    let (mut matched, mut inliers, mut told, mut squares) = (0, 0, 0, 0.0);
     for pair in pairs {
         let Some((normal, residual)) = pair.across else {
             continue;
         };
-        sums.matched += 1;
-        if residual.abs() < limit && pair.cosine >= config.min_cosine {
-            sums.add_across(&normal, &pair.arm, residual, 1.0);
-            sums.inliers += 1;
-            sums.squares += residual * residual;
+        matched += 1;
+        if residual.abs() >= limit || pair.cosine < config.min_cosine {
+            continue;
         }
+        inliers += 1;
+        squares += residual * residual;
+        let by_turn = |normal: &Vector2<f64>| normal.y * pair.arm.x - normal.x * pair.arm.y;
+        let turn = by_turn(&normal);
+        gx += normal.x * residual;
+        gy += normal.y * residual;
+        gt += turn * residual;
+        let Some(own) = pair.own else {
+            continue;
+        };
+        told += 1;
+        // Surfaces of clouds that no sensor saw have no sides.
+        let own = if own.dot(&normal) < 0.0 { -own } else { own };
+        let own_turn = by_turn(&own);
+        xx += normal.x * own.x;
+        xy += 0.5 * (normal.x * own.y + normal.y * own.x);
+        yy += normal.y * own.y;
+        xt += 0.5 * (normal.x * own_turn + turn * own.x);
+        yt += 0.5 * (normal.y * own_turn + turn * own.y);
+        tt += turn * own_turn;
     }
-    sums
+    let sums = Sums {
+        hessian: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
+        gradient: Vector3::new(gx, gy, gt),
+        matched,
+        inliers,
+        squares,
+    };
+    (sums, told)
 }
 
 impl Pair {
     /// Whether a point on a surface agrees with what the other cloud saw: it lies on the same
     /// surface, to within `limit`; or it does not, for it lies beside it, or where the other sensor
-    /// saw through. `None` where it is hidden, where nothing was seen in its direction, and of
-    /// points that are no surface: what is alone may be anything.
-    fn compare(&self, cloud: &Cloud, limit: f64, config: &JudgeConfig) -> Option<bool> {
-        if !self.is_on_surface {
-            return None;
-        }
+    /// saw through. With the normal of its own surface. `None` where it is hidden, where nothing
+    /// was seen in its direction, and of points that are no surface: what is alone may be anything.
+    #[inline(always)]
+    fn compare(
+        &self,
+        cloud: &Cloud,
+        limit: f64,
+        config: &JudgeConfig,
+    ) -> Option<(Vector2<f64>, bool)> {
+        let own = self.own?;
         let beside = config.beside.max(limit);
         if let Some((_, across)) = self.across
             && self.cosine >= config.min_cosine
             && self.square < beside * beside
         {
-            return Some(across.abs() < limit);
+            return Some((own, across.abs() < limit));
         }
         let Some(view) = cloud.view() else {
-            return Some(false);
+            return Some((own, false));
         };
         let [before, after] = view.about(&self.place).map(|at| cloud.points().get(at));
         let (before, after) = before.zip(after)?;
@@ -317,7 +442,8 @@ impl Pair {
             .norm_squared()
             .min(after.coords.norm_squared());
         let range = self.place.coords.length() + config.clearly_before.max(limit);
-        (is_ahead(before) && is_ahead(after) && range * range < least).then_some(false)
+        let is_through = is_ahead(before) && is_ahead(after) && range * range < least;
+        is_through.then_some((own, false))
     }
 }
 
@@ -328,4 +454,11 @@ pub(super) fn nothing(found: &Found, points: usize) -> Registration {
     let counted = (&sums, points);
     let zero = Matrix3::zeros();
     outcome(found.pose, None, zero, counted, found.iterations, verdict)
+}
+
+/// xx of the information between two clouds that lie as they are, of pairs of weight 1.
+#[cfg(test)]
+pub(super) fn information_along_x(moving: &Cloud, fixed: &Cloud, config: &JudgeConfig) -> f64 {
+    let pairs = partners(moving, fixed, &Pose2::identity(), &[]);
+    sums(&pairs, sigma(&pairs, config), config).0.hessian[(0, 0)]
 }

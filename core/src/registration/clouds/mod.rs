@@ -17,6 +17,7 @@ mod judge;
 mod measured;
 mod ndt;
 mod neighbours;
+mod rival;
 mod surfaces;
 #[cfg(test)]
 mod tests;
@@ -32,10 +33,10 @@ pub use ndt::NdtConfig;
 
 use nalgebra::Vector2;
 
-use super::Registration;
 use super::cpd::{CpdConfig, CpdKind, drift_watched};
 use super::gmm::{GmmConfig, register_mixtures_watched};
 use super::trace::{FromStart, Iteration, Watch};
+use super::{Registration, Verdict};
 use crate::geom::Pose2;
 
 /// How the motion between two clouds is found.
@@ -173,7 +174,11 @@ fn register_watched(
         CloudMethod::Gmm(config) => by_mixtures(moving, fixed, &start, config, watch),
         CloudMethod::Correlation(config) => correlation::run(moving, fixed, &start, config, watch),
     };
-    judge::judge(moving, fixed, &found, config)
+    let mut judged = judge::judge(moving, fixed, &found, config);
+    if rival::is_ambiguous(moving, fixed, &start, &judged, config) {
+        judged.verdict = Verdict::Ambiguous;
+    }
+    judged
 }
 
 /// Coherent point drift of the cloud as it lies at the start.

@@ -21,6 +21,8 @@ const NEAREST: usize = 7;
 const SHORTEST_GAP: f64 = 0.1;
 /// ... and up to so many times the spacing of the beams at this range.
 const GAP: f64 = 4.0;
+/// The spacing of beams is the median of about so many of them at most.
+const MOST_ANGLES: usize = 100;
 /// A line through fewer points is none.
 const FEWEST: f64 = 3.0;
 /// Points whose neighbours spread by less than this along the line, m², lie in one place.
@@ -54,6 +56,19 @@ pub(super) fn nearest_surfaces(points: &[Point2<f64>]) -> Vec<Option<OrientedPoi
     points.iter().map(surface).collect()
 }
 
+/// The middle one of numbers that are not negative: their bits are ordered as they are, and sooner
+/// compared.
+pub(super) fn median(numbers: impl Iterator<Item = f64>) -> Option<f64> {
+    // Room for all of them at once: filters do not know how many they let pass.
+    let mut bits = Vec::with_capacity(numbers.size_hint().1.unwrap_or(0));
+    bits.extend(numbers.map(f64::to_bits));
+    if bits.is_empty() {
+        return None;
+    }
+    let middle = bits.len() / 2;
+    Some(f64::from_bits(*bits.select_nth_unstable(middle).1))
+}
+
 /// Four numbers from a place in a column on.
 #[inline(always)]
 fn four<L: Lanes>(machine: L::Machine, column: &[f64], at: usize) -> L {
@@ -78,8 +93,9 @@ impl OfScan<'_> {
         let steps = xs.len().saturating_sub(1);
         // The angle between neighbours by its sine, squared: gaps come out too small, and do not
         // matter.
+        let stride = LANES * self.count.div_ceil(MOST_ANGLES).max(1);
         let mut angles = Vec::with_capacity(steps + LANES);
-        for at in (LANES..LANES + self.count).step_by(LANES) {
+        for at in (LANES..LANES + self.count).step_by(stride) {
             let (ax, ay, bx, by) = (
                 four(xs, at),
                 four(ys, at),
@@ -92,12 +108,8 @@ impl OfScan<'_> {
         }
         angles.truncate(self.count);
         // Beside a point at the sensor itself there is no angle.
-        angles.retain(|angle| angle.is_finite());
-        let middle = angles.len() / 2;
-        let spacing = match angles.is_empty() {
-            true => 0.0,
-            false => *angles.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
+        let known = angles.iter().copied().filter(|angle| angle.is_finite());
+        let spacing = median(known).unwrap_or(0.0);
         let splat = |value| L::splat(machine, value);
         let (shortest, scale) = (
             splat(SHORTEST_GAP * SHORTEST_GAP),

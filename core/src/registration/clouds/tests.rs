@@ -2,6 +2,7 @@
 
 mod advice;
 mod basin;
+mod judge;
 mod trace;
 
 use nalgebra::Point2;

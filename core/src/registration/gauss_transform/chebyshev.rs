@@ -54,12 +54,15 @@ impl Plan {
         error: f64,
     ) -> Self {
         let far = reach(0.5 / (sigma * sigma), BEYOND * error);
+        let (from_extent, to_extent) = (extent(sources), extent(targets));
         let plan = |r: f64| {
             let half_side = r * SQRT_2 * sigma;
             let nodes = nodes(r, (1.0 - BEYOND) * error);
             let boxes = (0.5 * far / half_side).ceil() + 1.0;
-            let occupied = |points: &[Point2<f64>]| occupied(points, half_side);
-            let (from, to) = (occupied(sources), occupied(targets));
+            let (from, to) = (
+                occupied(sources.len(), from_extent, half_side),
+                occupied(targets.len(), to_extent, half_side),
+            );
             let pairs = to * from.min((2.0 * boxes + 1.0) * (2.0 * boxes + 1.0));
             let (n, points) = (nodes as f64, (sources.len() + targets.len()) as f64);
             let products = points * (n * n + 8.0 * n) + pairs * 2.0 * n * n * n;
@@ -89,17 +92,26 @@ impl Plan {
     }
 }
 
-/// About how many boxes the points occupy: by their extent, and never more than there are points.
-fn occupied(points: &[Point2<f64>], half_side: f64) -> f64 {
+/// How far points spread, m.
+fn extent(points: &[Point2<f64>]) -> [f64; 2] {
+    // Points are finite: no look for NaN, as `f64::min` takes.
+    let lesser = |a: f64, b: f64| if b < a { b } else { a };
+    let greater = |a: f64, b: f64| if b > a { b } else { a };
     let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for point in points {
         for (axis, along) in [point.x, point.y].into_iter().enumerate() {
-            least[axis] = least[axis].min(along);
-            most[axis] = most[axis].max(along);
+            least[axis] = lesser(least[axis], along);
+            most[axis] = greater(most[axis], along);
         }
     }
-    let across = |axis: usize| (most[axis] - least[axis]).max(0.0) / (2.0 * half_side) + 1.0;
-    (across(0) * across(1)).min(points.len() as f64)
+    [0, 1].map(|axis| greater(most[axis] - least[axis], 0.0))
+}
+
+/// About how many boxes so many points occupy: by their extent, and never more than there are
+/// points.
+fn occupied(count: usize, extent: [f64; 2], half_side: f64) -> f64 {
+    let [x, y] = extent.map(|along| along / (2.0 * half_side) + 1.0);
+    (x * y).min(count as f64)
 }
 
 /// The least number of nodes that errs by no more than `error`.

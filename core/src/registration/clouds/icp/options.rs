@@ -113,16 +113,18 @@ config! {
         pub min_cosine: f64 = 0.5,
         /// Most iterations. Default 50.
         pub max_iterations: usize = 50,
-        /// A step smaller than this is nothing, m. Default 3e-4: a third of what noise leaves.
-        pub shift_tolerance: f64 = 3e-4,
-        /// A step smaller than this is nothing, rad. Default 1e-4.
-        pub turn_tolerance: f64 = 1e-4,
+        /// After a step smaller than this the next one is nothing, m. Default 1e-3: steps on lines
+        /// are a tenth of the one before or less, and what noise leaves is as large.
+        pub shift_tolerance: f64 = 1e-3,
+        /// The same, rad. Default 3e-4.
+        pub turn_tolerance: f64 = 3e-4,
     }
 }
 
 impl IcpConfig {
     /// As it is best for points to points: what is sampled at other places lies apart by the
-    /// spacing of the points, which a narrow kernel would take for outliers.
+    /// spacing of the points, which a narrow kernel would take for outliers; and steps become
+    /// smaller slowly, so that only a very small one is the last.
     #[must_use]
     pub fn point_to_point() -> Self {
         Self {
@@ -130,6 +132,8 @@ impl IcpConfig {
             last_scale: 0.15,
             shrink: 0.7,
             coarse_stride: 1,
+            shift_tolerance: 3e-4,
+            turn_tolerance: 1e-4,
             ..Self::default()
         }
     }

@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
 }
 
 /// Looks for the pairs at a pose.
-pub(super) struct Pairing<'a> {
+pub(super) struct Pairing<'a, T> {
     pub(super) search: &'a Search<'a>,
     pub(super) points: &'a mut [Seeker],
     /// One of so many points is paired.
@@ -99,10 +99,24 @@ pub(super) struct Pairing<'a> {
     pub(super) pose: &'a Pose2,
     /// Of the kernel, m.
     pub(super) scale: f64,
-    pub(super) pairs: &'a mut Vec<Pair>,
+    pub(super) taker: &'a mut T,
 }
 
-impl Kernel for Pairing<'_> {
+/// What takes pairs as they are found. To be `#[inline(always)]`, or it is not compiled for the
+/// wider instructions.
+pub(super) trait Taker {
+    fn take(&mut self, pair: Pair);
+}
+
+/// Keeps them all.
+impl Taker for Vec<Pair> {
+    #[inline(always)]
+    fn take(&mut self, pair: Pair) {
+        self.push(pair);
+    }
+}
+
+impl<T: Taker> Kernel for Pairing<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -118,7 +132,6 @@ impl Kernel for Pairing<'_> {
         let on_lines = config.metric != Metric::PointToPoint;
         let moving_from_fixed = self.pose.inverse();
         let is_sided = fixed.view().is_some() && moving.view().is_some();
-        self.pairs.clear();
         for seeker in self.points.iter_mut().step_by(self.stride) {
             let own = moving.surfaces().get(seeker.index).and_then(Option::as_ref);
             let Some(point) = moving.points().get(seeker.index) else {
@@ -161,7 +174,7 @@ impl Kernel for Pairing<'_> {
                 Some(surface) if on_lines => &surface.position,
                 _ => other,
             };
-            self.pairs.push(Pair {
+            self.taker.take(Pair {
                 arm,
                 off: place - other,
                 normals: [normal, own],

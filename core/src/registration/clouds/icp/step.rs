@@ -4,8 +4,8 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::super::super::gauss_newton::{MatchConfig, Sums, free_direction};
 use super::super::super::trace::{Correspondence, Iteration};
-use super::pairs::Pair;
-use super::{IcpConfig, Metric, RobustKernel, Weighting};
+use super::pairs::{Pair, Taker};
+use super::{FEWEST_PAIRS, IcpConfig, Metric, RobustKernel, Weighting};
 use crate::geom::{Length, Pose2};
 
 /// Standard deviation of a point along its surface beside that across it, for surface to surface.
@@ -79,27 +79,26 @@ fn weight(pair: &Pair, residual: f64, scale: f64, config: &IcpConfig) -> f64 {
     by_kernel * by_weighting
 }
 
-/// The motion (x, y, θ) that makes the metric of the pairs least.
+/// The motion (x, y, θ) that makes the metric of the pairs least; `None` of too few.
 pub(super) fn step(
     pairs: &[Pair],
     pose: &Pose2,
     scale: f64,
     config: &IcpConfig,
 ) -> Option<Vector3<f64>> {
+    if pairs.len() < FEWEST_PAIRS {
+        return None;
+    }
     let weight = |pair: &Pair, residual: f64| weight(pair, residual, scale, config);
     // One row for each metric.
     match config.metric {
         Metric::PointToPoint => rigid_fit(pairs, pose, weight),
         Metric::PointToLine => {
-            let mut lines = LineSums::default();
+            let mut lines = Lines::at(scale, config);
             for pair in pairs {
-                let [Some(normal), _] = pair.normals else {
-                    continue;
-                };
-                let residual = pair.across(&normal);
-                lines.add(&normal, &pair.arm, residual, weight(pair, residual));
+                lines.add(pair);
             }
-            least(lines.into())
+            lines.step()
         }
         Metric::SurfaceToSurface => gauss_newton(pairs, |pair, sums| {
             let Some((information, residual)) = pair.between_surfaces() else {
@@ -158,6 +157,52 @@ fn least(sums: Sums) -> Option<Vector3<f64>> {
     sums.step(free.as_ref())
 }
 
+/// Points to lines, summed as they come.
+pub(super) struct Lines<'a> {
+    sums: LineSums,
+    count: usize,
+    scale: f64,
+    config: &'a IcpConfig,
+}
+
+impl<'a> Lines<'a> {
+    /// None yet, with a kernel of this scale, m.
+    pub(super) fn at(scale: f64, config: &'a IcpConfig) -> Self {
+        Self {
+            sums: LineSums::default(),
+            count: 0,
+            scale,
+            config,
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, pair: &Pair) {
+        let [Some(normal), _] = pair.normals else {
+            return;
+        };
+        let residual = pair.across(&normal);
+        let weight = weight(pair, residual, self.scale, self.config);
+        self.sums.add(&normal, &pair.arm, residual, weight);
+        self.count += 1;
+    }
+
+    /// The motion (x, y, θ) that makes their distances least; `None` of too few.
+    pub(super) fn step(self) -> Option<Vector3<f64>> {
+        if self.count < FEWEST_PAIRS {
+            return None;
+        }
+        least(self.sums.into())
+    }
+}
+
+impl Taker for Lines<'_> {
+    #[inline(always)]
+    fn take(&mut self, pair: Pair) {
+        self.add(&pair);
+    }
+}
+
 /// [`Sums`] of distances across lines, each number once: in registers, not in memory.
 #[derive(Default)]
 struct LineSums {
@@ -173,7 +218,7 @@ struct LineSums {
 }
 
 impl LineSums {
-    /// As [`Sums::add_across`].
+    /// Adds a distance across a surface of this normal, of a point `arm` from the moving origin.
     #[inline(always)]
     fn add(&mut self, normal: &Vector2<f64>, arm: &Vector2<f64>, residual: f64, weight: f64) {
         let (x, y) = (normal.x, normal.y);
