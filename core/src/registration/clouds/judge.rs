@@ -5,10 +5,10 @@
 //! 1. Each point is paired with the surface nearest to it. How far pairs lie apart across their
 //!    surfaces, by the median, is the noise of both clouds.
 //! 2. Points within three times the noise lie on their surface; of them the information of the pose
-//!    follows, as of points matched to lines. Where an equation has a normal twice, one is
-//!    that of the moving cloud and one that of the fixed cloud: they err independently, so that what
-//!    noise alone says of the way along a corridor is nothing in the mean. By the squares of one
-//!    cloud's normals it grows with their variance, and noisy scans of a corridor would be told.
+//!    follows, as of points matched to lines. Where an equation has a normal twice, one is that of
+//!    the moving cloud and one that of the fixed cloud: they err independently, so that what noise
+//!    alone says of the way along a corridor is nothing in the mean. By the squares of one cloud's
+//!    normals it grows with their variance, and noisy scans of a corridor would be told.
 //! 3. What these pairs still want to be moved by is what the method left: it is added to the
 //!    covariance. A method that stops early, or that pulls walls towards where they were sampled,
 //!    is so told from one that does not.
