@@ -102,7 +102,10 @@ impl ScanMatcher {
 /// Whether what was seen of a thing tells how far the robot went along this direction of its.
 fn faces(seen: &Seen, thing: &[usize], along: Vector2<f64>) -> bool {
     let of_thing = seen.surfaces_of(thing);
-    let squares = of_thing.map(|surface| surface.normal.dot(&along).powi(2));
+    let squares = of_thing.map(|surface| {
+        let cosine = surface.normal.dot(&along);
+        cosine * cosine
+    });
     let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
     count >= FEWEST && sum > FACES * f64::from(count as u32)
 }

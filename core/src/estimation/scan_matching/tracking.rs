@@ -114,8 +114,8 @@ const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
 
 impl ScanMatcher {
-    /// Places the scan, and takes out of it who walks along. `moved` is what is believed of odometry
-    /// since the last scan.
+    /// Places the scan, and takes out of it who walks along. `moved` is what is believed of
+    /// odometry since the last scan.
     pub(super) fn track(&self, seen: &mut Seen, moved: &Believed, stamp: Stamp) -> Tracked {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
