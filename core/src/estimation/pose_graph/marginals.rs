@@ -57,7 +57,7 @@ impl Marginals {
         if let Some(own) = self.own.get() {
             return own.get(block).copied();
         }
-        let mut cov = self.cross(pose, pose);
+        let mut cov = row(&self.columns(&[(Some(block), Matrix3::identity())]), block);
         symmetrize(&mut cov);
         Some(cov)
     }
@@ -78,18 +78,7 @@ impl Marginals {
         let (by_from, by_to) = unmeasured(from, to).jacobians(at_from, at_to);
         let ends = [(from.checked_sub(1), by_from), (to.checked_sub(1), by_to)];
         // Σ Jᵀ takes three solutions, where the blocks of Σ would take nine.
-        let mut columns = [0, 1, 2].map(|axis| {
-            let mut column = vec![Vector3::zeros(); self.pattern.size()];
-            for (block, by) in ends {
-                if let Some(block) = block.and_then(|block| column.get_mut(block)) {
-                    *block = by.row(axis).transpose();
-                }
-            }
-            column
-        });
-        for column in &mut columns {
-            self.pattern.solve(&self.factor, column);
-        }
+        let columns = self.columns(&ends);
         let by_end = ends.map(|(block, by)| {
             block.map_or_else(Matrix3::zeros, |block| by * row(&columns, block))
         });
@@ -107,7 +96,7 @@ impl Marginals {
         let Some(own_from) = self.cov(from) else {
             return vec![];
         };
-        let columns = self.columns(from);
+        let columns = self.columns(&[(from.checked_sub(1), Matrix3::identity())]);
         let relative = |to: usize| {
             let block = to.checked_sub(1);
             let cross = block.map(|block| row(&columns, block).transpose());
@@ -138,22 +127,17 @@ impl Marginals {
         cov
     }
 
-    /// The block of the inverse at two poses.
-    fn cross(&self, a: usize, b: usize) -> Matrix3<f64> {
-        match a.checked_sub(1) {
-            Some(block) if b > 0 => row(&self.columns(b), block),
-            _ => Matrix3::zeros(),
-        }
-    }
-
-    /// The columns of the inverse at a pose.
-    fn columns(&self, pose: usize) -> [Vec<Vector3<f64>>; 3] {
+    /// Σ Jᵀ, a column for each row of J, which is zero but for these blocks; the first pose, which
+    /// is held, has none.
+    fn columns(&self, blocks: &[(Option<usize>, Matrix3<f64>)]) -> [Vec<Vector3<f64>>; 3] {
         [0, 1, 2].map(|axis| {
             let mut column = vec![Vector3::zeros(); self.pattern.size()];
-            if let Some(block) = pose.checked_sub(1).and_then(|block| column.get_mut(block)) {
-                block[axis] = 1.0;
-                self.pattern.solve(&self.factor, &mut column);
+            for (block, by) in blocks {
+                if let Some(block) = block.and_then(|block| column.get_mut(block)) {
+                    *block = by.row(axis).transpose();
+                }
             }
+            self.pattern.solve(&self.factor, &mut column);
             column
         })
     }
