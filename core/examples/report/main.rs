@@ -49,6 +49,7 @@ mod line_fit;
 #[path = "../shared/log_file.rs"]
 mod log_file;
 mod look_alikes;
+mod mapped;
 #[path = "../shared/mapped_filter.rs"]
 mod mapped_filter;
 mod memory;
@@ -59,6 +60,8 @@ mod peers;
 mod people;
 mod planners;
 mod point_landmarks;
+mod random_building;
+mod random_buildings;
 mod ray_cast;
 mod registration;
 mod ride;
@@ -106,6 +109,7 @@ const REPORTS: &[Entry] = &[
     ("people", people::measure),
     ("planners", planners::measure),
     ("point-landmarks", point_landmarks::measure),
+    ("random-buildings", random_buildings::measure),
     ("ray-cast", ray_cast::measure),
     ("registration", registration::measure),
     ("rounding", rounding::measure),

@@ -30,7 +30,7 @@ use slamlab_core::slam::Method;
 use slamlab_core::tracking::{TrackAssociation, TrackMotion, ospa};
 
 use super::{Args, Outcome};
-use crate::look_alikes::occupied;
+use crate::mapped::occupied;
 use crate::ride::{carry_out, world_named};
 use crate::statistics::{median, quantile};
 use crate::threads::each;

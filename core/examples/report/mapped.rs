@@ -1,0 +1,117 @@
+//! An exploration by scan matching, held against the truth: its walls, its way and its closures.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use nalgebra::Point2;
+use slamlab_core::estimation::{MapVerdict, ScanMatcher, align, ate_rmse};
+use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::geom::Pose2;
+use slamlab_core::map::{CellIndex, CellState, Grid};
+use slamlab_core::robot::Stamp;
+use slamlab_core::sim::Caster;
+use slamlab_core::slam::Method;
+
+use crate::closures::{Closure, closures_of};
+use crate::ride::carry_out;
+use crate::statistics::quantile;
+
+/// Walls farther away are not looked for, m.
+const REACH: f64 = 2.0;
+
+/// What became of one exploration.
+pub(crate) struct Mapped {
+    pub(crate) is_done: bool,
+    pub(crate) submaps: usize,
+    pub(crate) closures: Vec<Closure>,
+    /// Of each occupied cell the distance of its middle from the nearest true wall, m.
+    pub(crate) wall_errors: Vec<f64>,
+    /// The same of the map as the trajectory is aligned.
+    pub(crate) aligned: Vec<f64>,
+    /// The turn by which it is aligned, rad.
+    pub(crate) turned: f64,
+    pub(crate) trajectory_error: f64,
+    /// What the run itself thinks of its map.
+    pub(crate) verdict: MapVerdict,
+}
+
+impl Mapped {
+    /// Explores by scan matching until all is seen, or for so many simulated seconds; what was put
+    /// off is completed at the end.
+    pub(crate) fn of(mut config: ExperimentConfig, longest: f64) -> Result<Self> {
+        let caster = Caster::new(config.world.walls());
+        let world_from_map = config.world.start;
+        config.method = Method::ScanMatching;
+        let mut experiment = Experiment::new(config)?;
+        let is_done = carry_out(&mut experiment, longest, |_| Ok(()))?;
+        let mut matcher = experiment
+            .session()
+            .slam()
+            .view()
+            .map
+            .context("the method keeps no submaps")?
+            .clone();
+        matcher.finish();
+        let truth = truth_of(&experiment);
+        let (true_way, estimated) = ways(&matcher, &truth);
+        let truth_from_map = align(&true_way, &estimated).unwrap_or_else(Pose2::identity);
+        let errors = |world_from_map: Pose2| {
+            let walls = occupied(matcher.grid());
+            walls
+                .map(|in_map| caster.clearance(world_from_map * in_map, REACH))
+                .collect()
+        };
+        Ok(Self {
+            is_done,
+            submaps: matcher.graph().poses().len(),
+            closures: closures_of(&matcher, &truth)?,
+            wall_errors: errors(world_from_map),
+            turned: truth_from_map.heading().abs(),
+            aligned: errors(world_from_map * truth_from_map),
+            trajectory_error: ate_rmse(&true_way, &estimated).unwrap_or(f64::NAN),
+            verdict: matcher.quality().verdict,
+        })
+    }
+
+    /// The closures that are false.
+    pub(crate) fn wrong(&self) -> impl Iterator<Item = &Closure> {
+        self.closures.iter().filter(|closure| closure.is_wrong())
+    }
+
+    /// 95 % of the cells are nearer to a wall, as the map lies, m.
+    pub(crate) fn wall_error(&self) -> f64 {
+        quantile(&self.wall_errors, 0.95)
+    }
+}
+
+/// Where the robot truly was, by the stamp of each scan; map frame.
+fn truth_of(experiment: &Experiment) -> BTreeMap<Stamp, Pose2> {
+    let samples = experiment.record().samples().iter();
+    samples.map(|sample| (sample.stamp, sample.truth)).collect()
+}
+
+/// The middles of the cells that are occupied, map frame.
+pub(crate) fn occupied(grid: &Grid) -> impl Iterator<Item = Point2<f64>> {
+    let rect = grid.bounds();
+    let states = rect.map_or(vec![], |rect| grid.states(rect));
+    let middle = move |index: usize| {
+        let rect = rect?;
+        let (row, col) = (index / rect.width(), index % rect.width());
+        let cell = CellIndex::new(rect.min.col + col as i32, rect.min.row + row as i32);
+        Some(grid.centre_of(cell))
+    };
+    let cells = states.into_iter().enumerate();
+    let occupied = cells.filter(|(_, state)| *state == CellState::Occupied);
+    occupied.filter_map(move |(index, _)| middle(index))
+}
+
+/// Where the robot was at each scan and where it is known to have been at the end; map frame.
+fn ways(
+    matcher: &ScanMatcher,
+    truth: &BTreeMap<Stamp, Pose2>,
+) -> (Vec<Point2<f64>>, Vec<Point2<f64>>) {
+    let pairs = matcher
+        .trajectory()
+        .filter_map(|(stamp, pose)| Some((truth.get(&stamp)?.position(), pose.position())));
+    pairs.unzip()
+}
