@@ -24,8 +24,8 @@ use crate::threads::each;
 const SEEDS: u64 = 60;
 /// The robot explores for so long, s.
 const LONGEST: f64 = 900.0;
-const MOST_WAY_ERROR: f64 = 0.2;
-const MOST_WALL_ERROR: f64 = 0.2;
+const MOST_WAY_ERROR: f64 = 0.5;
+const MOST_WALL_ERROR: f64 = 0.5;
 /// Part of the cells of walls that may not be off by more.
 const PART: f64 = 0.95;
 const MOST_FALSE_ALARMS: f64 = 0.05;

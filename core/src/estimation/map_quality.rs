@@ -354,6 +354,12 @@ fn severity(tear: &Tear) -> f64 {
     }
 }
 
+/// How far walls may be off that lie ahead of a place which is known to `shift`, m, and `turn`,
+/// rad; all of them standard deviations.
+pub(super) fn doubt_ahead(shift: f64, turn: f64) -> f64 {
+    libm::hypot(shift, AHEAD * turn)
+}
+
 impl Parted {
     /// How far walls are off that both show, m.
     fn off(&self) -> f64 {

@@ -23,6 +23,7 @@
 //! 6. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
 //!    takes its place when it is complete: no scan has to wait for it.
 
+mod adrift;
 mod canvas;
 mod closures;
 mod companions;

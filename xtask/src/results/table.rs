@@ -76,6 +76,8 @@ pub(super) const TABLE: &[Entry] = &[
         "A robot dropped into an unknown building sees all of it by itself; its way, by strategy."),
     entry("look-alikes", Report, Slow, CORE,
         "Scan matching closes no loop falsely, however much two places look alike, and its walls are where they stand."),
+    entry("random-buildings", Report, Slow, CORE,
+        "In buildings, with robots and lidars by chance, no map is ruined in silence."),
     entry("ekf-consistency", Report, Slow, CORE,
         "The line filter is as uncertain as it claims."),
     entry("point-landmarks", Report, Slow, CORE,

@@ -39,7 +39,7 @@ const FAST_TURN: f64 = 1.5;
 const ACCELERATION: f64 = 1.0;
 const TURN_ACCELERATION: f64 = 3.0;
 /// Longer ago than this, s, nothing is known of a motion that nobody counted.
-const LONG_AGO: f64 = 10.0;
+pub(super) const LONG_AGO: f64 = 10.0;
 /// What speaks against having stopped, and against having turned, where nobody counts the motion.
 const STOPPED: f64 = 0.05;
 const TURNED: f64 = 0.1;

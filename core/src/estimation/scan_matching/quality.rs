@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 
 use super::ScanMatcher;
 use crate::estimation::map_quality::{
-    ClosedLoop, MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied,
+    ClosedLoop, MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied, doubt_ahead,
 };
 use crate::geom::Length;
 use crate::robot::Stamp;
 
-/// A submap whose way to the next is known worse than this, m, was left by a robot that was lost.
+/// A submap after whose way to the next walls ahead are known worse than this, m, was left by a
+/// robot that was lost.
 const LOST_SIGMA: f64 = 0.2;
 /// A stretch follows another if no more time lies between them than this part of the shorter one.
 const MOST_GAP: f64 = 0.5;
@@ -159,7 +160,8 @@ impl ScanMatcher {
             } else if let (Some(lost), Some(cov)) =
                 (is_lost.get_mut(first), edge.information.try_inverse())
             {
-                *lost = (cov[(0, 0)] + cov[(1, 1)]).sqrt() > LOST_SIGMA;
+                let shift = (cov[(0, 0)] + cov[(1, 1)]).sqrt();
+                *lost = doubt_ahead(shift, cov[(2, 2)].sqrt()) > LOST_SIGMA;
             }
         }
         let mut open = 0;
@@ -175,9 +177,10 @@ impl ScanMatcher {
             let end = (begin..count - 1)
                 .find(|&at| is_tied[at])
                 .unwrap_or(count - 1);
+            let doubt = self.doubts(begin)[end];
             untied.push(Untied {
                 between: [begin, end],
-                doubt: self.doubts(begin)[end].shift,
+                doubt: doubt_ahead(doubt.shift, doubt.turn),
                 is_lost: is_lost[begin..end].contains(&true),
             });
             first = end;

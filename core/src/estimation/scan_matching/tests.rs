@@ -1,5 +1,6 @@
 //! Two laps of a ring with odometry that drifts, and what bad input does.
 
+mod adrift;
 mod companions;
 pub(super) mod course;
 mod odometry;

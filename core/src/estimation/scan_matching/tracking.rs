@@ -11,8 +11,9 @@
 //!    longer.
 //! 4. What fits nearly as well elsewhere makes the pose doubtful. Where it may as well lie
 //!    elsewhere, or contradicts the submap at the best of all poses, or the submap says nothing of
-//!    it although the robot was there just now, the scan does not belong to the running submap: a
-//!    new one is begun, joined as loosely as the pose is known.
+//!    it although the robot was there just now, or it comes from who knows where ([`super::adrift`]),
+//!    the scan does not belong to the running submap: a new one is begun, joined as loosely as the
+//!    pose is known.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -78,7 +79,7 @@ const SURE_OVERLAP: f64 = 0.7;
 /// ... and of all that is said of it this part, surely lies where it was matched.
 const SURE_PART: f64 = 0.85;
 /// A pose that nobody believed first must put this part of the scan on the submap.
-const OTHER_OVERLAP: f64 = 0.3;
+pub(super) const OTHER_OVERLAP: f64 = 0.3;
 /// Motions nearer to each other than this, m and rad, are one: the match pulls in from there.
 const SAME_SHIFT: f64 = 0.06;
 const SAME_TURN: f64 = 0.06;
@@ -86,7 +87,7 @@ const SAME_TURN: f64 = 0.06;
 const CONTRADICTION: f64 = 2.0;
 /// Of a scan of fewer points than this, what agrees counts as a part of this number: a few points
 /// agree somewhere by chance.
-const FULL_SCAN: f64 = 100.0;
+pub(super) const FULL_SCAN: f64 = 100.0;
 /// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
 const IMPLAUSIBLE: f64 = 0.02;
 /// Motions of which one is this much better, in parts of the points, are e times as likely.
@@ -168,15 +169,17 @@ impl ScanMatcher {
         }
         let spread = spread(&tried, best);
         let step = self.local.pose.delta_to(&lead.pose);
-        let is_quiet = agreement.spoken_of() < SPOKEN_OF;
+        let is_quiet = is_quiet(&agreement);
         let is_elsewhere = is_quiet && self.should_know(seen, &step, counted);
-        if is_elsewhere || (agreement.part() < VERIFIED_PART && !is_quiet) {
-            let misled = match is_elsewhere {
-                true => pose_cov(CARRIED_SHIFT, CARRIED_TURN),
-                false => {
-                    let way = step.position().coords.length();
-                    pose_cov(MISLED_SHIFT + MISLED_PART * way, MISLED_TURN)
-                }
+        let adrift = self.adrift(seen, &lead, &agreement, stamp);
+        if is_elsewhere || adrift.is_some() || (agreement.part() < VERIFIED_PART && !is_quiet) {
+            let misled = if let Some(unseen) = adrift {
+                unseen
+            } else if is_elsewhere {
+                pose_cov(CARRIED_SHIFT, CARRIED_TURN)
+            } else {
+                let way = step.position().coords.length();
+                pose_cov(MISLED_SHIFT + MISLED_PART * way, MISLED_TURN)
             };
             let cov = estimate.cov + spread + predicted.cov + misled;
             return Tracked {
@@ -347,6 +350,11 @@ impl Tried {
 /// Whether a scan that agrees so with what it was matched to surely lies there.
 pub(super) fn is_sure(agreement: &Agreement) -> bool {
     agreement.overlap() >= SURE_OVERLAP && agreement.part() >= SURE_PART
+}
+
+/// Whether next to nothing is said of a scan that agrees so.
+pub(super) fn is_quiet(agreement: &Agreement) -> bool {
+    agreement.spoken_of() < SPOKEN_OF
 }
 
 /// Whether a motion that led to `pose` was right, where the match is `found`.

@@ -1,0 +1,103 @@
+//! A robot that comes from who knows where: scans are missing, and what it sees now was not seen
+//! before.
+//!
+//! In: what odometry says of the motion since the last scan, and how much of the new one lies on the
+//! running submap. Out: what is not known of the pose beyond what odometry says.
+//!
+//! 1. Drawn into the running submap, such a scan would be held to what was there before by nothing
+//!    but odometry, and the next submap would take over both: loops that are closed over the old
+//!    part seem to prove the new one. It begins a submap of its own.
+//! 2. Odometry between two scans is the way from one end to the other. In a silence of a minute the
+//!    robot went on at its usual pace, about and back again, and odometry erred on all of that: its
+//!    covariance grows with the way. The error of the heading on the way turns what came after it.
+
+use nalgebra::Matrix3;
+
+use super::super::agreement::Agreement;
+use super::ScanMatcher;
+use super::guesses::{Guess, LONG_AGO};
+use super::seen::Seen;
+use super::tracking::{FULL_SCAN, OTHER_OVERLAP, is_quiet};
+use crate::geom::{Length, Pose2, pose_cov};
+use crate::robot::Stamp;
+
+/// A motion that is known no better than this, m and rad, must be seen.
+const ADRIFT_SHIFT: f64 = 0.2;
+const ADRIFT_TURN: f64 = 0.25;
+/// What is not known at most, m and rad: nobody knows where the robot is.
+const ANYWHERE: [f64; 2] = [50.0, 3.0];
+
+impl ScanMatcher {
+    /// What is not known of the pose beyond the covariance of odometry, where a scan that has much
+    /// to show comes after a motion that is known badly, and little of it lies on the submap.
+    pub(super) fn adrift(
+        &self,
+        seen: &Seen,
+        lead: &Guess,
+        agreement: &Agreement,
+        stamp: Stamp,
+    ) -> Option<Matrix3<f64>> {
+        // Odometry of seconds is rather believed than a new place; of a minute it is not.
+        let is_silence = self.seconds_until(stamp) >= LONG_AGO;
+        let is_unverified = match is_silence {
+            true => agreement.overlap() < OTHER_OVERLAP,
+            false => is_quiet(agreement),
+        };
+        let says_little = (seen.surfaces.len() as f64) < 0.5 * FULL_SCAN;
+        if !is_unverified || says_little || self.gathering.is_at_work() {
+            return None;
+        }
+        let mut cov = lead.cov;
+        if self.is_blind {
+            cov += self.local.cov;
+        }
+        let unseen = self.unseen(lead, stamp);
+        cov += unseen;
+        let is_unknown =
+            (cov[(0, 0)] + cov[(1, 1)]).sqrt() > ADRIFT_SHIFT || cov[(2, 2)].sqrt() > ADRIFT_TURN;
+        is_unknown.then_some(unseen)
+    }
+
+    /// What odometry does not know of the motion to `lead`, beyond the covariance of the way from
+    /// one end to the other, where it took long.
+    fn unseen(&self, lead: &Guess, stamp: Stamp) -> Matrix3<f64> {
+        let seconds = self.seconds_until(stamp);
+        let net = self.local.pose.delta_to(&lead.pose);
+        if seconds < LONG_AGO || net == Pose2::identity() {
+            return Matrix3::zeros();
+        }
+        let [pace, turning] = self.usual_pace();
+        let [way, turn] = [pace * seconds, turning * seconds];
+        let [net_way, net_turn] = [net.position().coords.length(), net.heading().abs()];
+        let longer = |whole: f64, net: f64| {
+            if net > 0.0 {
+                (whole / net).max(1.0)
+            } else {
+                1.0
+            }
+        };
+        let times = longer(way, net_way).max(longer(turn, net_turn));
+        let more = |variance: f64| (variance * (times - 1.0)).max(0.0);
+        let turn = more(lead.cov[(2, 2)]).sqrt().min(ANYWHERE[1]);
+        let shift = more(lead.cov[(0, 0)] + lead.cov[(1, 1)]).sqrt();
+        let shift = libm::hypot(shift, 0.5 * way * turn).min(ANYWHERE[0]);
+        pose_cov(shift, turn)
+    }
+
+    /// How fast the robot goes and turns on average, m/s and rad/s.
+    fn usual_pace(&self) -> [f64; 2] {
+        let (mut way, mut turn, mut seconds) = (0.0, 0.0, 0.0);
+        for pair in self.trajectory.windows(2) {
+            let passed = pair[1].stamp.since(pair[0].stamp);
+            if pair[0].submap == pair[1].submap && passed < LONG_AGO {
+                let motion = pair[0]
+                    .submap_from_robot
+                    .delta_to(&pair[1].submap_from_robot);
+                way += motion.position().coords.length();
+                turn += motion.heading().abs();
+                seconds += passed;
+            }
+        }
+        [way, turn].map(|sum| if seconds > 0.0 { sum / seconds } else { 0.0 })
+    }
+}
