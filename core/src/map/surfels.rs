@@ -95,6 +95,8 @@ const NO_BLOCK: u32 = u32::MAX;
 
 /// Cells that are written at a time.
 const LANES: usize = 8;
+/// Of eight columns of a block, row by row.
+type Rows<T> = [[T; LANES]];
 /// No surfel is within reach.
 const NOTHING: u32 = u32::MAX;
 
@@ -242,11 +244,7 @@ impl SurfelMap {
     /// Eight columns of a block from `col` on, row by row from `row` on: which surfels are nearest
     /// to their cells, and how far those are.
     #[inline(always)]
-    fn group_mut(
-        &mut self,
-        col: i32,
-        row: i32,
-    ) -> Option<(&mut [[u32; LANES]], &mut [[f32; LANES]])> {
+    fn group_mut(&mut self, col: i32, row: i32) -> Option<(&mut Rows<u32>, &mut Rows<f32>)> {
         let (slot, first) = self.cells.slot((col, row))?;
         let block = *self.cells.directory.get(slot)? as usize;
         let surfels = self.cells.blocks.get_mut(block)?.get_mut(first..)?;
@@ -396,7 +394,7 @@ impl Cells {
 }
 
 /// Where the cell of a column and a row of its block is kept: the rows of the first eight columns
-/// first. So cells that lie near each other, whatever the direction of the wall, are near in memory.
+/// first. So cells that lie near each other are near in memory, whatever the direction of the wall.
 #[inline]
 fn place_in_block(col: i32, row: i32) -> usize {
     const SIDE: i32 = BLOCK as i32;

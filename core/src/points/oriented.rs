@@ -164,7 +164,8 @@ fn add_neighbours(
     let mut last = position;
     for next in neighbours.take(MAX_NEIGHBOURS) {
         let off = next - position;
-        if (next - last).norm_squared() > gap || off.norm_squared() > reach {
+        let is_near = (next - last).norm_squared() <= gap && off.norm_squared() <= reach;
+        if !is_near {
             break;
         }
         scatter.add(off);
