@@ -2,15 +2,19 @@
 //!
 //! In: beams, from the sensor to where they are surely free. Out: whether a place was seen through.
 //! The area grows with what is marked.
+//!
+//! Beams are drawn on a canvas of bits, as into a grid, and its blocks are taken over tile by tile.
 
 use nalgebra::Point2;
 
 use crate::geom::Length;
-use crate::map::cells_on_ray;
+use crate::map::{BLOCK_CELLS, BlockIndex, Canvas, CellIndex, CellLine, cells_on_ray};
 use crate::snapshot::snapshot;
 
 /// Side of a cell, m: coarse, since submaps drift by centimetres.
 const CELL: f64 = 0.2;
+/// The inverse of that.
+const CELLS_PER_METRE: f64 = 5.0;
 /// Of each beam, the end that says nothing about free places, m: it may belong to the wall, or to
 /// an edge that the beam touches.
 const UNSURE_END: f64 = 0.3;
@@ -19,8 +23,8 @@ const TILE: i32 = 8;
 const TILE_CELLS: usize = TILE as usize;
 /// Tiles that the area grows by beyond what is asked for, to each side.
 const MARGIN: i32 = 8;
-/// Places farther from the origin than this, m, are not held.
-const FARTHEST: f64 = 1e5;
+/// Cells farther from the origin than this many are not held: 100 km.
+const FARTHEST: u32 = 500_000;
 /// Tiles that the area may span along a side: 3 km.
 const MOST_TILES: i32 = 2048;
 
@@ -37,6 +41,7 @@ pub(super) struct FreeSpace {
 impl FreeSpace {
     /// Marks what beams went through.
     pub(super) fn mark(&mut self, rays: impl Iterator<Item = [Point2<f64>; 2]>) {
+        let mut canvas = Canvas::default();
         for [from, to] in rays {
             let way = to - from;
             let length = way.length();
@@ -45,20 +50,52 @@ impl FreeSpace {
                 continue;
             }
             let end = from + way * part;
-            if !(self.hold(from) && self.hold(end)) {
-                continue;
+            let (from, end) = (from * CELLS_PER_METRE, end * CELLS_PER_METRE);
+            // Along a diagonal a beam goes through corners only, at which canvas and walk choose
+            // different cells. Those of the walk are what saved maps and pinned runs have.
+            let is_diagonal = (end.x - from.x).abs() == (end.y - from.y).abs();
+            let line = CellLine::crossed(from, end).filter(|_| !is_diagonal);
+            if line.is_none_or(|line| canvas.take(line).is_some()) {
+                self.walk(from, end);
             }
-            // The area holds both ends, and so all between them.
-            let (low, cols) = (self.low, self.cols as usize);
-            let tiles = &mut self.tiles;
-            cells_on_ray(from / CELL, end / CELL, |cell| {
-                let col = (cell.col - low.0 * TILE) as usize;
-                let row = (cell.row - low.1 * TILE) as usize;
-                let (tile, bit) = tile_and_bit(col, row, cols);
-                if let Some(bits) = tiles.get_mut(tile) {
-                    *bits |= bit;
+        }
+        canvas.draw(|block, rows| self.mark_block(block, &rows));
+    }
+
+    /// Marks a beam cell by cell; both ends are given in cells.
+    fn walk(&mut self, from: Point2<f64>, end: Point2<f64>) {
+        // The area that holds both ends holds all between them.
+        if ![from, end]
+            .map(CellIndex::holding)
+            .into_iter()
+            .all(|end| self.hold(end))
+        {
+            return;
+        }
+        cells_on_ray(from, end, |cell| {
+            if let Some((tile, bit)) = self.bit(cell)
+                && let Some(bits) = self.tiles.get_mut(tile)
+            {
+                *bits |= bit;
+            }
+        });
+    }
+
+    /// Marks the cells of a block, which are given in rows: tile by tile.
+    fn mark_block(&mut self, block: BlockIndex, rows: &[u64; BLOCK_CELLS]) {
+        for (band, row) in rows.as_chunks::<TILE_CELLS>().0.iter().zip(0_i32..) {
+            let any = band.iter().fold(0, |any, row| any | row);
+            for col in (0..TILE).filter(|col| any.to_le_bytes()[*col as usize] != 0) {
+                let bits = u64::from_le_bytes(band.map(|row| row.to_le_bytes()[col as usize]));
+                let in_block = |block: i32, tile: i32| (block * BLOCK_CELLS as i32) + tile * TILE;
+                let first = CellIndex::new(in_block(block.col, col), in_block(block.row, row));
+                if self.hold(first)
+                    && let Some((tile, _)) = self.bit(first)
+                    && let Some(tile) = self.tiles.get_mut(tile)
+                {
+                    *tile |= bits;
                 }
-            });
+            }
         }
     }
 
@@ -97,12 +134,11 @@ impl FreeSpace {
             .all(|near| self.contains(near))
     }
 
-    /// Grows the area until it holds `place`; `false` where that is too far.
-    fn hold(&mut self, place: Point2<f64>) -> bool {
-        if place.x.abs().max(place.y.abs()) > FARTHEST {
+    /// Grows the area until it holds a cell; `false` where that is too far.
+    fn hold(&mut self, CellIndex { col, row }: CellIndex) -> bool {
+        if col.unsigned_abs().max(row.unsigned_abs()) > FARTHEST {
             return false;
         }
-        let (col, row) = cell_of(place);
         let at = (col.div_euclid(TILE), row.div_euclid(TILE));
         let (col, row) = (at.0 - self.low.0, at.1 - self.low.1);
         if (0..self.cols).contains(&col) && (0..self.rows).contains(&row) {
@@ -140,7 +176,7 @@ impl FreeSpace {
         true
     }
 
-    fn bit(&self, (col, row): (i32, i32)) -> Option<(usize, u64)> {
+    fn bit(&self, CellIndex { col, row }: CellIndex) -> Option<(usize, u64)> {
         let (col, row) = (col - self.low.0 * TILE, row - self.low.1 * TILE);
         let is_within =
             (0..self.cols * TILE).contains(&col) && (0..self.rows * TILE).contains(&row);
@@ -179,9 +215,9 @@ fn tile_and_bit(col: usize, row: usize, cols: usize) -> (usize, u64) {
     (tile, 1 << bit)
 }
 
-fn cell_of(place: Point2<f64>) -> (i32, i32) {
-    let at = |v: f64| (v / CELL).floor().clamp(-1e6, 1e6) as i32;
-    (at(place.x), at(place.y))
+fn cell_of(place: Point2<f64>) -> CellIndex {
+    // Neither near the limits of a number of cells: what is added to it must not overflow.
+    CellIndex::holding(place.map(|v| (v * CELLS_PER_METRE).clamp(-1e6, 1e6)))
 }
 
 #[cfg(test)]
@@ -211,6 +247,36 @@ mod tests {
             prop_assume!((beside - near).length() > 2.0);
             prop_assert!(!free.contains(beside));
         }
+    }
+
+    /// Near and far beams of a scan, drawn in different ways: the cells are those that a walk along
+    /// each of them enters.
+    #[test]
+    fn cells_of_many_beams_are_those_of_each() {
+        let from = Point2::new(-1.7, 2.3);
+        let rays = (0..90).map(|at| {
+            let along = crate::geom::unit_vector(0.07 * f64::from(at) + 0.01);
+            let length = if at % 30 == 7 {
+                700.0
+            } else {
+                0.2 + 0.4 * f64::from(at)
+            };
+            [from, from + along * length]
+        });
+        let mut free = FreeSpace::default();
+        free.mark(rays.clone());
+        let mut expected = std::collections::BTreeSet::new();
+        for [from, to] in rays {
+            let part = 1.0 - UNSURE_END / (to - from).length();
+            let end = from + (to - from) * part.max(0.0);
+            if part > 0.0 {
+                cells_on_ray(from / CELL, end / CELL, |cell| {
+                    expected.insert(cell);
+                });
+            }
+        }
+        let marked: std::collections::BTreeSet<_> = free.places().map(cell_of).collect();
+        assert_eq!(marked, expected);
     }
 
     #[test]

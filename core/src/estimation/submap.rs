@@ -260,13 +260,10 @@ impl Indexed<'_> {
             config.min_agreement
         };
         let (old, new) = (self.submap, other.submap);
-        let forth = Agreement::of(points, &motion, self.map(), &old.free);
+        let agrees = |way: &Agreement| way.agree >= config.min_agreeing && way.part() >= least;
+        let forth = Some(Agreement::of(points, &motion, self.map(), &old.free)).filter(agrees)?;
         let back = Agreement::of(&old.points(), &motion.inverse(), other.map(), &new.free);
-        let part = forth.part().min(back.part());
-        let enough = forth.agree.min(back.agree) >= config.min_agreeing;
-        if !enough || part < least {
-            return None;
-        }
+        let back = Some(back).filter(agrees)?;
         let floor = pose_cov(config.sigma, config.turn_sigma);
         let weak = Matrix3::from_diagonal_element(config.min_information);
         let cov = (found.information + weak).try_inverse()? + floor;
@@ -275,7 +272,7 @@ impl Indexed<'_> {
             information: information_at_end(&motion, &cov.try_inverse()?),
             is_searched,
             overlap: forth.overlap().max(back.overlap()),
-            part,
+            part: forth.part().min(back.part()),
         })
     }
 }

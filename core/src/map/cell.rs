@@ -47,10 +47,18 @@ impl CellIndex {
     #[must_use]
     pub fn holding(point: Point2<f64>) -> Self {
         Self {
-            col: point.x.floor() as i32,
-            row: point.y.floor() as i32,
+            col: floor(point.x),
+            row: floor(point.y),
         }
     }
+}
+
+/// The greatest whole number that is not above `at`; saturates, 0 of what is not a number. As
+/// `at.floor() as i32`, which is a call where the processor is not known to have the instruction.
+#[inline]
+pub(super) fn floor(at: f64) -> i32 {
+    let towards_zero = at as i32;
+    towards_zero.saturating_sub(i32::from(f64::from(towards_zero) > at))
 }
 
 impl CellRect {
@@ -139,4 +147,21 @@ pub enum CellState {
     Free,
     /// Believed occupied.
     Occupied,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_counted_downwards_as_floor_does() {
+        let wholes = [0.0, 1.0, 2.0, 1e9, 2_147_483_647.0, 1e300, f64::INFINITY];
+        let near = |at: f64| [at, at.next_up(), at.next_down(), at + 0.5];
+        for at in wholes.into_iter().flat_map(near) {
+            for at in [at, -at] {
+                assert_eq!(floor(at), at.floor() as i32, "{at}");
+            }
+        }
+        assert_eq!(floor(f64::NAN), 0);
+    }
 }

@@ -142,16 +142,20 @@ impl Evidence {
             return Self::of_cones(points, resolution, config.cone);
         }
         let surfaces = on_surfaces(points);
-        let mut evidence = Self::default();
+        let mut evidence = Self {
+            free: Vec::with_capacity(points.beams.len()),
+            hits: Vec::with_capacity(points.beams.len()),
+        };
         for (index, (beam, sigma)) in points.beams.iter().zip(bearing_sigmas).enumerate() {
             let unsure = config.sigmas * sigma;
             let margin = config.margin_cells * resolution / beam.range;
-            let free = nearest_within(&points.beams, index, unsure + margin);
+            let widths = [unsure, unsure + margin];
+            let [nearest, free] = nearest_within(&points.beams, index, widths);
             let way = beam.end_in_robot - beam.origin_in_robot;
             let end = beam.origin_in_robot + way * (free / beam.range).min(1.0);
             evidence.free.push([beam.origin_in_robot, end]);
             if beam.is_hit {
-                let along = beam.range - nearest_within(&points.beams, index, unsure);
+                let along = beam.range - nearest;
                 let across = beam.range * unsure;
                 let blur =
                     along * across / Vector2::new(along, across).length().max(f64::MIN_POSITIVE);
@@ -191,25 +195,27 @@ impl Evidence {
     }
 }
 
-/// The least range of all beams, and of the surface between them, within `width` radians of a beam
-/// to either side.
-fn nearest_within(beams: &[Beam], index: usize, width: f64) -> f64 {
+/// The least range of all beams, and of the surface between them, within each of two `widths` of a
+/// beam to either side, rad; the narrower one first.
+fn nearest_within(beams: &[Beam], index: usize, widths: [f64; 2]) -> [f64; 2] {
     let Some(beam) = beams.get(index) else {
-        return 0.0;
+        return [0.0; 2];
     };
-    let count = beams.len();
-    let ahead = (1..count).map(|step| (index + step) % count);
-    let behind = (1..count).map(|step| (index + count - step) % count);
-    let ahead = nearest_on_one_side(beam, ahead.filter_map(|i| beams.get(i)), width);
-    let behind = nearest_on_one_side(beam, behind.filter_map(|i| beams.get(i)), width);
-    ahead.min(behind)
+    let (before, from_here) = beams.split_at(index);
+    let after = from_here.get(1..).unwrap_or_default();
+    let ahead = after.iter().chain(before);
+    let behind = before.iter().rev().chain(after.iter().rev());
+    let ahead = nearest_on_one_side(beam, ahead, widths);
+    let behind = nearest_on_one_side(beam, behind, widths);
+    std::array::from_fn(|width| ahead[width].min(behind[width]))
 }
 
 fn nearest_on_one_side<'a>(
     beam: &Beam,
     neighbours: impl Iterator<Item = &'a Beam>,
-    width: f64,
-) -> f64 {
+    widths: [f64; 2],
+) -> [f64; 2] {
+    let mut nearest = [None; 2];
     let mut least = beam.range;
     let mut last = (0.0, beam.range);
     for neighbour in neighbours {
@@ -219,15 +225,20 @@ fn nearest_on_one_side<'a>(
         if angle <= last.0 || angle - last.0 > WIDEST_GAP {
             break;
         }
-        if angle >= width {
-            let part = (width - last.0) / (angle - last.0);
-            let between = (1.0 - part) / last.1 + part / neighbour.range;
-            return least.min(1.0 / between);
+        for (nearest, width) in nearest.iter_mut().zip(widths) {
+            if nearest.is_none() && angle >= width {
+                let part = (width - last.0) / (angle - last.0);
+                let between = (1.0 - part) / last.1 + part / neighbour.range;
+                *nearest = Some(least.min(1.0 / between));
+            }
+        }
+        if nearest[1].is_some() {
+            break;
         }
         least = least.min(neighbour.range);
         last = (angle, neighbour.range);
     }
-    least
+    nearest.map(|nearest| nearest.unwrap_or(least))
 }
 
 fn angle_between(a: &Beam, b: &Beam) -> f64 {

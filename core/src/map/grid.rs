@@ -42,13 +42,13 @@ use nalgebra::Point2;
 
 use self::area::Area;
 use self::block::{Cells, Marks, Odds};
-use self::canvas::Canvas;
 use self::directory::Directory;
 use super::{BlockIndex, CellIndex, CellRect, CellState, Evidence};
 use crate::geom::Pose2;
 use crate::lanes::{self, Kernel, Lanes};
 use crate::points::Points;
 
+pub(crate) use self::canvas::Canvas;
 pub use self::config::{GridConfig, GridError};
 pub use self::free_cells::FreeCells;
 pub use self::states::without_stripes;

@@ -11,6 +11,8 @@
 
 use nalgebra::Point2;
 
+use super::cell::floor;
+
 /// The levels.
 #[derive(Clone, Debug)]
 pub struct LikelihoodPyramid {
@@ -37,7 +39,7 @@ impl LikelihoodPyramid {
         sigma: f64,
         levels: usize,
     ) -> Option<Self> {
-        let to_cell = |p: Point2<f64>| ((p.x / cell).floor() as i32, (p.y / cell).floor() as i32);
+        let to_cell = |p: Point2<f64>| (floor(p.x / cell), floor(p.y / cell));
         let (mut min, mut max) = ((i32::MAX, i32::MAX), (i32::MIN, i32::MIN));
         for (col, row) in places.clone().map(to_cell) {
             min = (min.0.min(col), min.1.min(row));
@@ -114,8 +116,8 @@ impl LikelihoodPyramid {
     pub fn cell_of(&self, place: Point2<f64>) -> (i32, i32) {
         let scale = 1.0 / self.cell;
         (
-            ((place.x * scale).floor() as i32).saturating_sub(self.low.0),
-            ((place.y * scale).floor() as i32).saturating_sub(self.low.1),
+            floor(place.x * scale).saturating_sub(self.low.0),
+            floor(place.y * scale).saturating_sub(self.low.1),
         )
     }
 

@@ -8,9 +8,9 @@
 //! 2. Between two slices the way is at u₁ + k s along, where s = |Δu / Δv| ≥ 1 is its slope and u₁
 //!    the place of the first border. A number with [`FRACTION`] binary digits after the point holds
 //!    it: one addition to a slice, and a shift that gives the cell.
-//! 3. [`Line::crossed`]: both slices beside a border have the cell of that place, so that every
+//! 3. [`CellLine::crossed`]: both slices beside a border have the cell of that place, so that every
 //!    cell is there that the way enters.
-//! 4. [`Line::bresenham`]: along the longer axis every column (or row) has one cell, that whose
+//! 4. [`CellLine::bresenham`]: along the longer axis every column (or row) has one cell, that whose
 //!    centre is nearest to the line between the centres of the first and the last cell; of two the
 //!    one farther on. With n columns and m rows, row k begins at column ⌈n (2k - 1) / 2m⌉.
 //!
@@ -40,7 +40,7 @@ const MIDDLE_NUDGE: f64 = 1.0 / (1_i64 << 22) as f64;
 
 /// A way in slices; along grows from slice to slice.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct CellLine {
     /// Along is x and slices are of rows; else along is y and slices are of columns.
     pub(super) is_flat: bool,
     /// Row (or column) of the first slice.
@@ -69,18 +69,18 @@ pub(super) struct Slice {
     pub(super) to: i32,
 }
 
-impl Line {
+impl CellLine {
     /// Every cell that the way from `start` to `end` enters. `None` where an end is not finite or
     /// they are too far apart.
-    pub(super) fn crossed(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
+    pub(crate) fn crossed(start: Point2<f64>, end: Point2<f64>) -> Option<Self> {
         let way = end - start;
         let is_flat = way.x.abs() >= way.y.abs();
         let ([a, b], _) = in_order([start, end], is_flat);
         let mut line = Self::between(cell_in(a), cell_in(b), is_flat, [a, b])?;
         if line.more > 0 {
             let slope = (b.x - a.x) / (b.y - a.y).abs();
-            let border = a.y.floor() + if line.step > 0 { 1.0 } else { 0.0 };
-            let place = (a.x - a.x.floor()) + (border - a.y).abs() * slope;
+            let border = f64::from(line.across) + if line.step > 0 { 1.0 } else { 0.0 };
+            let place = (a.x - f64::from(line.from)) + (border - a.y).abs() * slope;
             (line.border, line.slope) = (fixed(place + CORNER_NUDGE), fixed(slope));
             // The nudge must not carry the way past its end.
             let last = line.border + i64::from(line.more - 1) * line.slope;
@@ -156,6 +156,14 @@ impl Line {
         })
     }
 
+    /// The first and the last cell.
+    pub(super) fn ends(&self) -> [CellIndex; 2] {
+        [
+            self.cell(self.from, self.across),
+            self.cell(self.to, self.last_across()),
+        ]
+    }
+
     /// Row (or column) of the last slice.
     pub(super) fn last_across(&self) -> i32 {
         self.across + self.step * self.more as i32
@@ -169,6 +177,13 @@ impl Line {
             (across, along)
         };
         CellIndex { col, row }
+    }
+
+    /// All cells, slice after slice.
+    pub(super) fn cells(self) -> impl Iterator<Item = CellIndex> {
+        self.slices().flat_map(move |slice| {
+            (slice.from..=slice.to).map(move |along| self.cell(along, slice.across))
+        })
     }
 }
 
@@ -201,11 +216,8 @@ mod tests {
     use crate::map::cells_on_ray;
 
     /// Cells in order of their slices, each once.
-    fn cells_of(line: Line) -> Vec<(i32, i32)> {
-        let slices = line.slices();
-        let cells =
-            slices.flat_map(|s| (s.from..=s.to).map(move |along| line.cell(along, s.across)));
-        cells.map(|cell| (cell.col, cell.row)).collect()
+    fn cells_of(line: CellLine) -> Vec<(i32, i32)> {
+        line.cells().map(|cell| (cell.col, cell.row)).collect()
     }
 
     fn set(cells: &[(i32, i32)]) -> BTreeSet<(i32, i32)> {
@@ -214,11 +226,11 @@ mod tests {
 
     fn bresenham((ax, ay): (i32, i32), (bx, by): (i32, i32)) -> Vec<(i32, i32)> {
         let centre = |x: i32, y: i32| Point2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        cells_of(Line::bresenham(centre(ax, ay), centre(bx, by)).unwrap())
+        cells_of(CellLine::bresenham(centre(ax, ay), centre(bx, by)).unwrap())
     }
 
     fn crossed(start: (f64, f64), end: (f64, f64)) -> Vec<(i32, i32)> {
-        cells_of(Line::crossed([start.0, start.1].into(), [end.0, end.1].into()).unwrap())
+        cells_of(CellLine::crossed([start.0, start.1].into(), [end.0, end.1].into()).unwrap())
     }
 
     /// By the definition: along the longer axis, the shorter one rounded, halves onwards.
@@ -289,8 +301,11 @@ mod tests {
             (1e300, 0.0),
         ] {
             let end = Point2::from([end.0, end.1]);
-            assert!(Line::crossed(Point2::origin(), end).is_none(), "{end}");
-            assert!(Line::bresenham(Point2::origin(), end).is_none(), "{end}");
+            assert!(CellLine::crossed(Point2::origin(), end).is_none(), "{end}");
+            assert!(
+                CellLine::bresenham(Point2::origin(), end).is_none(),
+                "{end}"
+            );
         }
     }
 

@@ -22,6 +22,7 @@ use pulp::NullaryFnOnce;
 use crate::bounds::config;
 use crate::geom::Length;
 use crate::lanes::widened;
+use crate::map::{CellIndex, CellRect};
 use crate::points::OrientedPoint;
 
 /// Sightings after which a surfel moves no slower.
@@ -79,8 +80,12 @@ struct Cells {
     origin: Vector2<f64>,
     /// Cells of a metre.
     scale: f64,
-    /// Blocks along one side of the directory.
+    /// Blocks along one side of the square.
     side: i32,
+    /// Column and row of the first block of the directory.
+    first: (i32, i32),
+    /// Columns of the directory.
+    cols: i32,
     directory: Vec<u32>,
     blocks: Vec<[u32; BLOCK * BLOCK]>,
 }
@@ -90,6 +95,8 @@ const NO_BLOCK: u32 = u32::MAX;
 
 /// Cells that are written at a time.
 const LANES: usize = 8;
+/// Of eight columns of a block, row by row.
+type Rows<T> = [[T; LANES]];
 /// No surfel is within reach.
 const NOTHING: u32 = u32::MAX;
 
@@ -128,6 +135,8 @@ impl SurfelMap {
                 origin: half - middle.coords * scale,
                 scale,
                 side,
+                first: (0, 0),
+                cols: side,
                 directory: vec![NO_BLOCK; (side * side) as usize],
                 blocks: vec![],
             },
@@ -139,6 +148,10 @@ impl SurfelMap {
     #[must_use]
     pub fn from_surfels(config: SurfelConfig, surfels: Vec<Surfel>) -> Self {
         let mut map = Self::new(config);
+        // About as many as walls of buildings fill.
+        let blocks = surfels.len() / 4;
+        map.cells.blocks.reserve(blocks);
+        map.squared.reserve(blocks);
         map.surfels = surfels;
         for index in 0..map.surfels.len() {
             map.stamp(index);
@@ -155,7 +168,7 @@ impl SurfelMap {
     /// The same, for looking only.
     #[must_use]
     pub fn fixed(mut self) -> FixedSurfels {
-        self.cells.blocks.shrink_to_fit();
+        self.cells.shrink_to_fit();
         FixedSurfels {
             surfels: self.surfels,
             cells: self.cells,
@@ -226,6 +239,17 @@ impl SurfelMap {
     /// The square of `reach`.
     fn squared_reach(&self) -> f32 {
         (self.config.reach * self.config.reach) as f32
+    }
+
+    /// Eight columns of a block from `col` on, row by row from `row` on: which surfels are nearest
+    /// to their cells, and how far those are.
+    #[inline(always)]
+    fn group_mut(&mut self, col: i32, row: i32) -> Option<(&mut Rows<u32>, &mut Rows<f32>)> {
+        let (slot, first) = self.cells.slot((col, row))?;
+        let block = *self.cells.directory.get(slot)? as usize;
+        let surfels = self.cells.blocks.get_mut(block)?.get_mut(first..)?;
+        let squared = self.squared.get_mut(block)?.get_mut(first..)?;
+        Some((surfels.as_chunks_mut().0, squared.as_chunks_mut().0))
     }
 
     /// Writes one surfel into the cells to which it is nearest.
@@ -331,13 +355,35 @@ impl Cells {
     #[inline]
     fn slot(&self, (col, row): (i32, i32)) -> Option<(usize, usize)> {
         const SIDE: i32 = BLOCK as i32;
-        let cells = self.side * SIDE;
-        if col < 0 || row < 0 || col >= cells || row >= cells {
+        if col < 0 || row < 0 {
             return None;
         }
-        let slot = (row / SIDE) * self.side + col / SIDE;
-        let offset = (row % SIDE) * SIDE + col % SIDE;
-        Some((slot as usize, offset as usize))
+        let (block_col, block_row) = (col / SIDE - self.first.0, row / SIDE - self.first.1);
+        if block_col < 0 || block_col >= self.cols || block_row < 0 {
+            return None;
+        }
+        // In rows beyond the last one there is no slot.
+        let slot = block_row * self.cols + block_col;
+        Some((slot as usize, place_in_block(col % SIDE, row % SIDE)))
+    }
+
+    /// Keeps of the directory the rectangle in which there are blocks: none can be added then.
+    fn shrink_to_fit(&mut self) {
+        self.blocks.shrink_to_fit();
+        let cols = self.cols;
+        let slots = self.directory.iter().zip(0_i32..);
+        let held = slots.filter(|(block, _)| **block != NO_BLOCK);
+        let places = held.map(|(_, slot)| CellIndex::new(slot % cols, slot / cols));
+        let Some(held) = places.map(CellRect::of).reduce(CellRect::around) else {
+            return;
+        };
+        let kept = held.cells().map(|place| {
+            let block = self.directory.get((place.row * cols + place.col) as usize);
+            block.map_or(NO_BLOCK, |block| *block)
+        });
+        self.directory = kept.collect();
+        self.first = (self.first.0 + held.min.col, self.first.1 + held.min.row);
+        self.cols = held.max.col - held.min.col;
     }
 
     /// The middle of a column or row, m.
@@ -345,6 +391,15 @@ impl Cells {
     fn centre(cell: i32, origin: f64, side: f64) -> f64 {
         (f64::from(cell) + 0.5 - origin) * side
     }
+}
+
+/// Where the cell of a column and a row of its block is kept: the rows of the first eight columns
+/// first. So cells that lie near each other are near in memory, whatever the direction of the wall.
+#[inline]
+fn place_in_block(col: i32, row: i32) -> usize {
+    const SIDE: i32 = BLOCK as i32;
+    const STEP: i32 = LANES as i32;
+    (col / STEP * (SIDE * STEP) + row * STEP + col % STEP) as usize
 }
 
 /// Writes a surfel into those of the cells between `cols` and `rows` to which it is nearest; blocks
@@ -363,6 +418,7 @@ impl NullaryFnOnce for Stamp<'_> {
     #[inline(always)]
     fn call(self) {
         const STEP: i32 = LANES as i32;
+        const SIDE: i32 = BLOCK as i32;
         let Self {
             map,
             number,
@@ -378,31 +434,30 @@ impl NullaryFnOnce for Stamp<'_> {
                 dx * dx
             });
             let nearest = across.iter().copied().fold(f32::INFINITY, f32::min);
-            for row in rows[0]..=rows[1] {
-                let dy = (Cells::centre(row, origin.y, cell) - position.y) as f32;
-                let dy = dy * dy;
-                if nearest + dy > reach {
-                    continue;
-                }
-                let Some((slot, offset)) = map.cells.slot((group * STEP, row)) else {
+            for block_row in rows[0] / SIDE..=rows[1] / SIDE {
+                let low = block_row * SIDE;
+                let (first, last) = (rows[0].max(low), rows[1].min(low + SIDE - 1));
+                let Some((surfels, squared)) = map.group_mut(group * STEP, first) else {
                     continue;
                 };
-                let block = map.cells.directory.get(slot).map(|block| *block as usize);
-                let Some(block) = block else { continue };
-                let surfels = map.cells.blocks.get_mut(block);
-                let squared = map.squared.get_mut(block);
-                let surfels = surfels.and_then(|s| s.get_mut(offset..offset + LANES));
-                let squared = squared.and_then(|s| s.get_mut(offset..offset + LANES));
-                let surfels = surfels.and_then(|s| s.first_chunk_mut::<LANES>());
-                let squared = squared.and_then(|s| s.first_chunk_mut::<LANES>());
-                let (Some(surfels), Some(squared)) = (surfels, squared) else {
-                    continue;
-                };
-                for lane in 0..LANES {
-                    let this = across[lane] + dy;
-                    let is_nearer = this < squared[lane];
-                    squared[lane] = if is_nearer { this } else { squared[lane] };
-                    surfels[lane] = if is_nearer { number } else { surfels[lane] };
+                for ((row, surfels), squared) in (first..=last).zip(surfels).zip(squared) {
+                    let middle = Cells::centre(row, origin.y, cell);
+                    let dy = (middle - position.y) as f32;
+                    let dy = dy * dy;
+                    if nearest + dy > reach {
+                        continue;
+                    }
+                    // Of copies the compiler knows that they do not overlap.
+                    let (before, kept) = (*squared, *surfels);
+                    let here = across.map(|dx| dx + dy);
+                    *squared = std::array::from_fn(|lane| match here[lane] < before[lane] {
+                        true => here[lane],
+                        false => before[lane],
+                    });
+                    *surfels = std::array::from_fn(|lane| match here[lane] < before[lane] {
+                        true => number,
+                        false => kept[lane],
+                    });
                 }
             }
         }
@@ -437,6 +492,26 @@ mod tests {
             match map.nearest(place) {
                 Some(found) => prop_assert!((found.position - place).length() <= brute + 2.0 * 0.036),
                 None => prop_assert!(brute >= 0.35 - 0.036),
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_only_looked_at_is_found_as_before(
+            places in proptest::collection::vec((-5.0..5.0_f64, -5.0..5.0_f64), 0..40),
+            looks in proptest::collection::vec((-70.0..70.0_f64, -6.0..6.0_f64), 40),
+            middle in -90.0..90.0_f64,
+        ) {
+            let mut map = SurfelMap::around(Point2::new(middle, -middle), SurfelConfig::default());
+            let about = |x: f64, y: f64| Point2::new(middle + x, y - middle);
+            map.insert(places.iter().map(|&(x, y)| {
+                let at = about(x, y);
+                point(at.x, at.y, (1.0, 0.0))
+            }));
+            let fixed = map.clone().fixed();
+            for (x, y) in looks.into_iter().chain(places) {
+                prop_assert_eq!(fixed.nearest(about(x, y)), map.nearest(about(x, y)));
             }
         }
     }

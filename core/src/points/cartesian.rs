@@ -129,7 +129,7 @@ impl Points {
         let robot_from_robot_at_last = robot_from_robot_at(scan.len().saturating_sub(1));
         let far = config.max_range.min(scan.max_range);
         let columns = scan.bearings.iter().zip(&scan.ranges).zip(&scan.sigmas);
-        let beams = columns
+        let usable = columns
             .enumerate()
             .filter_map(|(beam_idx, ((&bearing, &range), &sigma))| {
                 let range = f64::from(range);
@@ -150,8 +150,9 @@ impl Points {
                     quality: scan.quality(beam_idx),
                     age: stamp.since(scan.taken_at(beam_idx)),
                 })
-            })
-            .collect();
+            });
+        let mut beams = Vec::with_capacity(scan.len());
+        beams.extend(usable);
         Self {
             stamp,
             sensor_in_robot: (robot_from_robot_at_last * scan.robot_from_sensor).position(),
@@ -162,20 +163,44 @@ impl Points {
 
     /// Angles between neighbouring beams, rad; across beams that were dropped, the mean.
     pub(super) fn beam_angles(&self) -> impl Iterator<Item = f64> {
+        self.neighbours()
+            .map(|([u, v], steps)| libm::atan2(u.perp(&v), u.dot(&v)).abs() / steps as f64)
+    }
+
+    /// Beams that follow each other, and from one to the other how many numbers.
+    fn neighbours(&self) -> impl Iterator<Item = ([Vector2<f64>; 2], usize)> {
         self.beams.windows(2).filter_map(|pair| {
             let [a, b] = pair else { return None };
-            let [u, v] = [a, b].map(|beam| beam.end_in_robot - beam.origin_in_robot);
             let steps = b.beam_idx.checked_sub(a.beam_idx)?;
-            (steps > 0).then(|| libm::atan2(u.perp(&v), u.dot(&v)).abs() / steps as f64)
+            let ways = [a, b].map(|beam| beam.end_in_robot - beam.origin_in_robot);
+            (steps > 0).then_some((ways, steps))
         })
     }
 
     /// The angle between neighbouring beams, rad: the median. `None` of fewer than two beams.
     #[must_use]
     pub fn beam_spacing(&self) -> Option<f64> {
-        let mut angles: Vec<f64> = self.beam_angles().collect();
-        let middle = angles.len() / 2;
-        (!angles.is_empty()).then(|| *angles.select_nth_unstable_by(middle, f64::total_cmp).1)
+        // By the tangents of half the angles, which are in the same order and need no arc tangent.
+        let mut half_tangents = Vec::with_capacity(self.beams.len());
+        half_tangents.extend(self.neighbours().map(|([u, v], steps)| {
+            let (dot, lengths) = (u.dot(&v), (u.norm_squared() * v.norm_squared()).sqrt());
+            let across = u.perp(&v).abs();
+            // Of two forms of the same, that in which nothing is cancelled.
+            let half_tangent = if dot > 0.0 {
+                across / (lengths + dot)
+            } else {
+                (lengths - dot) / across.max(f64::MIN_POSITIVE)
+            };
+            match steps {
+                1 => half_tangent,
+                _ => libm::tan(libm::atan(half_tangent) / steps as f64),
+            }
+        }));
+        let middle = half_tangents.len() / 2;
+        (!half_tangents.is_empty()).then(|| {
+            let (_, median, _) = half_tangents.select_nth_unstable_by(middle, f64::total_cmp);
+            2.0 * libm::atan(*median)
+        })
     }
 
     /// Beams on which something came back.
@@ -188,9 +213,48 @@ impl Points {
 mod tests {
     use std::f64::consts::TAU;
 
+    use proptest::prelude::*;
+
     use super::*;
-    use crate::geom::Length;
+    use crate::geom::{Length, unit_vector};
+    use crate::points::fixture::{beam_along, scan_of};
     use crate::robot::Odometry;
+
+    proptest! {
+        #[test]
+        fn spacing_is_the_median_of_the_angles_between_beams(
+            beams in proptest::collection::vec((0.0..3.1_f64, 1..4_usize, 0.0..40.0_f64), 2..40),
+            is_clockwise in any::<bool>(),
+        ) {
+            let (mut bearing, mut number) = (0.7, 0);
+            let beams = beams.into_iter().map(|(angle, steps, range)| {
+                bearing += if is_clockwise { -angle } else { angle };
+                number += steps;
+                beam_along(number, unit_vector(bearing), range, true)
+            });
+            let points = scan_of(beams);
+            let mut angles: Vec<f64> = points.beam_angles().collect();
+            angles.sort_by(f64::total_cmp);
+            let spacing = points.beam_spacing().unwrap();
+            prop_assert!((spacing - angles[angles.len() / 2]).abs() < 1e-7, "{spacing}");
+        }
+    }
+
+    #[test]
+    fn beams_that_say_no_direction_and_opposite_ones_have_a_spacing() {
+        let spacing = |beams: &[(f64, f64)]| {
+            let beams = beams.iter().enumerate();
+            let beams =
+                beams.map(|(at, &(x, range))| beam_along(at, Vector2::new(x, 0.0), range, true));
+            scan_of(beams).beam_spacing()
+        };
+        assert_eq!(spacing(&[(1.0, 0.0), (1.0, 0.0)]), Some(0.0));
+        assert_eq!(
+            spacing(&[(1.0, 2.0), (-1.0, 1.0)]),
+            Some(std::f64::consts::PI)
+        );
+        assert_eq!(spacing(&[(1.0, 2.0)]), None);
+    }
 
     /// A round room of 3 m around the origin, seen by a robot that moves by `motion` during the
     /// sweep and ends at the origin: each beam measured from where the robot was.

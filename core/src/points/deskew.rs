@@ -88,25 +88,31 @@ impl MotionHistory {
             behind = behind.back_over(&step.motion.inverse(), step.cov[(2, 2)]);
         }
         from_ends.reverse();
-        instants
-            .into_iter()
-            .map(|instant| {
-                let at = self.steps.partition_point(|step| step.to < instant);
-                let (Some(step), Some(from_end)) = (self.steps.get(at), from_ends.get(at)) else {
-                    return MovedSince::default();
-                };
-                let duration = step.to.since(step.from);
-                let left = if duration > 0.0 {
-                    (step.to.since(instant) / duration).clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
-                from_end.back_over(
-                    &step.motion.inverse().fraction(left),
-                    left * step.cov[(2, 2)],
-                )
-            })
-            .collect()
+        let moved = |instant: Stamp| {
+            let at = self.steps.partition_point(|step| step.to < instant);
+            let (Some(step), Some(from_end)) = (self.steps.get(at), from_ends.get(at)) else {
+                return MovedSince::default();
+            };
+            let duration = step.to.since(step.from);
+            let left = if duration > 0.0 {
+                (step.to.since(instant) / duration).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            from_end.back_over(
+                &step.motion.inverse().fraction(left),
+                left * step.cov[(2, 2)],
+            )
+        };
+        // Many sensors take all beams at one instant.
+        let mut last: Option<(Stamp, MovedSince)> = None;
+        let moved_or_last = |instant: Stamp| {
+            let same = last.filter(|(at, _)| *at == instant);
+            let (_, since) = same.unwrap_or_else(|| (instant, moved(instant)));
+            last = Some((instant, since));
+            since
+        };
+        instants.into_iter().map(moved_or_last).collect()
     }
 }
 
@@ -176,6 +182,14 @@ mod tests {
                 "{done:?} {expect:?}"
             );
         }
+    }
+
+    #[test]
+    fn beams_of_one_instant_moved_alike_and_others_in_between_do_not_matter() {
+        let history = history();
+        let instants = [50_000, 50_000, 250_000, 50_000, 250_000, 250_000].map(Stamp);
+        let alone = instants.map(|instant| history.since([instant])[0]);
+        assert_eq!(history.since(instants), alone);
     }
 
     #[test]

@@ -76,9 +76,9 @@ pub fn oriented_points(points: &Points) -> Vec<OrientedPoint> {
 /// The same, each with the place of its beam in `points.beams`.
 #[must_use]
 pub fn oriented_beams(points: &Points) -> Vec<(usize, OrientedPoint)> {
-    let hits: Vec<_> = near_hits(points).collect();
+    let hits = near_hits(points);
     let angle = points.beam_spacing().unwrap_or(LONE_SPACING);
-    let mut kept: Vec<(usize, OrientedPoint)> = vec![];
+    let mut kept: Vec<(usize, OrientedPoint)> = Vec::with_capacity(hits.len());
     for (at, (place, beam)) in hits.iter().enumerate() {
         let beam_spacing = beam.range * angle;
         let is_too_near = |(last, _): &(usize, OrientedPoint)| {
@@ -109,7 +109,7 @@ pub fn on_surfaces(points: &Points) -> Points {
     if angle > WIDEST_GAP {
         return moved;
     }
-    let hits: Vec<_> = near_hits(points).collect();
+    let hits = near_hits(points);
     for (at, (place, beam)) in hits.iter().enumerate() {
         let reach = REACH.max(REACH_SIGMAS * beam.sigma);
         let line = line_at(&hits, at, beam.range * angle, reach);
@@ -132,25 +132,45 @@ fn line_at(
     let position = hits.get(at)?.1.end_in_robot;
     let gap = 0.06 + 3.0 * beam_spacing;
     let reach = least_reach.max(2.5 * beam_spacing);
-    let on_surface = |from: Point2<f64>, to: Point2<f64>| {
-        (to - from).length() <= gap && (to - position).length() <= reach
-    };
+    let squares = [gap * gap, reach * reach];
     let mut scatter = Scatter::default();
     scatter.add(Vector2::zeros());
-    let mut walk = |neighbours: &mut dyn Iterator<Item = Point2<f64>>| {
-        let mut last = position;
-        for next in neighbours.take(MAX_NEIGHBOURS) {
-            if !on_surface(last, next) {
-                break;
-            }
-            scatter.add(next - position);
-            last = next;
-        }
-    };
-    walk(&mut hits.iter().skip(at + 1).map(|(_, b)| b.end_in_robot));
-    walk(&mut hits.iter().take(at).rev().map(|(_, b)| b.end_in_robot));
+    let (before, from_here) = hits.split_at(at);
+    let ends = |hit: &(usize, &Beam)| hit.1.end_in_robot;
+    add_neighbours(
+        &mut scatter,
+        position,
+        from_here.iter().skip(1).map(ends),
+        squares,
+    );
+    add_neighbours(
+        &mut scatter,
+        position,
+        before.iter().rev().map(ends),
+        squares,
+    );
     let normal = scatter.normal()?;
     Some((normal, normal * normal.dot(&scatter.mean())))
+}
+
+/// Adds the neighbours of a hit on one side, as long as each is near enough to the one before it
+/// and to the hit; `gap` and `reach` are squares.
+fn add_neighbours(
+    scatter: &mut Scatter,
+    position: Point2<f64>,
+    neighbours: impl Iterator<Item = Point2<f64>>,
+    [gap, reach]: [f64; 2],
+) {
+    let mut last = position;
+    for next in neighbours.take(MAX_NEIGHBOURS) {
+        let off = next - position;
+        let is_near = (next - last).norm_squared() <= gap && off.norm_squared() <= reach;
+        if !is_near {
+            break;
+        }
+        scatter.add(off);
+        last = next;
+    }
 }
 
 /// The cosine of the angle at which a hit's beam meets the surface, by the hits about it.
@@ -176,7 +196,7 @@ fn facing(hits: &[(usize, &Beam)], at: usize) -> f64 {
 /// counts as neighbours alone.
 #[must_use]
 pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, OrientedPoint)> {
-    let hits: Vec<_> = near_hits(points).collect();
+    let hits = near_hits(points);
     let mut kept: Vec<(usize, OrientedPoint)> = vec![];
     for (place, beam) in &hits {
         let position = beam.end_in_robot;
@@ -198,9 +218,11 @@ pub fn oriented_cloud(points: &Points, before: &[Point2<f64>]) -> Vec<(usize, Or
 }
 
 /// The hits that are not too far, with their places in `points.beams`.
-fn near_hits(points: &Points) -> impl Iterator<Item = (usize, &Beam)> {
+fn near_hits(points: &Points) -> Vec<(usize, &Beam)> {
     let beams = points.beams.iter().enumerate();
-    beams.filter(|(_, beam)| beam.is_hit && beam.range <= MAX_RANGE)
+    let mut hits = Vec::with_capacity(points.beams.len());
+    hits.extend(beams.filter(|(_, beam)| beam.is_hit && beam.range <= MAX_RANGE));
+    hits
 }
 
 /// Where a beam ends, the normal of the surface towards the side from which it was seen.

@@ -21,7 +21,7 @@ pub(super) fn sums<'a>(
     let (mut xx, mut xy, mut yy, mut xt, mut yt, mut tt) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut gx, mut gy, mut gt) = (0.0, 0.0, 0.0);
     let (mut matched, mut inliers, mut squares) = (0, 0, 0.0);
-    for Pair { arm, place, surfel } in pairs {
+    pairs.for_each(|Pair { arm, place, surfel }| {
         let normal = surfel.normal;
         let residual = normal.dot(&(place - surfel.position));
         let weight = 1.0 / (1.0 + residual * residual * scale);
@@ -42,7 +42,7 @@ pub(super) fn sums<'a>(
             inliers += 1;
             squares += residual * residual;
         }
-    }
+    });
     Sums {
         hessian: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
         gradient: Vector3::new(gx, gy, gt),

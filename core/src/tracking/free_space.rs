@@ -9,10 +9,10 @@
 //! Source: Wang, Thorpe, Thrun, Hebert & Durrant-Whyte (2007), "Simultaneous localization, mapping
 //! and moving object tracking", §IV, consistency-based detection.
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 
 use crate::geom::unit_vector;
-use crate::map::{CellState, Grid};
+use crate::map::{CellIndex, CellRect, CellState, Grid};
 
 /// A hit so many cells from an occupied one is of what stands there.
 const BESIDE: i32 = 1;
@@ -54,11 +54,10 @@ pub(super) fn place(grid: &Grid, at: Point2<f64>, doubt: f64) -> Place {
 
 /// Whether a place lies in an occupied cell or right beside one.
 pub(super) fn is_beside_wall(grid: &Grid, at: Point2<f64>) -> bool {
-    let cell = |col: i32, row: i32| {
-        let off = Vector2::new(f64::from(col), f64::from(row)) * grid.resolution();
-        grid.state(grid.cell_at(at + off)) == CellState::Occupied
-    };
-    (-BESIDE..=BESIDE).any(|row| (-BESIDE..=BESIDE).any(|col| cell(col, row)))
+    let is_wall = |cell: CellIndex| grid.state(cell) == CellState::Occupied;
+    let cell = grid.cell_at(at);
+    // Most hits end in the cell of a wall.
+    is_wall(cell) || CellRect::of(cell).grown(BESIDE).cells().any(is_wall)
 }
 
 #[cfg(test)]

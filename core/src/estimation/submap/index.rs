@@ -58,6 +58,15 @@ impl<'a> Indexed<'a> {
     /// Its surfels, to be found by place.
     #[inline]
     pub(super) fn map(&self) -> &'a FixedSurfels {
+        match self.index.surfels.get() {
+            Some(surfels) => surfels,
+            None => self.make_map(),
+        }
+    }
+
+    /// By itself, so that looking up what is made already needs no call.
+    #[cold]
+    fn make_map(&self) -> &'a FixedSurfels {
         let made = || self.submap.indexed(self.config).fixed();
         self.index.surfels.get_or_init(made)
     }

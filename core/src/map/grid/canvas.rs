@@ -17,7 +17,8 @@ use pulp::NullaryFnOnce;
 
 use super::{BLOCK, BLOCK_BITS, BLOCK_CELLS, BlockIndex};
 use crate::lanes::widened;
-use crate::map::line::{FRACTION, Line};
+use crate::map::CellIndex;
+use crate::map::line::{CellLine, FRACTION};
 
 /// A row of a block in bytes.
 const ROW_BYTES: usize = BLOCK_CELLS / 8;
@@ -28,12 +29,13 @@ const REACH: u32 = 2048;
 const WORD_SLICE: i64 = 55;
 
 /// Rows of one block, a bit for each cell.
-pub(super) type Bits = [u64; BLOCK_CELLS];
+pub(crate) type Bits = [u64; BLOCK_CELLS];
 
-/// Memory that is kept between scans.
+/// Lines that are drawn together, and memory that is kept between scans.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Canvas {
-    lines: Vec<Line>,
+pub(crate) struct Canvas {
+    /// Where the first line begins.
+    first: Option<CellIndex>,
     flat: Sheet,
     steep: Sheet,
 }
@@ -41,42 +43,44 @@ pub(super) struct Canvas {
 impl Canvas {
     /// Takes a line, to be drawn with the others; gives it back where it is too far away from the
     /// first one.
-    pub(super) fn take(&mut self, line: Line) -> Option<Line> {
-        let first = self.lines.first().unwrap_or(&line);
-        let centre = first.cell(first.from, first.across);
-        let ends = [
-            line.cell(line.from, line.across),
-            line.cell(line.to, line.last_across()),
-        ];
-        let is_near = |at: i32, centre: i32| at.abs_diff(centre) < REACH;
-        let is_inside = ends
-            .iter()
-            .all(|end| is_near(end.col, centre.col) && is_near(end.row, centre.row));
-        if is_inside {
-            self.lines.push(line);
-            None
-        } else {
-            Some(line)
+    pub(crate) fn take(&mut self, line: CellLine) -> Option<CellLine> {
+        let ends = line.ends();
+        let first = self.first.unwrap_or(ends[0]);
+        let is_near = |at: i32, first: i32| at.abs_diff(first) < REACH;
+        let is_inside =
+            |end: &CellIndex| is_near(end.col, first.col) && is_near(end.row, first.row);
+        if !ends.iter().all(is_inside) {
+            return Some(line);
         }
+        self.first = Some(first);
+        let sheet = if line.is_flat {
+            &mut self.flat
+        } else {
+            &mut self.steep
+        };
+        sheet.lines.push(line);
+        None
     }
 
     /// Draws all lines, and hands on what there is in each block.
-    pub(super) fn draw(&mut self, mut visit: impl FnMut(BlockIndex, Bits)) {
-        let Self { lines, flat, steep } = self;
-        flat.draw(lines, true);
-        steep.draw(lines, false);
+    pub(crate) fn draw(&mut self, mut visit: impl FnMut(BlockIndex, Bits)) {
+        let Self { first, flat, steep } = self;
+        flat.draw();
+        steep.draw();
         flat.for_blocks(|[col, row], bits| visit(BlockIndex { col, row }, *bits));
         steep.for_blocks(|[row, col], bits| {
             widened(Turn(bits));
             visit(BlockIndex { col, row }, *bits);
         });
-        lines.clear();
+        *first = None;
     }
 }
 
 /// Rows of bits (or columns, where those of lines along y are drawn).
 #[derive(Clone, Debug, Default)]
 struct Sheet {
+    /// Those that go its way and are to be drawn.
+    lines: Vec<CellLine>,
     /// The lowest block, along and across.
     low: [i32; 2],
     /// Bytes of a row; those of its blocks, and of a word that sticks out.
@@ -85,35 +89,29 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Draws the lines that go this way on an empty sheet as large as they need.
-    fn draw(&mut self, lines: &[Line], is_flat: bool) {
-        let own = || lines.iter().filter(|line| line.is_flat == is_flat);
+    /// Draws its lines, emptied and as large as they need.
+    fn draw(&mut self) {
         self.bytes.clear();
-        let block = |cell: Option<i32>| cell.map(|cell| cell >> BLOCK_BITS);
-        let along = (
-            block(own().map(|line| line.from).min()),
-            block(own().map(|line| line.to).max()),
-        );
-        let across = (
-            block(own().map(|line| line.across.min(line.last_across())).min()),
-            block(own().map(|line| line.across.max(line.last_across())).max()),
-        );
-        let ((Some(left), Some(right)), (Some(low), Some(high))) = (along, across) else {
+        let mut low = [i32::MAX; 2];
+        let mut high = [i32::MIN; 2];
+        for line in &self.lines {
+            let (across, last) = (line.across, line.last_across());
+            low = [low[0].min(line.from), low[1].min(across.min(last))];
+            high = [high[0].max(line.to), high[1].max(across.max(last))];
+        }
+        if self.lines.is_empty() {
             return;
-        };
+        }
+        let [[left, low], [right, high]] = [low, high].map(|at| at.map(|cell| cell >> BLOCK_BITS));
         self.low = [left, low];
         self.row_bytes = (right - left + 2) as usize * ROW_BYTES;
         let rows = (high - low + 1) as usize * BLOCK_CELLS;
         self.bytes.resize(rows * self.row_bytes, 0);
-        widened(DrawLines {
-            sheet: self,
-            lines,
-            is_flat,
-        });
+        widened(DrawLines(self));
     }
 
     #[inline(always)]
-    fn draw_line(&mut self, line: &Line) {
+    fn draw_line(&mut self, line: &CellLine) {
         let low = self.low.map(|block| block * BLOCK);
         let row = |slice: u32| (line.across + line.step * slice as i32 - low[1]) as usize;
         let (from, to) = ((line.from - low[0]) as usize, (line.to - low[0]) as usize);
@@ -186,7 +184,7 @@ impl Sheet {
 #[inline(always)]
 fn draw_short_slices<'a>(
     rows: impl Iterator<Item = &'a mut [u8]>,
-    line: &Line,
+    line: &CellLine,
     mut place: i64,
 ) -> i64 {
     for row in rows {
@@ -213,23 +211,20 @@ fn draw_word(row: &mut [u8], from: usize, cells: u64) {
     }
 }
 
-/// Draws the lines that go one way.
-struct DrawLines<'a> {
-    sheet: &'a mut Sheet,
-    lines: &'a [Line],
-    is_flat: bool,
-}
+/// Draws the lines of a sheet and takes them off.
+struct DrawLines<'a>(&'a mut Sheet);
 
 impl NullaryFnOnce for DrawLines<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        for line in self.lines {
-            if line.is_flat == self.is_flat {
-                self.sheet.draw_line(line);
-            }
+        let mut lines = std::mem::take(&mut self.0.lines);
+        for line in &lines {
+            self.0.draw_line(line);
         }
+        lines.clear();
+        self.0.lines = lines;
     }
 }
 
@@ -271,11 +266,8 @@ mod tests {
     use super::*;
 
     /// All cells of some lines.
-    fn cells(lines: &[Line]) -> std::collections::BTreeSet<(i32, i32)> {
-        let slices = (lines.iter()).flat_map(|line| line.slices().map(move |slice| (line, slice)));
-        let cells = slices.flat_map(|(line, slice)| {
-            (slice.from..=slice.to).map(move |along| line.cell(along, slice.across))
-        });
+    fn cells(lines: &[CellLine]) -> std::collections::BTreeSet<(i32, i32)> {
+        let cells = lines.iter().flat_map(|line| line.cells());
         cells.map(|cell| (cell.col, cell.row)).collect()
     }
 
@@ -289,9 +281,9 @@ mod tests {
         ) {
             let line = |&([x, y], [dx, dy], is_crossed): &([f64; 2], [f64; 2], bool)| {
                 let (start, end) = (Point2::new(x, y), Point2::new(x + dx, y + dy));
-                if is_crossed { Line::crossed(start, end) } else { Line::bresenham(start, end) }
+                if is_crossed { CellLine::crossed(start, end) } else { CellLine::bresenham(start, end) }
             };
-            let lines: Vec<Line> = ways.iter().filter_map(line).collect();
+            let lines: Vec<CellLine> = ways.iter().filter_map(line).collect();
             let mut canvas = Canvas::default();
             for line in &lines {
                 prop_assert!(canvas.take(*line).is_none());

@@ -27,7 +27,7 @@
 use nalgebra::Point2;
 
 use super::{BLOCK_CELLS, BlockIndex, Grid, split};
-use crate::map::line::Line;
+use crate::map::line::CellLine;
 
 /// How the cells that a scan leaves free are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,10 +65,10 @@ impl Grid {
     pub(super) fn mark_free(&mut self, ways: impl Iterator<Item = Way>) {
         match self.config.free_cells {
             FreeCells::Crossed => {
-                self.draw_lines(ways.map(|[start, end]| Line::crossed(start, end)))
+                self.draw_lines(ways.map(|[start, end]| CellLine::crossed(start, end)))
             }
             FreeCells::Bresenham => {
-                self.draw_lines(ways.map(|[start, end]| Line::bresenham(start, end)));
+                self.draw_lines(ways.map(|[start, end]| CellLine::bresenham(start, end)));
             }
             FreeCells::Area => {
                 let mut area = std::mem::take(&mut self.area);
@@ -81,13 +81,13 @@ impl Grid {
     }
 
     pub(super) fn cross(&mut self, [start, end]: Way) {
-        if let Some(line) = Line::crossed(start, end) {
+        if let Some(line) = CellLine::crossed(start, end) {
             self.mark_line(line);
         }
     }
 
     /// Marks lines, nearly all of them on a canvas.
-    fn draw_lines(&mut self, lines: impl Iterator<Item = Option<Line>>) {
+    fn draw_lines(&mut self, lines: impl Iterator<Item = Option<CellLine>>) {
         let mut canvas = std::mem::take(&mut self.canvas);
         for line in lines.flatten() {
             if let Some(far) = canvas.take(line) {
@@ -104,19 +104,17 @@ impl Grid {
     }
 
     /// Marks a line cell by cell.
-    fn mark_line(&mut self, line: Line) {
+    fn mark_line(&mut self, line: CellLine) {
         let mut last: LastBlock = None;
-        for slice in line.slices() {
-            for along in slice.from..=slice.to {
-                let (index, offset) = split(line.cell(along, slice.across));
-                let marks = match last {
-                    Some((block, marks)) if block == index => marks,
-                    _ => self.marks_of(index),
-                };
-                last = Some((index, marks));
-                if let Some(marks) = marks {
-                    self.marks[marks].misses[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
-                }
+        for cell in line.cells() {
+            let (index, offset) = split(cell);
+            let marks = match last {
+                Some((block, marks)) if block == index => marks,
+                _ => self.marks_of(index),
+            };
+            last = Some((index, marks));
+            if let Some(marks) = marks {
+                self.marks[marks].misses[offset / BLOCK_CELLS] |= 1 << (offset % BLOCK_CELLS);
             }
         }
     }

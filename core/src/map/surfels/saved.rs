@@ -3,7 +3,7 @@
 
 use nalgebra::Vector2;
 
-use super::{BLOCK, NO_BLOCK, NOTHING, Surfel, SurfelConfig, SurfelMap};
+use super::{BLOCK, NO_BLOCK, NOTHING, Surfel, SurfelConfig, SurfelMap, place_in_block};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};
 
 /// Half of the side of a map and the side of its cells, m: what a file may say.
@@ -35,6 +35,13 @@ impl SurfelMap {
     }
 }
 
+/// Where the cells of a block are kept, row by row.
+fn in_rows() -> impl Iterator<Item = usize> {
+    let side = 0..BLOCK as i32;
+    let row = |row: i32| (0..BLOCK as i32).map(move |col| place_in_block(col, row));
+    side.flat_map(row)
+}
+
 /// Of maps around their own origin, as those of submaps are; tiles are not saved.
 impl Snapshot for SurfelMap {
     fn write(&self, out: &mut Vec<u8>) {
@@ -52,7 +59,7 @@ impl Snapshot for SurfelMap {
         let blocks = self.cells.blocks.iter().zip(&self.squared);
         for ((_, slot), (surfels, squared)) in slots.into_iter().zip(blocks) {
             slot.write(out);
-            for (&surfel, &squared) in surfels.iter().zip(squared) {
+            for (surfel, squared) in in_rows().map(|at| (surfels[at], squared[at])) {
                 let stands = surfel != NOTHING;
                 stands.then_some((surfel, squared)).write(out);
             }
@@ -81,11 +88,11 @@ impl Snapshot for SurfelMap {
             else {
                 break;
             };
-            for (own_surfel, own_squared) in block.iter_mut().zip(distances) {
+            for at in in_rows() {
                 if let Some((surfel, squared)) = from.field::<Option<(u32, f32)>>("nearest")? {
                     let is_there = (surfel as usize) < map.surfels.len();
                     from.rule(is_there, "a cell names a surface that is not there")?;
-                    (*own_surfel, *own_squared) = (surfel, squared);
+                    (block[at], distances[at]) = (surfel, squared);
                 }
             }
         }
