@@ -238,11 +238,11 @@ impl NullaryFnOnce for Pairs<'_> {
         let nothing = || vec![[0.0; SIDE_BY_SIDE]; groups];
         let (mut sums, mut values) = ([nothing(), nothing(), nothing()], nothing());
         let mut of_fixed = Vec::with_capacity(self.fixed.len());
-        let all = Vec::from([0..groups]);
+        let all = 0..groups;
         let mut begin = 0;
         for (index, fixed) in self.fixed.iter().enumerate() {
             let runs = match self.near {
-                None => all.as_slice(),
+                None => std::slice::from_ref(&all),
                 Some(near) => {
                     let end = near.ends.get(index).copied().unwrap_or(begin);
                     let runs = near.runs.get(begin..end);

@@ -45,7 +45,7 @@ pub(in crate::registration) fn exp2_of_minus<const N: usize>(x: &[f32; N]) -> [f
     const ROUND: f32 = 12_582_912.0;
     /// 2^r = 1 + r (a + b r + …) for |r| ≤ ½: of all of this degree the one whose relative error,
     /// 9e-8, is least (Remez).
-    const SERIES: [f32; 4] = [0.009_671_513, 0.055_507_34, 0.240_222_42, 0.693_146_98];
+    const SERIES: [f32; 4] = [0.009_671_513, 0.055_507_34, 0.240_222_42, 0.693_147];
     let (mut shifted, mut r) = ([0.0; N], [0.0; N]);
     for at in 0..N {
         let x = if x[at] > 125.0 { 125.0 } else { x[at] };
