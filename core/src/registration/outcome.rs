@@ -38,8 +38,9 @@ pub enum Verdict {
         /// way of which least is told.
         agreement: f64,
     },
-    /// It lies far from the start, and another pose nearer to it is as good: the scans look alike
-    /// in several ways.
+    /// Another pose is as good, or may well be: it lies far from the start while one nearer to it
+    /// is as good, or while the scans show partly different things; or of such scans about as much
+    /// agrees elsewhere.
     Ambiguous,
 }
 

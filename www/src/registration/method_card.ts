@@ -127,7 +127,7 @@ export function verdictWords({ verdict, direction, agreement, iterations }: Foun
     case "converged": return { tone: "good", text: "Converged: the clouds fix the pose." };
     case "degenerate": return { tone: "warn", text: `Degenerate: nothing tells how far along ${degrees}°. The rest is right.` };
     case "local-minimum": return { tone: "warn", text: `Local minimum: of what could agree, only ${percent(agreement)} does.` };
-    case "ambiguous": return { tone: "warn", text: "Ambiguous: another pose, nearer to the start, is as good." };
+    case "ambiguous": return { tone: "warn", text: "Ambiguous: another pose is as good, or may be: too little is seen by both." };
     case "too-few-points": return { tone: "warn", text: "Too few points lie on a surface." };
     case "not-converged": return { tone: "warn", text: `Not converged: still moving after ${iterations} iterations.` };
   }

@@ -112,6 +112,17 @@ impl Bearings {
         ((along * 0.25 * parts as f64) as usize).min(parts - 1)
     }
 
+    /// Whether there are points all round: nowhere none in more than about a quarter turn.
+    pub(super) fn is_all_round(&self) -> bool {
+        /// Along the diamond.
+        const QUARTER: f64 = 1.0;
+        let (Some(first), Some(last)) = (self.along.first(), self.along.last()) else {
+            return false;
+        };
+        let mut steps = self.along.array_windows().map(|[a, b]| b - a);
+        first + 4.0 - last <= QUARTER && steps.all(|step| step <= QUARTER)
+    }
+
     /// The points in the direction of `place`: the last one before it and the first one after it,
     /// all round.
     pub(super) fn about(&self, place: &Point2<f64>) -> [usize; 2] {

@@ -23,8 +23,13 @@
 //!    pose. Where pairs lie apart by much more than both noises, they are not of the same surfaces:
 //!    it is another minimum, too, however well it looks with a wide tolerance.
 //!
-//! 7. A pose that is far from the start may be right, or one of several that look alike: scans of a
-//!    square room lie on each other turned by a quarter as well (`rival`).
+//! 7. Scans that show partly different things leave points without a partner, which are paired with
+//!    what is nearest all the same. A method is pulled by those of the moving cloud alone. So there
+//!    the points of the fixed cloud are asked as well: by how much they would move the pose is
+//!    added to the covariance, and where they say next to nothing of a way, nothing is known of it.
+//! 8. A pose that is far from the start may be right, or one of several that look alike: scans of a
+//!    square room lie on each other turned by a quarter as well. Nor are scans that show partly
+//!    different things sure to lie on each other in one way (`rival`).
 //!
 //! Source of 2 and 4: Censi (2007), "An accurate closed-form estimate of ICP's covariance";
 //! Bosse & Zlot (2008), on free space as evidence. The second cloud's normals in 2 are what
@@ -75,8 +80,15 @@ config! {
         pub min_cosine_along: f64 = 0.35,
         /// ... where there are so many of them. Default 4.
         pub fewest_along: usize = 4,
-        /// Least part of the points that lie on a surface. Default 0.2.
+        /// Least part of the points that lie on a surface, and of the surfaces that agree. Default
+        /// 0.2.
         pub min_overlap: f64 = 0.2,
+        /// Clouds of whose surfaces a smaller part than this can be compared show partly different
+        /// things. Default 0.7; larger asks more pairs both ways, and looks for a rival of more.
+        pub min_compared: f64 = 0.7,
+        /// Of such clouds, another pose is as good on which so large a part as many points agree.
+        /// Default 0.9; smaller calls more poses ambiguous.
+        pub as_good: f64 = 0.9,
         /// Pairs that say one thing. Default 2.5: both clouds err, and the residuals show one of
         /// them, for the other's surfaces are smoothed; at bends they are smoothed too much.
         pub redundancy: f64 = 2.5,
@@ -90,20 +102,42 @@ config! {
     }
 }
 
+/// Steps from a pose that a method found to where the pairs lie best, at most.
+const MOST_STEPS_LEFT: usize = 5;
+
+/// What a pose is worth, and on how much that rests.
+pub(super) struct Judged {
+    pub(super) registration: Registration,
+    /// Points of both clouds that agree.
+    pub(super) agree: usize,
+    /// Whether the clouds show partly different things.
+    pub(super) is_partial: bool,
+}
+
 /// What `found` is worth.
-pub(super) fn judge(
-    moving: &Cloud,
-    fixed: &Cloud,
-    found: &Found,
-    config: &JudgeConfig,
-) -> Registration {
+pub(super) fn judge(moving: &Cloud, fixed: &Cloud, found: &Found, config: &JudgeConfig) -> Judged {
     let pose = &found.pose;
     let there = partners(moving, fixed, pose, &[]);
     let sigma = sigma(&there, config);
     let (mut sums, told) = sums(&there, sigma, config);
     let matching = MatchConfig::default();
     let weakest = Weakest::of(&sums.hessian);
+    let limit = config.inlier_sigmas * sigma;
+    let Agreement { all, along } = agreement(
+        moving,
+        fixed,
+        pose,
+        &there,
+        &weakest.motion.xy(),
+        limit,
+        config,
+    );
+    let surfaces = (moving.surfaces().iter().chain(fixed.surfaces()).flatten()).count();
+    let part = |count: usize| count as f64 / surfaces.max(1) as f64;
+    let is_partial = part(all.of) < config.min_compared;
+    let back = is_partial.then(|| Back::of(moving, fixed, pose, config));
     let free = weakest.if_free(matching.min_share);
+    let free = free.or_else(|| back.as_ref()?.free);
     if let Some(free) = &free {
         sums.silence(free);
     }
@@ -115,25 +149,19 @@ pub(super) fn judge(
     });
     let mut cov = known.try_inverse();
     if let (Some(cov), None) = (&mut cov, &free) {
-        let left = *cov * (sums.gradient * per_pair);
+        let step = -(*cov * (sums.gradient * per_pair));
+        let left = way_left(moving, fixed, pose, step, cov, config);
         *cov += left * left.transpose();
+        if let Some(step) = back.and_then(|back| back.step) {
+            *cov += step * step.transpose();
+        }
     }
-    let limit = config.inlier_sigmas * sigma;
-    let Agreement { all, along } = agreement(
-        moving,
-        fixed,
-        pose,
-        &there,
-        &weakest.motion.xy(),
-        limit,
-        config,
-    );
     let count = moving.points().len();
     let overlap = sums.inliers as f64 / count.max(1) as f64;
     let verdict = if told < matching.min_points.min(count.max(3)) {
         Verdict::TooFewPoints { found: told }
     } else if all.part() < config.min_agreement
-        || overlap < config.min_overlap
+        || overlap.min(part(all.agree)) < config.min_overlap
         || sigma > most_scatter(moving, fixed, config)
     {
         Verdict::LocalMinimum {
@@ -153,7 +181,70 @@ pub(super) fn judge(
         Verdict::NotConverged
     };
     let counted = (&sums, count);
-    outcome(*pose, cov, information, counted, found.iterations, verdict)
+    Judged {
+        registration: outcome(*pose, cov, information, counted, found.iterations, verdict),
+        agree: all.agree,
+        is_partial,
+    }
+}
+
+/// How far it is from `pose` to where the pairs lie best, `step` being the first step there: the
+/// method left it. Where that is more than noise explains, pairs are looked for again, for others
+/// are the nearest there.
+fn way_left(
+    moving: &Cloud,
+    fixed: &Cloud,
+    pose: &Pose2,
+    step: Vector3<f64>,
+    cov: &Matrix3<f64>,
+    config: &JudgeConfig,
+) -> Vector3<f64> {
+    let Some(information) = cov.try_inverse() else {
+        return step;
+    };
+    let (mut left, mut step) = (step, step);
+    for _ in 1..MOST_STEPS_LEFT {
+        if step.dot(&(information * step)) < 1.0 || left.xy().length() > config.beside {
+            break;
+        }
+        let pairs = partners(moving, fixed, &pose.plus(&left), &[]);
+        let (sums, _) = sums(&pairs, sigma(&pairs, config), config);
+        let Some(next) = sums.step(None) else {
+            break;
+        };
+        step = next;
+        left += step;
+    }
+    left
+}
+
+/// What the points of the fixed cloud say of a pose, the moving cloud being asked for surfaces.
+pub(super) struct Back {
+    /// The motion (x, y, θ; its shift of length 1) of which they say next to nothing.
+    pub(super) free: Option<Vector3<f64>>,
+    /// By how much they would move the pose; `None` where they do not fix it.
+    pub(super) step: Option<Vector3<f64>>,
+}
+
+impl Back {
+    pub(super) fn of(moving: &Cloud, fixed: &Cloud, pose: &Pose2, config: &JudgeConfig) -> Self {
+        let pairs = partners(fixed, moving, &pose.inverse(), &[]);
+        let (sums, _) = sums(&pairs, sigma(&pairs, config), config);
+        let free = Weakest::of(&sums.hessian).if_free(MatchConfig::default().min_share);
+        let free = free.map(|motion| seen_from_other(&motion, pose));
+        let step = sums.hessian.try_inverse().map(|cov| -(cov * sums.gradient));
+        Self {
+            free: free.map(|motion| motion / motion.xy().length()),
+            step: step.map(|step| seen_from_other(&step, pose)),
+        }
+    }
+}
+
+/// What a small change of a pose's inverse is for the pose: the derivative of
+/// t = -R(-θ') t', θ = -θ' by (t', θ').
+pub(super) fn seen_from_other(change: &Vector3<f64>, pose: &Pose2) -> Vector3<f64> {
+    let by_turn = Vector2::new(pose.y(), -pose.x()) * change.z;
+    (by_turn - pose.rotate(change.xy())).push(-change.z)
 }
 
 /// How many of some points agree, and of how many that could.

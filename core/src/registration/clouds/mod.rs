@@ -176,9 +176,9 @@ fn register_watched(
     };
     let mut judged = judge::judge(moving, fixed, &found, config);
     if rival::is_ambiguous(moving, fixed, &start, &judged, config) {
-        judged.verdict = Verdict::Ambiguous;
+        judged.registration.verdict = Verdict::Ambiguous;
     }
-    judged
+    judged.registration
 }
 
 /// Coherent point drift of the cloud as it lies at the start.

@@ -180,10 +180,11 @@ pub(super) fn drift_watched(
     let mut y = start.clone();
     let mut variance = mean_square(&y, &x);
     let mut motion = Motion::of(kind, &start, config);
+    let mut near = None;
     let (mut still, mut iterations, mut is_settled, mut failed) = (0, 0, false, false);
     while iterations < config.max_iterations {
         iterations += 1;
-        let owed = Posterior::of(&y, &x, variance, config);
+        let owed = Posterior::of(&y, &x, variance, config, &mut near);
         watch.see(|| normal.iteration(&y, &owed, variance, &motion));
         if owed.total < 1e-9 {
             failed = true;

@@ -4,21 +4,82 @@
 //! c = 2πσ² w/(1-w) M/N. What the M step needs of it: P1, P X and Pᵀ1.
 //!
 //! Few points, and near ones, are taken pair by pair, in single precision: each exponential serves
-//! the denominator and then the sums. Many points that all hear each other go through the Gauss
+//! the denominator and then the sums. Which are near is kept while points move by next to nothing,
+//! as they do in most iterations. Many points that all hear each other go through the Gauss
 //! transform twice, (1.54) and (1.55).
 
-use std::f64::consts::PI;
+use std::f64::consts::{LOG2_E, PI};
 use std::ops::Range;
 
 use nalgebra::{Point2, Vector2};
 use pulp::NullaryFnOnce;
 
-use super::super::gauss_transform::{Cells, Plan, TransformMethod, exp_f32, gauss_transform};
+use super::super::gauss_transform::{Cells, Plan, TransformMethod, exp2_of_minus, gauss_transform};
 use super::CpdConfig;
 use crate::lanes::widened;
 
 /// Moving points worked on side by side.
-const SIDE_BY_SIDE: usize = 16;
+const SIDE_BY_SIDE: usize = 8;
+/// Points are taken for near as if σ were so many times as wide: they may move a little, and stay
+/// so.
+const SPARE: f64 = 1.02;
+/// Points that were looked for in a radius more than so many times as wide as it takes are looked
+/// for anew.
+const MOST_SPARE: f64 = 1.1;
+
+/// Numbers of moving points side by side.
+type Group = [f32; SIDE_BY_SIDE];
+
+/// Which moving points are near which fixed ones.
+pub(super) struct Near {
+    /// Where the moving points were.
+    places: Vec<Point2<f64>>,
+    /// They in the order of their cells.
+    order: Vec<u32>,
+    /// Groups of them, and of each fixed point where its own end in that list.
+    runs: Vec<Range<usize>>,
+    ends: Vec<usize>,
+    radius: f64,
+    /// The σ whose points are all within the radius.
+    sigma: f64,
+}
+
+impl Near {
+    fn of(cells: Cells, y: &[Point2<f64>], x: &[Point2<f64>], sigma: f64) -> Self {
+        let mut near = Self {
+            places: y.to_vec(),
+            runs: vec![],
+            ends: Vec::with_capacity(x.len()),
+            radius: cells.radius,
+            sigma,
+            order: vec![],
+        };
+        for fixed in x {
+            let first = near.runs.len();
+            for run in cells.near(fixed).filter(|run| !run.is_empty()) {
+                let start = run.start / SIDE_BY_SIDE;
+                let end = run.end.div_ceil(SIDE_BY_SIDE);
+                // Neighbours that share a group are joined.
+                match near.runs.get_mut(first..).and_then(<[_]>::last_mut) {
+                    Some(last) if start <= last.end => last.end = last.end.max(end),
+                    _ => near.runs.push(start..end),
+                }
+            }
+            near.ends.push(near.runs.len());
+        }
+        near.order = cells.order;
+        near
+    }
+
+    /// Whether all that is near is still among them, and not much else.
+    pub(super) fn holds(&self, y: &[Point2<f64>], sigma: f64) -> bool {
+        let reach = self.radius * sigma / self.sigma;
+        let spare = self.radius - reach;
+        let is_still =
+            |(place, y): (&Point2<f64>, &Point2<f64>)| (y - place).norm_squared() <= spare * spare;
+        self.radius <= MOST_SPARE * reach && spare >= 0.0 && self.places.iter().zip(y).all(is_still)
+    }
+}
 
 /// What a moving point is owed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,14 +106,25 @@ impl Posterior {
         x: &[Point2<f64>],
         variance: f64,
         config: &CpdConfig,
+        near: &mut Option<Near>,
     ) -> Self {
         let w = config.outliers.clamp(0.0, 0.999);
         let by_outliers = 2.0 * PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64;
         let (sigma, scale) = (variance.sqrt(), 0.5 / variance);
-        let (of_moving, of_fixed) = match Plan::of(y, x, sigma, config.error) {
-            Plan::Chebyshev(_) => by_transform(y, x, sigma, by_outliers, config.error),
-            Plan::Direct => by_pairs(y, x, None, scale, by_outliers),
-            Plan::Grid(cells) => by_pairs(y, x, Some(&cells), scale, by_outliers),
+        let (of_moving, of_fixed) = match near {
+            Some(near) if near.holds(y, sigma) => by_pairs(y, x, Some(near), scale, by_outliers),
+            _ => {
+                *near = None;
+                let wider = SPARE * sigma;
+                match Plan::of(y, x, wider, config.error) {
+                    Plan::Chebyshev(_) => by_transform(y, x, sigma, by_outliers, config.error),
+                    Plan::Direct => by_pairs(y, x, None, scale, by_outliers),
+                    Plan::Grid(cells) => {
+                        let near = near.insert(Near::of(cells, y, x, wider));
+                        by_pairs(y, x, Some(near), scale, by_outliers)
+                    }
+                }
+            }
         };
         let total = of_fixed.iter().sum();
         Self {
@@ -96,40 +168,47 @@ fn by_transform(
 fn by_pairs(
     y: &[Point2<f64>],
     x: &[Point2<f64>],
-    cells: Option<&Cells>,
+    near: Option<&Near>,
     scale: f64,
     by_outliers: f64,
 ) -> (Vec<Owed>, Vec<f64>) {
-    let order: Vec<u32> = match cells {
-        Some(cells) => cells.order.clone(),
-        None => (0..y.len() as u32).collect(),
+    let all: Vec<u32>;
+    let order = match near {
+        Some(near) => &near.order,
+        None => {
+            all = (0..y.len() as u32).collect();
+            &all
+        }
     };
     let sorted = order.iter().filter_map(|index| y.get(*index as usize));
-    let (mut ys, mut xs) = (Vec::with_capacity(y.len()), Vec::with_capacity(y.len()));
-    for point in sorted {
-        xs.push(point.x as f32);
-        ys.push(point.y as f32);
-    }
     // Whole groups, the last ones of points that are too far to be owed anything.
-    let whole = y.len().next_multiple_of(SIDE_BY_SIDE);
-    xs.resize(whole, FAR);
-    ys.resize(whole, FAR);
+    let groups = y.len().div_ceil(SIDE_BY_SIDE);
+    let (mut xs, mut ys) = (
+        vec![[FAR; SIDE_BY_SIDE]; groups],
+        vec![[FAR; SIDE_BY_SIDE]; groups],
+    );
+    let places = xs.as_flattened_mut().iter_mut().zip(ys.as_flattened_mut());
+    // exp(-d² scale) = 2^-(d root)².
+    let root = (scale * LOG2_E).sqrt();
+    for ((x, y), point) in places.zip(sorted) {
+        (*x, *y) = ((root * point.x) as f32, (root * point.y) as f32);
+    }
     let (sums, of_fixed) = widened(Pairs {
         x: &xs,
         y: &ys,
         fixed: x,
-        cells,
-        scale: scale as f32,
+        near,
+        root,
         by_outliers: by_outliers as f32,
     });
     let mut of_moving = vec![Owed::default(); y.len()];
-    for (at, index) in order.iter().enumerate() {
-        let sum = |column: &Vec<f32>| f64::from(column.get(at).copied().unwrap_or(0.0));
+    let [parts, px, py] = sums.each_ref().map(|column| column.as_flattened());
+    let sums = parts.iter().zip(px.iter().zip(py));
+    for (index, (part, (x, y))) in order.iter().zip(sums) {
         if let Some(owed) = of_moving.get_mut(*index as usize) {
-            let [part, x, y] = &sums;
             *owed = Owed {
-                part: sum(part),
-                place: Vector2::new(sum(x), sum(y)),
+                part: f64::from(*part),
+                place: Vector2::new(f64::from(*x), f64::from(*y)),
             };
         }
     }
@@ -139,46 +218,41 @@ fn by_pairs(
 /// Where nothing is: its exponential is as good as none.
 const FAR: f32 = 1e15;
 
+/// All pairs, or those that are near.
 struct Pairs<'a> {
-    x: &'a [f32],
-    y: &'a [f32],
+    /// Places of the moving points, times `root`.
+    x: &'a [Group],
+    y: &'a [Group],
     fixed: &'a [Point2<f64>],
-    cells: Option<&'a Cells>,
-    scale: f32,
+    near: Option<&'a Near>,
+    root: f64,
     by_outliers: f32,
 }
 
 impl NullaryFnOnce for Pairs<'_> {
-    type Output = ([Vec<f32>; 3], Vec<f64>);
+    type Output = ([Vec<Group>; 3], Vec<f64>);
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let count = self.x.len();
-        let mut sums = [const { vec![] }; 3];
-        for column in &mut sums {
-            column.resize(count, 0.0_f32);
-        }
-        let mut values = vec![0.0_f32; count];
+        let groups = self.x.len();
+        let nothing = || vec![[0.0; SIDE_BY_SIDE]; groups];
+        let (mut sums, mut values) = ([nothing(), nothing(), nothing()], nothing());
         let mut of_fixed = Vec::with_capacity(self.fixed.len());
-        let all = 0..count;
-        let mut runs: Vec<Range<usize>> = Vec::from([all]);
-        for fixed in self.fixed {
-            if let Some(cells) = self.cells {
-                runs.clear();
-                for run in cells.near(fixed) {
-                    // Whole groups; neighbours that overlap are joined.
-                    let start = run.start / SIDE_BY_SIDE * SIDE_BY_SIDE;
-                    let end = run.end.next_multiple_of(SIDE_BY_SIDE).min(count);
-                    match runs.last_mut() {
-                        _ if run.is_empty() => {}
-                        Some(last) if start <= last.end => last.end = last.end.max(end),
-                        _ => runs.push(start..end),
-                    }
+        let all = 0..groups;
+        let mut begin = 0;
+        for (index, fixed) in self.fixed.iter().enumerate() {
+            let runs = match self.near {
+                None => std::slice::from_ref(&all),
+                Some(near) => {
+                    let end = near.ends.get(index).copied().unwrap_or(begin);
+                    let runs = near.runs.get(begin..end);
+                    begin = end;
+                    runs.unwrap_or_default()
                 }
-            }
-            let (fx, fy) = (fixed.x as f32, fixed.y as f32);
+            };
+            let (fx, fy) = ((self.root * fixed.x) as f32, (self.root * fixed.y) as f32);
             let mut lanes = [0.0_f32; SIDE_BY_SIDE];
-            for run in &runs {
+            for run in runs {
                 let (Some(x), Some(y), Some(values)) = (
                     self.x.get(run.clone()),
                     self.y.get(run.clone()),
@@ -186,10 +260,11 @@ impl NullaryFnOnce for Pairs<'_> {
                 ) else {
                     continue;
                 };
-                let (xs, ys) = (x.as_chunks().0, y.as_chunks().0);
-                let values = values.as_chunks_mut().0;
-                for ((x, y), values) in xs.iter().zip(ys).zip(values) {
-                    group(x, y, fx, fy, self.scale, values, &mut lanes);
+                for ((x, y), values) in x.iter().zip(y).zip(values) {
+                    *values = group(x, y, fx, fy);
+                    for at in 0..SIDE_BY_SIDE {
+                        lanes[at] += values[at];
+                    }
                 }
             }
             let mut sum = 0.0;
@@ -202,9 +277,9 @@ impl NullaryFnOnce for Pairs<'_> {
             if share <= 0.0 {
                 continue;
             }
-            let (by_x, by_y) = (share * fx, share * fy);
+            let (by_x, by_y) = (share * fixed.x as f32, share * fixed.y as f32);
             let [parts, px, py] = &mut sums;
-            for run in &runs {
+            for run in runs {
                 let (Some(values), Some(parts), Some(px), Some(py)) = (
                     values.get(run.clone()),
                     parts.get_mut(run.clone()),
@@ -213,10 +288,12 @@ impl NullaryFnOnce for Pairs<'_> {
                 ) else {
                     continue;
                 };
-                for (((value, part), x), y) in values.iter().zip(parts).zip(px).zip(py) {
-                    *part += value * share;
-                    *x += value * by_x;
-                    *y += value * by_y;
+                for (((values, part), x), y) in values.iter().zip(parts).zip(px).zip(py) {
+                    for at in 0..SIDE_BY_SIDE {
+                        part[at] += values[at] * share;
+                        x[at] += values[at] * by_x;
+                        y[at] += values[at] * by_y;
+                    }
                 }
             }
         }
@@ -224,19 +301,13 @@ impl NullaryFnOnce for Pairs<'_> {
     }
 }
 
+/// k_mn of moving points and a fixed one, all places times the root of the scale.
 #[inline(always)]
-fn group(
-    x: &[f32; SIDE_BY_SIDE],
-    y: &[f32; SIDE_BY_SIDE],
-    fx: f32,
-    fy: f32,
-    scale: f32,
-    values: &mut [f32; SIDE_BY_SIDE],
-    sums: &mut [f32; SIDE_BY_SIDE],
-) {
+fn group(x: &Group, y: &Group, fx: f32, fy: f32) -> Group {
+    let mut squares = [0.0; SIDE_BY_SIDE];
     for at in 0..SIDE_BY_SIDE {
         let (dx, dy) = (x[at] - fx, y[at] - fy);
-        values[at] = exp_f32(-scale * (dx * dx + dy * dy));
-        sums[at] += values[at];
+        squares[at] = dx * dx + dy * dy;
     }
+    exp2_of_minus(&squares)
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Matrix2, Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::posterior::Posterior;
+use super::posterior::{Near, Posterior};
 use super::rigid::Sums;
 use super::*;
 use crate::geom::{Length, Pose2};
@@ -35,26 +35,67 @@ fn sums_of_the_posterior_are_those_of_the_dense_matrix() {
         (60, 60, 1e-4),
         (1500, 1400, 0.5),
     ] {
-        let (y, x) = (cloud(m, 1), cloud(n, 2));
-        let config = CpdConfig::default();
-        let found = Posterior::of(&y, &x, variance, &config);
-        let p = plain(&y, &x, variance, config.outliers);
+        let (mut y, x) = (cloud(m, 1), cloud(n, 2));
+        let mut near = None;
+        // What was near is kept where points hardly move, and looked for anew where they do.
+        for step in [0.0, 1e-4, 0.1] {
+            for point in &mut y {
+                point.x += step;
+            }
+            is_like_the_dense_matrix(&y, &x, variance, &mut near);
+        }
+    }
+}
+
+fn is_like_the_dense_matrix(
+    y: &[Point2<f64>],
+    x: &[Point2<f64>],
+    variance: f64,
+    near: &mut Option<Near>,
+) {
+    let m = y.len();
+    let config = CpdConfig::default();
+    let found = Posterior::of(y, x, variance, &config, near);
+    let p = plain(y, x, variance, config.outliers);
+    assert!(
+        (found.total - p.sum()).abs() < 1e-4 * p.sum().max(1e-3),
+        "{m} {variance}"
+    );
+    for (row, owed) in p.row_iter().zip(&found.of_moving) {
+        let place: Vector2<f64> = row.iter().zip(x).map(|(p, x)| x.coords * *p).sum();
         assert!(
-            (found.total - p.sum()).abs() < 1e-4 * p.sum().max(1e-3),
-            "{m} {variance}"
+            (owed.part - row.sum()).abs() < 2e-4,
+            "{m} {variance}: {}",
+            owed.part
         );
-        for (row, owed) in p.row_iter().zip(&found.of_moving) {
-            let place: Vector2<f64> = row.iter().zip(&x).map(|(p, x)| x.coords * *p).sum();
-            assert!(
-                (owed.part - row.sum()).abs() < 2e-4,
-                "{m} {variance}: {}",
-                owed.part
-            );
-            assert!((owed.place - place).length() < 2e-4, "{m} {variance}");
+        assert!((owed.place - place).length() < 2e-4, "{m} {variance}");
+    }
+    for (column, share) in p.column_iter().zip(&found.of_fixed) {
+        assert!((column.sum() - share).abs() < 1e-4, "{m} {variance}");
+    }
+}
+
+#[test]
+fn what_was_near_is_kept_while_points_hardly_move() {
+    let (mut y, x) = (cloud(300, 1), cloud(300, 2));
+    let config = CpdConfig::default();
+    let mut near = None;
+    for (step, variance, is_kept) in [
+        (0.0, 1e-4, true),
+        (1e-4, 1e-4, true),
+        (0.0, 0.95e-4, true),
+        (2e-3, 1e-4, false),
+        (0.0, 0.5e-4, false),
+        (0.0, 1e-4, false),
+    ] {
+        for point in &mut y {
+            point.x += step;
         }
-        for (column, share) in p.column_iter().zip(&found.of_fixed) {
-            assert!((column.sum() - share).abs() < 1e-4, "{m} {variance}");
-        }
+        let holds = |near: &Near| near.holds(&y, f64::sqrt(variance));
+        let held = near.as_ref().is_none_or(holds);
+        assert_eq!(held, is_kept, "{step} {variance}");
+        Posterior::of(&y, &x, variance, &config, &mut near);
+        assert!(near.is_some());
     }
 }
 
@@ -62,7 +103,7 @@ fn sums_of_the_posterior_are_those_of_the_dense_matrix() {
 fn motions_are_those_of_the_closed_forms() {
     let (y, x) = (cloud(20, 3), cloud(25, 4));
     let config = CpdConfig::default();
-    let owed = Posterior::of(&y, &x, 0.3, &config);
+    let owed = Posterior::of(&y, &x, 0.3, &config, &mut None);
     let p = plain(&y, &x, 0.3, config.outliers);
     let matrix = |points: &[Point2<f64>]| DMatrix::from_fn(points.len(), 2, |i, k| points[i][k]);
     let (xs, ys) = (matrix(&x), matrix(&y));

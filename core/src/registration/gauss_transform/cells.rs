@@ -15,7 +15,8 @@ pub(crate) struct Cells {
     least: Point2<f64>,
     /// Cells of a metre.
     per_metre: f64,
-    radius: f64,
+    /// m.
+    pub(crate) radius: f64,
     columns: usize,
     rows: usize,
     /// Of each cell and one beyond, the first of its points.

@@ -25,7 +25,7 @@ mod exp;
 mod tests;
 
 pub(super) use cells::Cells;
-pub(super) use exp::exp_f32;
+pub(super) use exp::exp2_of_minus;
 
 use nalgebra::Point2;
 
