@@ -1,8 +1,8 @@
 //! A robot that comes from who knows where: scans are missing, and what it sees now was not seen
 //! before.
 //!
-//! In: what odometry says of the motion since the last scan, and how much of the new one lies on the
-//! running submap. Out: what is not known of the pose beyond what odometry says.
+//! In: what odometry says of the motion since the last scan, and how much of the new one lies on
+//! the running submap. Out: what is not known of the pose beyond what odometry says.
 //!
 //! 1. Drawn into the running submap, such a scan would be held to what was there before by nothing
 //!    but odometry, and the next submap would take over both: loops that are closed over the old

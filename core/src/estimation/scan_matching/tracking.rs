@@ -11,9 +11,9 @@
 //!    longer.
 //! 4. What fits nearly as well elsewhere makes the pose doubtful. Where it may as well lie
 //!    elsewhere, or contradicts the submap at the best of all poses, or the submap says nothing of
-//!    it although the robot was there just now, or it comes from who knows where ([`super::adrift`]),
-//!    the scan does not belong to the running submap: a new one is begun, joined as loosely as the
-//!    pose is known.
+//!    it although the robot was there just now, or it comes from who knows where
+//!    ([`super::adrift`]), the scan does not belong to the running submap: a new one is begun,
+//!    joined as loosely as the pose is known.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
