@@ -89,7 +89,10 @@ test('a click on a torn place says what is torn, and by how much', { tag: '@phon
   await lab.show('status');
   await expect(lab.at('tears').locator('li')).toHaveCount(tears.length);
   await expect(lab.at('quality')).toContainText('This map is torn');
-  for (const { kind, place, off } of tears) {
+  const close = () => lab.at('torn').getByRole('button', { name: 'Close' }).click();
+  for (const [at, { kind, place, off }] of tears.entries()) {
+    // On a phone the card of the one before may lie over the place of the next.
+    if (at > 0) await close();
     await lab.hidePanels();
     await lab.stillCamera();
     await lab.pointAt(...place, !!isMobile);
@@ -100,7 +103,7 @@ test('a click on a torn place says what is torn, and by how much', { tag: '@phon
     if (!isMobile) await expect(lab.at('hover')).toContainText(/· (torn|doubtful): .+, click to see more/);
     expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
   }
-  await lab.at('torn').getByRole('button', { name: 'Close' }).click();
+  await close();
   await expect(lab.at('torn')).toHaveCount(0);
 });
 

@@ -5,7 +5,7 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `89` and `slamlab` |
-//! | 4 | version of the format: 6 |
+//! | 4 | version of the format: 7 |
 //! | 8 | length of the content, unpacked |
 //! | 8 | XXH64 of the content, unpacked |
 //! | rest | the content, packed (RFC 1950, zlib) |
@@ -29,7 +29,7 @@ use crate::snapshot::{Reader, Snapshot as _, SnapshotError, snapshot};
 /// The first bytes of a file.
 pub const MAGIC: [u8; 8] = *b"\x89slamlab";
 /// The version that is written and read.
-pub const VERSION: u32 = 6;
+pub const VERSION: u32 = 7;
 /// The longest content that is unpacked, bytes: some tens of kilometres of way.
 pub const MOST_UNPACKED: u64 = 1 << 29;
 /// Zlib packs no more than so many bytes into one, ...

@@ -7,9 +7,9 @@
 //!    robot that stands; the matches tell which it is. Odometry that hangs says nothing: to believe
 //!    that the robot stands would hold each match back a little, and along a corridor altogether.
 //! 2. What it counts when it catches up began where it began to hang.
-//! 3. No robot is suddenly many times as fast as it was. Such a jump is an error of the counter, or
-//!    a motion that the matches hold already: the robot goes on as before. Where it does not, the
-//!    jump is still tried.
+//! 3. No robot is suddenly many times as fast as it was, nor goes farther from where it stood than
+//!    a robot can in that time. Such a jump is an error of the counter, or a motion that the matches
+//!    hold already: the robot goes on as before. Where it does not, the jump is still tried.
 
 use std::collections::VecDeque;
 
@@ -34,9 +34,9 @@ const LONGER: f64 = 2.0;
 /// How odometry behaved of late.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OdometryWatch {
-    /// Where the robot was matched last before odometry began to count nothing, to the last digit;
-    /// in the running submap.
-    stands_since: Option<Pose2>,
+    /// When odometry began to count nothing, to the last digit, and where the robot was matched
+    /// last before; in the running submap.
+    stands_since: Option<(Stamp, Pose2)>,
     /// Whether the robot was matched clearly elsewhere since.
     hangs: bool,
 }
@@ -77,7 +77,8 @@ impl OdometryWatch {
         stamp: Stamp,
     ) -> Believed {
         if odometry.motion == Pose2::identity() {
-            self.stands_since.get_or_insert(*here);
+            let last = pasts.back().map_or(stamp, |past| past.stamp);
+            self.stands_since.get_or_insert((last, *here));
             return match self.hangs {
                 true => Believed::Failed(None),
                 false => Believed::Counted(odometry),
@@ -88,7 +89,10 @@ impl OdometryWatch {
             hangs,
         } = std::mem::take(self);
         match stands_since {
-            Some(begin) if hangs => Believed::Counted(counted_from(&begin, odometry, here)),
+            Some((_, begin)) if hangs => Believed::Counted(counted_from(&begin, odometry, here)),
+            Some((since, _)) if is_too_far(&odometry.motion, START * stamp.since(since)) => {
+                Believed::Failed(Some(odometry))
+            }
             // It may have hung where no match could tell.
             Some(_) => Believed::Counted(odometry),
             None if jumps(&odometry.motion, pasts, stamp) => Believed::Failed(Some(odometry)),
@@ -98,7 +102,7 @@ impl OdometryWatch {
 
     /// Takes where the robot was matched next. Says whether that shows that odometry hangs.
     pub(super) fn matched(&mut self, last: &Pose2, here: &Pose2) -> bool {
-        let Some(begin) = self.stands_since.filter(|_| !self.hangs) else {
+        let Some((since, begin)) = self.stands_since.filter(|_| !self.hangs) else {
             return false;
         };
         let is_beyond = |from: &Pose2| {
@@ -107,7 +111,7 @@ impl OdometryWatch {
         };
         if is_beyond(last) {
             // Carried off at once.
-            self.stands_since = Some(*here);
+            self.stands_since = Some((since, *here));
         } else {
             self.hangs = is_beyond(&begin);
         }
@@ -116,7 +120,8 @@ impl OdometryWatch {
 
     /// Another submap runs from here on.
     pub(super) fn rebase(&mut self, new_from_old: &Pose2) {
-        self.stands_since = self.stands_since.map(|begin| *new_from_old * begin);
+        let rebased = |(since, begin)| (since, *new_from_old * begin);
+        self.stands_since = self.stands_since.map(rebased);
     }
 }
 
@@ -149,7 +154,12 @@ fn jumps(motion: &Pose2, pasts: &VecDeque<Past>, stamp: Stamp) -> bool {
     let speed = if seconds > 0.0 { sum / seconds } else { 0.0 };
     let usual = seconds / (pasts.len() as f64 - 1.0).max(1.0);
     let most = (FASTER * speed).max(START) * stamp.since(last.stamp).max(usual);
-    motion.position().coords.length() > JUMP + most.max(LONGER * longest)
+    is_too_far(motion, most.max(LONGER * longest))
+}
+
+/// Whether a robot that goes `most` metres cannot have moved so.
+fn is_too_far(motion: &Pose2, most: f64) -> bool {
+    motion.position().coords.length() > JUMP + most
 }
 
 snapshot!(OdometryWatch {
@@ -263,6 +273,19 @@ mod tests {
         }
         let believed = robot.moves(ahead(STEP), ahead(STEP));
         assert_eq!(believed.counted().unwrap().motion, ahead(STEP));
+    }
+
+    #[test]
+    fn who_stood_is_believed_to_have_gone_as_far_as_a_robot_goes_meanwhile() {
+        for (way, is_believed) in [(5.0, true), (7.0, false), (100.0, false)] {
+            let mut robot = Robot::default();
+            // For four seconds.
+            for _ in 0..20 {
+                robot.moves(Pose2::identity(), Pose2::identity());
+            }
+            let believed = robot.moves(Pose2::identity(), Pose2::new(way, 0.0, 0.0));
+            assert_eq!(believed.counted().is_some(), is_believed, "{way} m");
+        }
     }
 
     #[test]

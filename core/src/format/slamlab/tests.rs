@@ -36,7 +36,7 @@ fn what_was_written_is_read_again() {
 #[test]
 fn the_header_is_that_of_the_table() {
     let file = write(&experiment()).unwrap();
-    assert_eq!(&file[..12], b"\x89slamlab\x06\0\0\0");
+    assert_eq!(&file[..12], b"\x89slamlab\x07\0\0\0");
     let mut content = vec![];
     experiment().write(&mut content);
     assert_eq!(file[12..20], (content.len() as u64).to_le_bytes());
@@ -66,8 +66,8 @@ fn each_fault_has_its_words() {
         file
     };
     check(
-        &with(8, 7),
-        "of version 7, and this program reads version 6: it was written by a newer one",
+        &with(8, 8),
+        "of version 8, and this program reads version 7: it was written by a newer one",
     );
     check(&with(8, 1), "it was written by an older one");
     check(&with(12, !file[12]), "damaged");
