@@ -8,8 +8,9 @@
 //!    that the robot stands would hold each match back a little, and along a corridor altogether.
 //! 2. What it counts when it catches up began where it began to hang.
 //! 3. No robot is suddenly many times as fast as it was, nor goes farther from where it stood than
-//!    a robot can in that time. Such a jump is an error of the counter, or a motion that the matches
-//!    hold already: the robot goes on as before. Where it does not, the jump is still tried.
+//!    a robot can in that time. Such a jump is an error of the counter, or a motion that the
+//!    matches hold already: the robot goes on as before. Where it does not, the jump is still
+//!    tried.
 
 use std::collections::VecDeque;
 
