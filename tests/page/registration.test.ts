@@ -6,7 +6,7 @@ import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
 const METHODS = ['point-to-point', 'point-to-line', 'surface-to-surface', 'ndt', 'cpd', 'gmm', 'correlation'];
-const VERDICTS = /^(converged|degenerate|too-few-points|not-converged|local-minimum)$/;
+const VERDICTS = /^(converged|degenerate|too-few-points|not-converged|local-minimum|ambiguous)$/;
 
 async function openLab(lab: Lab): Promise<void> {
   await lab.open();
