@@ -24,7 +24,7 @@ use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::sim::SensorModel;
 
 use super::{Args, Outcome};
-use crate::mapped::Mapped;
+use crate::mapped::{Mapped, PART};
 use crate::ride::world_named;
 use crate::statistics::{median, quantile};
 use crate::threads::each;
@@ -40,8 +40,7 @@ const WORLDS: [&str; 6] = [
 const SEEDS: u64 = 20;
 /// An exploration that takes longer has failed, s.
 const LONGEST: f64 = 3600.0;
-/// Part of the cells of walls, and how far the rest of them may be from the walls at most, m.
-const PART: f64 = 0.95;
+/// How far [`PART`] of the cells of walls may be from the walls at most, m.
 const MOST_WALL_ERROR: f64 = 0.05;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {

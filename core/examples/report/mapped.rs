@@ -19,6 +19,9 @@ use crate::statistics::quantile;
 /// Walls farther away are not looked for, m.
 const REACH: f64 = 2.0;
 
+/// Part of the cells of walls that may not be off by more than is said.
+pub(crate) const PART: f64 = 0.95;
+
 /// What became of one exploration.
 pub(crate) struct Mapped {
     pub(crate) is_done: bool,
@@ -80,7 +83,7 @@ impl Mapped {
 
     /// 95 % of the cells are nearer to a wall, as the map lies, m.
     pub(crate) fn wall_error(&self) -> f64 {
-        quantile(&self.wall_errors, 0.95)
+        quantile(&self.wall_errors, PART)
     }
 }
 

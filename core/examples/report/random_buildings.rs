@@ -16,7 +16,7 @@ use serde_json::json;
 use slamlab_core::estimation::MapVerdict;
 
 use super::{Args, Outcome};
-use crate::mapped::Mapped;
+use crate::mapped::{Mapped, PART};
 use crate::random_building;
 use crate::statistics::{median, quantile};
 use crate::threads::each;
@@ -26,8 +26,6 @@ const SEEDS: u64 = 60;
 const LONGEST: f64 = 900.0;
 const MOST_WAY_ERROR: f64 = 0.5;
 const MOST_WALL_ERROR: f64 = 0.5;
-/// Part of the cells of walls that may not be off by more.
-const PART: f64 = 0.95;
 const MOST_FALSE_ALARMS: f64 = 0.05;
 
 pub(crate) fn measure(args: &Args) -> Result<Outcome> {

@@ -52,10 +52,7 @@ impl LoopError {
         let own: Matrix3<f64> = turned * own * turned.transpose();
         let chi2 = error.dot(&((doubt + own).try_inverse()? * error));
         Some(Self {
-            doubt: Doubt {
-                shift: (doubt[(0, 0)] + doubt[(1, 1)]).max(0.0).sqrt(),
-                turn: doubt[(2, 2)].max(0.0).sqrt(),
-            },
+            doubt: Doubt::of(&doubt),
             shift: error.xy().length(),
             turn: error.z.abs(),
             ratio: (chi2.max(0.0) / FREEDOM).sqrt(),

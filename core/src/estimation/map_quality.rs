@@ -38,7 +38,7 @@ use nalgebra::Point2;
 use self::pairs::{Pair, Pairs, agreement};
 use self::tears::{Witness, gather};
 use super::loop_error::LoopError;
-use super::submap::ClosedSubmap;
+use super::submap::{ClosedSubmap, Doubt};
 use crate::geom::Pose2;
 use crate::map::SurfelConfig;
 use crate::registration::MatchConfig;
@@ -354,10 +354,9 @@ fn severity(tear: &Tear) -> f64 {
     }
 }
 
-/// How far walls may be off that lie ahead of a place which is known to `shift`, m, and `turn`,
-/// rad; all of them standard deviations.
-pub(super) fn doubt_ahead(shift: f64, turn: f64) -> f64 {
-    libm::hypot(shift, AHEAD * turn)
+/// How far walls may be off that lie ahead of a place in doubt, m: a standard deviation.
+pub(super) fn doubt_ahead(doubt: &Doubt) -> f64 {
+    libm::hypot(doubt.shift, AHEAD * doubt.turn)
 }
 
 impl Parted {

@@ -170,6 +170,14 @@ pub struct Doubt {
 }
 
 impl Doubt {
+    /// That of a covariance of (x, y, θ), in whatever axes.
+    pub(super) fn of(cov: &Matrix3<f64>) -> Self {
+        Self {
+            shift: (cov[(0, 0)] + cov[(1, 1)]).max(0.0).sqrt(),
+            turn: cov[(2, 2)].max(0.0).sqrt(),
+        }
+    }
+
     fn prior(&self, guess: &Pose2, config: &ClosureConfig) -> Prior {
         let shift = self.shift.max(config.prior_sigma);
         let turn = self.turn.max(config.prior_turn_sigma);

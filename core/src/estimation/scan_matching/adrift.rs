@@ -14,10 +14,11 @@
 use nalgebra::Matrix3;
 
 use super::super::agreement::Agreement;
+use super::super::submap::Doubt;
 use super::ScanMatcher;
 use super::guesses::{Guess, LONG_AGO};
 use super::seen::Seen;
-use super::tracking::{FULL_SCAN, OTHER_OVERLAP, is_quiet};
+use super::tracking::{OTHER_OVERLAP, is_quiet};
 use crate::geom::{Length, Pose2, pose_cov};
 use crate::robot::Stamp;
 
@@ -43,8 +44,7 @@ impl ScanMatcher {
             true => agreement.overlap() < OTHER_OVERLAP,
             false => is_quiet(agreement),
         };
-        let says_little = (seen.surfaces.len() as f64) < 0.5 * FULL_SCAN;
-        if !is_unverified || says_little || self.gathering.is_at_work() {
+        if !is_unverified || !self.has_much_to_show(seen) {
             return None;
         }
         let mut cov = lead.cov;
@@ -53,8 +53,8 @@ impl ScanMatcher {
         }
         let unseen = self.unseen(lead, stamp);
         cov += unseen;
-        let is_unknown =
-            (cov[(0, 0)] + cov[(1, 1)]).sqrt() > ADRIFT_SHIFT || cov[(2, 2)].sqrt() > ADRIFT_TURN;
+        let doubt = Doubt::of(&cov);
+        let is_unknown = doubt.shift > ADRIFT_SHIFT || doubt.turn > ADRIFT_TURN;
         is_unknown.then_some(unseen)
     }
 

@@ -10,6 +10,7 @@ use super::ScanMatcher;
 use crate::estimation::map_quality::{
     ClosedLoop, MapJudgement, MapQuality, Parted, Placed, Unjudgeable, Untied, doubt_ahead,
 };
+use crate::estimation::submap::Doubt;
 use crate::geom::Length;
 use crate::robot::Stamp;
 
@@ -160,8 +161,7 @@ impl ScanMatcher {
             } else if let (Some(lost), Some(cov)) =
                 (is_lost.get_mut(first), edge.information.try_inverse())
             {
-                let shift = (cov[(0, 0)] + cov[(1, 1)]).sqrt();
-                *lost = doubt_ahead(shift, cov[(2, 2)].sqrt()) > LOST_SIGMA;
+                *lost = doubt_ahead(&Doubt::of(&cov)) > LOST_SIGMA;
             }
         }
         let mut open = 0;
@@ -177,10 +177,9 @@ impl ScanMatcher {
             let end = (begin..count - 1)
                 .find(|&at| is_tied[at])
                 .unwrap_or(count - 1);
-            let doubt = self.doubts(begin)[end];
             untied.push(Untied {
                 between: [begin, end],
-                doubt: doubt_ahead(doubt.shift, doubt.turn),
+                doubt: doubt_ahead(&self.doubts(begin)[end]),
                 is_lost: is_lost[begin..end].contains(&true),
             });
             first = end;

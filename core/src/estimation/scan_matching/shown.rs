@@ -86,13 +86,9 @@ impl ScanMatcher {
             let (true, Some(join)) = (is_join, joins.get_mut(edge.to)) else {
                 continue;
             };
-            let variances = edge.information.try_inverse().map(|cov| cov.diagonal());
-            *join = variances.map(|variances| Join {
+            *join = edge.information.try_inverse().map(|cov| Join {
                 residual: self.residual_of(edge),
-                doubt: Doubt {
-                    shift: variances.xy().sum().sqrt(),
-                    turn: variances.z.sqrt(),
-                },
+                doubt: Doubt::of(&cov),
             });
         }
         joins

@@ -18,6 +18,7 @@
 use nalgebra::{Matrix3, Point2, Vector3};
 
 use super::super::agreement::{Agreement, Says, says};
+use super::super::submap::Doubt;
 use super::ScanMatcher;
 use super::guesses::Guess;
 use super::keyframes::CLOSE;
@@ -87,7 +88,7 @@ const SAME_TURN: f64 = 0.06;
 const CONTRADICTION: f64 = 2.0;
 /// Of a scan of fewer points than this, what agrees counts as a part of this number: a few points
 /// agree somewhere by chance.
-pub(super) const FULL_SCAN: f64 = 100.0;
+const FULL_SCAN: f64 = 100.0;
 /// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
 const IMPLAUSIBLE: f64 = 0.02;
 /// Motions of which one is this much better, in parts of the points, are e times as likely.
@@ -193,14 +194,14 @@ impl ScanMatcher {
                 ..tracked
             };
         }
-        let shift = (spread[(0, 0)] + spread[(1, 1)]).sqrt();
+        let apart = Doubt::of(&spread);
         Tracked {
             estimate: PoseEstimate {
                 cov: estimate.cov + spread,
                 ..estimate
             },
-            is_loose: shift > LOOSE_SHIFT
-                || spread[(2, 2)].sqrt() > LOOSE_TURN
+            is_loose: apart.shift > LOOSE_SHIFT
+                || apart.turn > LOOSE_TURN
                 || (!counted && agreement.overlap() < OTHER_OVERLAP),
             ..tracked
         }
@@ -210,10 +211,12 @@ impl ScanMatcher {
     /// close by. Where it does not, the robot was carried off, or the recording goes on elsewhere.
     fn should_know(&self, seen: &Seen, step: &Pose2, counted: bool) -> bool {
         let is_close = !counted || self.is_within(step, CLOSE);
-        is_close
-            && self.is_keyframe_within(AT_KEYFRAME)
-            && seen.surfaces.len() as f64 >= 0.5 * FULL_SCAN
-            && !self.gathering.is_at_work()
+        is_close && self.is_keyframe_within(AT_KEYFRAME) && self.has_much_to_show(seen)
+    }
+
+    /// Whether a scan is large enough that the submap should speak of it, if it knows the place.
+    pub(super) fn has_much_to_show(&self, seen: &Seen) -> bool {
+        seen.surfaces.len() as f64 >= 0.5 * FULL_SCAN && !self.gathering.is_at_work()
     }
 
     /// The scan matched from the first motion and, where it does not surely lie there, from the
