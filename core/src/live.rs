@@ -440,6 +440,11 @@ impl Live {
         Ok(())
     }
 
+    /// See [`Session::draw_dead_reckoned`].
+    pub fn draw_dead_reckoned(&mut self) {
+        self.session.draw_dead_reckoned();
+    }
+
     /// A twin with this calibration runs beside the robot from here on, or no longer.
     pub fn set_twin(&mut self, calibration: Option<OdometryCalibration>) {
         self.session.set_twin(calibration);

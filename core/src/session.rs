@@ -25,6 +25,7 @@
 //! The same odometry and scans give the same bits, whatever the source.
 
 mod config;
+mod dead_reckoned;
 mod stages;
 #[cfg(test)]
 mod tests;
@@ -33,12 +34,14 @@ use nalgebra::Point2;
 
 use crate::estimation::{ConsistencyWindow, Drive, DriveFit, EditKind, OdometryFit};
 use crate::geom::{Length, Pose2, PoseEstimate};
+use crate::map::Grid;
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
 use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
 use crate::settings::Settings;
 use crate::slam::{EarlierMap, Slam, SlamError};
 use crate::twin::Twin;
 pub use config::SessionConfig;
+use dead_reckoned::DeadReckonedMap;
 
 /// One robot that is mapped and driven.
 #[derive(Debug)]
@@ -53,6 +56,8 @@ pub struct Session {
     drive: Drive,
     consistency: ConsistencyWindow,
     dead_reckoning: Pose2,
+    /// Where somebody looks at it.
+    dead_reckoned: Option<DeadReckonedMap>,
     distance: f64,
     scans: usize,
     now: Stamp,
@@ -77,6 +82,7 @@ impl Session {
             drive: Drive::default(),
             consistency: ConsistencyWindow::default(),
             dead_reckoning: Pose2::identity(),
+            dead_reckoned: None,
             distance: 0.0,
             scans: 0,
             now: Stamp(0),
@@ -120,6 +126,9 @@ impl Session {
         let estimate = self.slam.estimate();
         if let (Some(twin), Some(points)) = (&mut self.twin, self.slam.points()) {
             twin.scan(scan.stamp.seconds(), &estimate, points, self.slam.grid());
+        }
+        if let (Some(map), Some(points)) = (&mut self.dead_reckoned, self.slam.points()) {
+            map.scan(points, &self.dead_reckoning);
         }
         if let Some(report) = self.slam.view().update {
             let nees = truth.and_then(|truth| estimate.nees(truth));
@@ -248,6 +257,14 @@ impl Session {
         self.twin = calibration.map(|calibration| Twin::new(calibration, width, at));
     }
 
+    /// From here on the map is kept that the wheels alone would have drawn, see
+    /// [`Session::dead_reckoned`].
+    pub fn draw_dead_reckoned(&mut self) {
+        let config = *self.slam.grid().config();
+        let begin = || Grid::new(config).ok().map(DeadReckonedMap::new);
+        self.dead_reckoned = self.dead_reckoned.take().or_else(begin);
+    }
+
     /// Shows the next stage of the cycle that is recorded and was not shown, if any; see
     /// [`StageRecord`].
     pub fn step_stage(&mut self) -> Option<Stage> {
@@ -332,6 +349,13 @@ impl Session {
     #[must_use]
     pub fn dead_reckoning(&self) -> Pose2 {
         self.dead_reckoning
+    }
+
+    /// The map that the wheels alone would have drawn, in the frame of the map; only since somebody
+    /// asked for it ([`Session::draw_dead_reckoned`]).
+    #[must_use]
+    pub fn dead_reckoned(&self) -> Option<&Grid> {
+        self.dead_reckoned.as_ref().map(DeadReckonedMap::grid)
     }
 
     /// Distance travelled by odometry, m.

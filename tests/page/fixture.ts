@@ -8,8 +8,13 @@ import { Lab } from './lab.ts';
 
 export { expect };
 
-export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void }>({
-  lab: async ({ page }, use) => use(new Lab(page)),
+export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean }>({
+  /** Whether nobody was here before: then the page shows what SLAM is, by a run of its own. */
+  firstVisit: [false, { option: true }],
+  lab: async ({ page, firstVisit }, use) => {
+    if (!firstVisit) await page.addInitScript(() => localStorage.setItem('slamlab-visited', '1'));
+    await use(new Lab(page));
+  },
   baseURL: async ({}, use) => {
     const url = process.env.SLAMLAB_URL;
     if (!url) throw new Error('SLAMLAB_URL is not set: the bridge was not started');

@@ -93,13 +93,13 @@ impl WebRun {
         view::segments(self.pilot().tree().iter(), &Pose2::identity())
     }
 
-    /// x y of the cells between known and unknown.
+    /// x y of the cells where open floor meets the unknown.
     #[must_use]
     pub fn frontiers(&self) -> Vec<f32> {
         let grid = self.slam().grid();
         let frontiers = self.pilot().frontiers().iter();
-        let cells = frontiers.flat_map(|frontier| &frontier.cells);
-        let centres: Vec<_> = cells.map(|&cell| grid.centre_of(cell)).collect();
+        let cells = frontiers.flat_map(|frontier| frontier.edge(grid));
+        let centres: Vec<_> = cells.map(|cell| grid.centre_of(cell)).collect();
         view::polyline(&centres)
     }
 

@@ -9,6 +9,7 @@ mod border;
 mod building;
 mod calibration;
 mod contest;
+mod dead_reckoned;
 mod drive_fit;
 mod driving;
 mod edits;
@@ -41,6 +42,7 @@ pub use building::{
 };
 pub use calibration::{Calibration, Pairs, calibrate};
 pub use contest::{AskError, ContestAsk, ContestState, Entrant, NoPathReason, WebContest};
+pub use dead_reckoned::DeadReckonedChange;
 pub use drive_fit::{DriveFit, FittedParameter, PresetFile, read_preset, write_preset};
 pub use driving::{Cycle, StageWords};
 pub use export::{ExportError, SavedFile};

@@ -167,8 +167,13 @@ impl WebRun {
 impl GridChange {
     /// All of a grid; nothing of an empty one.
     pub(crate) fn whole(grid: &Grid) -> Option<Self> {
+        Self::since(grid, 0)
+    }
+
+    /// Of a grid what changed since a revision.
+    pub(crate) fn since(grid: &Grid, revision: u64) -> Option<Self> {
         let (mut index, mut cells) = (vec![], vec![]);
-        for (block, log_odds) in grid.blocks_since(0) {
+        for (block, log_odds) in grid.blocks_since(revision) {
             index.extend([block.col, block.row]);
             cells.extend(log_odds.iter().map(|&l| tone(l)));
         }

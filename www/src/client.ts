@@ -11,6 +11,7 @@ import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, LoadedMap, Store } from "./store.js";
+import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
 
@@ -48,9 +49,22 @@ export class Client {
     this.#worker.postMessage(command, transfer);
   }
 
+  /** What was asked of simulated runs that have not begun yet, and how many they are. */
+  #asked: Partial<Setup> = {};
+  #starts = 0;
+
+  /** One of them began or failed; other runs leave nothing to wait for. */
+  #answered(isSimulated: boolean): void {
+    this.#starts = isSimulated ? Math.max(this.#starts - 1, 0) : 0;
+    if (this.#starts === 0) this.#asked = {};
+  }
+
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    const setup = { ...this.store.setup, ...patch };
+    // Who chooses a world and a sensor one right after the other means both.
+    const setup = { ...this.store.setup, ...this.#asked, ...patch };
+    this.#asked = { ...this.#asked, ...patch };
+    this.#starts += 1;
     this.store.set("run", { loading: setup.world });
     this.send({ kind: "start", setup, play: true });
   }
@@ -116,7 +130,7 @@ export class Client {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
-    else this.start();
+    else if (!greet(this.store, this)) this.start();
   }
 
   /** Devices at serial ports that this page has open. */
@@ -420,6 +434,7 @@ export class Client {
       this.#ports.prepare();
     },
     started: (start) => {
+      this.#answered(start.setup !== null);
       this.#run = start.run;
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
       const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
@@ -519,6 +534,7 @@ export class Client {
       this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
     },
     failed: ({ text }) => {
+      this.#answered(true);
       this.store.set("run", { loading: "" });
       this.#note("warn", text);
       this.#warn(text);

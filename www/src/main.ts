@@ -8,6 +8,7 @@ import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
+import { keepView } from "./visit.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
 import "./ui/cable.js";
@@ -25,6 +26,8 @@ import type { SlamElement } from "./ui/element.js";
 import "./ui/edit.js";
 import "./ui/fit.js";
 import "./ui/header.js";
+import "./ui/exhibit.js";
+import { SlamGallery } from "./ui/gallery.js";
 import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";
 import "./ui/prior_map.js";
@@ -48,6 +51,7 @@ import "./ui/submaps.js";
 import "./ui/tabs.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
+import "./ui/tour.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import type { SlamRegistration } from "./registration/lab.js";
@@ -63,6 +67,7 @@ const store = new Store();
 const scene = new Scene();
 const client = new Client(store, scene);
 startTheme(store);
+keepView(store);
 
 /** Makes each component where index.html has its place. */
 for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {
@@ -75,6 +80,7 @@ const map = component<SlamMap>("slam-map");
 const transport = component<SlamTransport>("slam-transport");
 const cycle = component<SlamCycle>("slam-cycle");
 const help = component<SlamHelp>("slam-help");
+const gallery = component<SlamGallery>("slam-gallery");
 
 /** Scans of this run, for the lab. */
 const keyframes = new Keyframes();
@@ -100,20 +106,22 @@ store.on("tab", () => {
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
-/** And of rooms, points of the scan and fields of the grid, only while they are shown. */
-let showsRooms = false;
-let showsPoints = false;
-let shownField: FieldName | null = null;
-store.on("view", () => {
+/** And of rooms, points of the scan, the map by the wheels alone and fields of the grid, only while
+    they are shown. */
+const asked = { rooms: false, points: false, wheels: false, field: null as FieldName | null };
+function askForLayers(): void {
   const { gridView: view, layers } = store;
   const field = view === "continuous" || view === "three" || !layers.grid ? null : view;
-  if (field !== shownField) client.send({ kind: "field", name: (shownField = field) });
-  if (layers.points !== showsPoints) client.send({ kind: "points", on: (showsPoints = layers.points) });
-  if (store.layers.rooms === showsRooms) return;
-  showsRooms = store.layers.rooms;
-  if (!showsRooms) store.set("rooms", { rooms: null, roomSpot: null });
-  client.send({ kind: "rooms", on: showsRooms });
-});
+  if (field !== asked.field) client.send({ kind: "field", name: (asked.field = field) });
+  for (const kind of ["rooms", "points", "wheels"] as const) {
+    if (layers[kind] === asked[kind]) continue;
+    asked[kind] = layers[kind];
+    if (kind === "rooms" && !layers.rooms) store.set("rooms", { rooms: null, roomSpot: null });
+    client.send({ kind, on: layers[kind] });
+  }
+}
+store.on("view", askForLayers);
+askForLayers();
 
 /** The registration lab, over all else; its code comes when it is opened first. */
 let lab: SlamRegistration | null = null;
@@ -145,9 +153,14 @@ function setBehind(isBehind: boolean): void {
   for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
 }
 
+// While the tour is under way the panels wait.
+store.on("tour", () => document.body.toggleAttribute("data-tour", store.tour !== null));
+
 addEventListener("show-help", () => help.show());
+addEventListener("show-gallery", () => gallery.show());
 addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
+addEventListener("show-robot", (event) => ((event as CustomEvent<boolean>).detail ? store.follow || map.toggleFollow() : map.fit()));
 addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).detail));
 addEventListener("save-picture", () => void savePicture());
 
@@ -160,7 +173,7 @@ const byHand = {
 startGamepad(byHand);
 startKeyboard({
   ...byHand,
-  busy: () => help.shown || (lab?.isConnected ?? false),
+  busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false),
   steers: () => store.source !== "replay",
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
@@ -182,8 +195,10 @@ startKeyboard({
     m: () => client.send({ kind: "save", what: "map" }),
     // Celej's key for it; where there is a robot to steer, only with Shift.
     a: () => client.send({ kind: "save", what: "map" }),
+    g: () => gallery.show(),
     l: () => void showLab(),
     t: () => switchTheme(store),
+    x: () => store.source === "sim" && store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } }),
     "?": () => help.show(),
   },
 });

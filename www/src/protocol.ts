@@ -49,6 +49,8 @@ export type Command =
   | { kind: "rooms"; on: boolean }
   /** Whether frames carry corners, spikes, crossings and circles of the last scan. */
   | { kind: "points"; on: boolean }
+  /** Whether frames carry the map that the wheels alone would have drawn. */
+  | { kind: "wheels"; on: boolean }
   /** Which field of the grid frames carry; null: none. */
   | { kind: "field"; name: FieldName | null }
   /** Drive by the cycle, or continuously. */

@@ -10,14 +10,16 @@ import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
+import type { Shown } from "./gallery.js";
 import type { Compared } from "./compared.js";
 import { numbered } from "./room_numbers.js";
+import type { TourStep } from "./tour.js";
 
 export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit";
 
 export interface LogEntry {
   time: number;
@@ -132,7 +134,7 @@ export class Store {
   follow = false;
   gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
-    LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph"].includes(name)]),
+    LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph", "wheels"].includes(name)]),
   ) as Record<LayerName, boolean>;
   theme: Theme = "system";
   tab: Tab = "";
@@ -168,6 +170,10 @@ export class Store {
   judging: number | null = null;
   /** The place where it is torn that was chosen on the map. */
   torn: Tear | null = null;
+  /** The step of a first visit; null outside of one. */
+  tour: TourStep | null = null;
+  /** The experiment of the gallery that is shown. */
+  exhibit: Shown | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();

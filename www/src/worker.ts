@@ -185,6 +185,7 @@ const handlers: Handlers<Command> = {
   inspect: attend,
   rooms: attend,
   points: attend,
+  wheels: attend,
   field: attend,
   drawn: () => player.drawn(),
 };

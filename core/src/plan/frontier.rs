@@ -33,7 +33,7 @@ use super::view::view_gain;
 use super::wavefront::Wavefront;
 use crate::bounds::config;
 use crate::map::{
-    CellIndex, CellState, RegionKind, Rings, Topology, TopologyConfig, cells_around, spread,
+    CellIndex, CellState, Grid, RegionKind, Rings, Topology, TopologyConfig, cells_around, spread,
 };
 
 /// Cells nearer to a wall than this do not count in the length of a cluster, and do not lead to it,
@@ -44,6 +44,10 @@ const GAIN_REACH: f64 = 1.0;
 /// From how far away a frontier may be looked at, m over free floor; no farther than the sensor
 /// sees.
 const VIEW_REACH: f64 = 1.0;
+
+/// A cell at the straight edge of open floor has five free neighbours, one in a jagged edge one
+/// less, one of a lone beam two.
+const OPEN_NEIGHBOURS: usize = 4;
 
 /// Which of the frontiers is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,6 +118,22 @@ pub struct Frontier {
     pub cost: f64,
     /// What it promises for its way; 0 without a goal.
     pub score: f64,
+}
+
+impl Frontier {
+    /// Those of its cells that stand at the edge of open floor, for people who look at it. Far
+    /// beams are a cell wide and have unknown cells between them: all of these border on the
+    /// unknown, and say nothing of where it begins.
+    pub fn edge<'a>(&'a self, grid: &'a Grid) -> impl Iterator<Item = CellIndex> + 'a {
+        let is_free = |col, row| grid.state(CellIndex::new(col, row)) == CellState::Free;
+        let is_edge = move |cell: &CellIndex| {
+            let rows = cell.row - 1..=cell.row + 1;
+            let around = rows.flat_map(|row| (cell.col - 1..=cell.col + 1).map(move |c| (c, row)));
+            // The cell itself is free.
+            around.filter(|&(col, row)| is_free(col, row)).count() > OPEN_NEIGHBOURS
+        };
+        self.cells.iter().copied().filter(is_edge)
+    }
 }
 
 /// All frontiers that count, best first; those that cannot be reached come last, without a goal.

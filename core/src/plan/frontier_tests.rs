@@ -116,3 +116,41 @@ fn a_border_all_round_is_cut_into_pieces_that_hold_all_of_it() {
         assert!(longest.unwrap() < 40, "{longest:?}");
     }
 }
+
+/// A floor of 2 m x 2 m, and beams that go on from it to the east, each a cell wide with two unknown
+/// cells between.
+#[test]
+fn far_beams_are_no_edge_of_the_floor() {
+    let mut grid = Grid::new(GridConfig {
+        miss: 0.02,
+        ..GridConfig::default()
+    })
+    .unwrap();
+    let middle = |cell: i32| (f64::from(cell) + 0.5) * CELL;
+    let rows = 0..40;
+    let beams = rows.map(|row| {
+        let reach = if row % 3 == 0 { 80 } else { 39 };
+        let [from, to] = [0, reach].map(|col| Point2::new(middle(col), middle(row)));
+        beam(0, from, to, false)
+    });
+    grid.insert(&scan_of(beams), &Pose2::identity());
+    let all = (0..81).flat_map(|col| (0..40).map(move |row| CellIndex::new(col, row)));
+    let cells: Vec<CellIndex> = all
+        .filter(|&cell| grid.state(cell) == CellState::Free)
+        .collect();
+    assert!(cells.iter().any(|cell| cell.col > 60), "beams reach far");
+    let frontier = Frontier {
+        cells,
+        centre: Point2::origin(),
+        gain: 1.0,
+        goal: None,
+        cost: 0.0,
+        score: 0.0,
+    };
+    let edge: Vec<CellIndex> = frontier.edge(&grid).collect();
+    assert!(edge.iter().all(|cell| cell.col <= 40), "no lone beam");
+    let last: Vec<i32> = (1..39)
+        .filter(|&row| edge.contains(&CellIndex::new(39, row)))
+        .collect();
+    assert_eq!(last.len(), 38, "the eastern edge of the floor");
+}

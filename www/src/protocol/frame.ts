@@ -113,6 +113,8 @@ export interface Requested {
   rooms: Rooms | null;
   /** Points found in the last scan, see POINT. */
   points: Float32Array | null;
+  /** The map that the wheels alone would have drawn, where it changed. */
+  wheels: GridChange | null;
   field: (FieldChange & { reset: boolean }) | null;
 }
 
@@ -129,7 +131,7 @@ export interface Frame extends Change, Requested {
 
 /** The arrays of a frame that change hands. */
 export function transferables(frame: Frame): ArrayBuffer[] {
-  const objects = [frame, frame.grid, frame.field?.grid, frame.inspection, frame.submaps].filter((object) => object !== null && object !== undefined);
+  const objects = [frame, frame.grid, frame.wheels, frame.field?.grid, frame.inspection, frame.submaps].filter((object) => object !== null && object !== undefined);
   const buffers = new Set<ArrayBuffer>();
   for (const value of objects.flatMap((object) => Object.values(object) as unknown[])) {
     if (ArrayBuffer.isView(value) && value.buffer instanceof ArrayBuffer) buffers.add(value.buffer);

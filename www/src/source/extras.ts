@@ -1,5 +1,5 @@
-// What is computed only while it is shown: the filter's state, rooms, points of the scan, a field
-// of the grid.
+// What is computed only while it is shown: the filter's state, rooms, points of the scan, the map by
+// the wheels alone, a field of the grid.
 
 import type { Command } from "../protocol.js";
 import type { Requested } from "../protocol/frame.js";
@@ -11,7 +11,7 @@ import type { Run } from "./run.js";
     faster. */
 const INSPECT_MILLIS = 200;
 
-export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "points" | "field" }>;
+export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "points" | "wheels" | "field" }>;
 
 export class Extras {
   #inspecting = { on: false, matrix: false };
@@ -23,6 +23,8 @@ export class Extras {
   #showsPoints = false;
   /** The version of the run whose points were sent last. */
   #pointsOf = -1;
+  #showsWheels = false;
+  readonly #wheels = new Sparing();
   #field: FieldName | null = null;
   readonly #fields = new Sparing();
 
@@ -30,6 +32,7 @@ export class Extras {
   reset(): void {
     this.#inspected = this.#pointsOf = -1;
     this.#rooms.refresh();
+    this.#wheels.refresh();
     this.#fields.refresh();
   }
 
@@ -49,6 +52,10 @@ export class Extras {
         this.#showsPoints = what.on;
         this.#pointsOf = -1;
         return what.on;
+      case "wheels":
+        this.#showsWheels = what.on;
+        this.#wheels.refresh();
+        return what.on;
       case "field":
         this.#field = what.name;
         this.#fields.refresh();
@@ -63,6 +70,7 @@ export class Extras {
       inspection: this.#inspect(run, now, playing),
       rooms: this.#showsRooms ? this.#rooms.ask(playing, (known) => module.rooms(known.generation, known.revision)) : null,
       points: this.#showsPoints ? this.#pointsFound(run) : null,
+      wheels: this.#showsWheels ? this.#wheelsOf(module, playing) : null,
       field: this.#field ? this.#fieldOf(module, this.#field, playing) : null,
     };
   }
@@ -74,6 +82,11 @@ export class Extras {
       return { ...found, reset: found.generation !== generation };
     });
     return field && (field.grid || field.reset) ? field : null;
+  }
+
+  /** The map by the wheels alone where it changed. */
+  #wheelsOf(module: WebRun, playing: boolean): Requested["wheels"] {
+    return this.#wheels.ask(playing, ({ revision }) => module.dead_reckoned(revision))?.grid ?? null;
   }
 
   /** After a scan. */

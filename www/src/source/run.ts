@@ -35,6 +35,7 @@ export class Run implements RunFacts {
 
   constructor(readonly module: WebRun, { kind, title, method }: RunFacts, begins: string) {
     [this.kind, this.title, this.method] = [kind, title, method];
+    module.draw_dead_reckoned();
     this.#story = new Story(module);
     this.#changes = new Changes(module, kind === "replay");
     const countable = module.extent() < MOST_EXTENT;

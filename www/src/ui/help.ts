@@ -1,6 +1,8 @@
 // What the page shows, and every key.
 
 import { css, html, type TemplateResult } from "lit";
+import { begin } from "../tour.js";
+import { dialog } from "./dialog.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -22,23 +24,19 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["R", "start again"],
   ["M, or Shift + A", "save the map; A alone steers to the left, and saves where there is nothing to steer: in a recording"],
   ["L", "the registration lab: two scans on each other, by every method"],
+  ["X", "show or hide the truth, which only a simulator knows"],
+  ["G", "the gallery of experiments"],
   ["T", "dark or light"],
   ["?", "this page"],
 ];
 
 export class SlamHelp extends SlamElement {
-  static override styles = css`
-    dialog { width: min(680px, calc(100vw - 24px)); max-height: calc(100dvh - 40px); padding: 26px 30px 30px; color: var(--ink); background: var(--surface); border: 1px solid var(--line); border-radius: 20px; box-shadow: var(--shadow); }
-    dialog::backdrop { background: #0a1216a8; }
-    header { display: flex; justify-content: space-between; align-items: start; gap: 12px; }
-    h3 { margin: 0 0 8px; font: 620 24px/1.2 var(--sans); letter-spacing: -.02em; }
-    p { margin: 0 0 12px; max-width: 62ch; line-height: 1.55; }
+  static override styles = [dialog, css`
     h2 { margin: 20px 0 8px; }
     dl { display: grid; grid-template-columns: auto 1fr; gap: 5px 18px; margin: 0; font-size: 13.5px; }
     dt { font-family: var(--mono); font-size: 12.5px; }
     dd { margin: 0; color: var(--muted); }
-    @media (max-width: 760px) { dialog { padding: 18px; } }
-  `;
+  `];
 
 
   override render(): TemplateResult {
@@ -46,6 +44,7 @@ export class SlamHelp extends SlamElement {
       <header><h3 id="title">A robot that has never been here</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
       <p>It starts with an empty map and does not know where it is. Its wheels count the way, and err a little with every turn. Its sensor measures the distance to the walls, and errs too.</p>
       <p>From both it works out the walls and its own place in one go: <b>SLAM</b>, simultaneous localisation and mapping. The orange ellipse says how sure it is. It swells on the way into the unknown, and shrinks when a wall is met again. The dotted trail shows where the robot would believe to be by its wheels alone.</p>
+      <p><button data-testid="tour-begin" @click=${() => this.#tour()}>${icons.play} Watch it happen, in four steps</button></p>
       <p>Click the map and the robot drives there. Drop a recorded log, and the same algorithms map a real building.</p>
       <h2>Keys</h2>
       <dl>${KEYS.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>
@@ -62,6 +61,11 @@ export class SlamHelp extends SlamElement {
 
   get shown(): boolean {
     return this.#dialog()?.open ?? false;
+  }
+
+  #tour(): void {
+    this.close();
+    begin(this.store, this.client);
   }
 
   #dialog(): HTMLDialogElement | null {

@@ -22,7 +22,8 @@ export class SlamMoved extends SlamElement {
     this.store.on("moved", () => {
       clearTimeout(this.#timer);
       const { moved } = this.store;
-      this.#text = moved > 0 ? `Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
+      // The tour says it in its own words.
+      this.#text = moved > 0 && !this.store.tour ? `Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
       this.#timer = window.setTimeout(() => {
         this.#text = "";
         this.requestUpdate();

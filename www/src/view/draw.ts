@@ -31,6 +31,7 @@ import { TruthPicture } from "./layers/truth_picture.js";
 import * as twin from "./layers/twin.js";
 import * as tracks from "./layers/tracks.js";
 import * as walls from "./layers/walls.js";
+import * as wheels from "./layers/wheels.js";
 
 export type Switches = Readonly<Record<LayerName, boolean>>;
 
@@ -40,6 +41,7 @@ const truthPicture = new TruthPicture();
 export function drawGround(brush: Brush, on: Switches): void {
   clear(brush);
   if (on.grid) paint(brush, grid.draw);
+  if (on.wheels) paint(brush, wheels.draw);
   paint(brush, grid.drawRules);
   if (on.truth) paint(brush, (brush) => truthPicture.draw(brush));
 }

@@ -97,7 +97,7 @@ export class SlamMap extends SlamElement {
       this.#hasTable = hasTable;
     });
     for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
-    this.store.on("tab", () => requestAnimationFrame(() => this.#resize()));
+    for (const topic of ["tab", "tour"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
       if (this.#draft && !this.store.editing) this.#setDraft(null);
@@ -353,9 +353,11 @@ export class SlamMap extends SlamElement {
     const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
     // In the strip that a long sheet leaves there is room for the robot only.
     this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
-    const legend = matchMedia("(min-width: 1180px)").matches ? 238 : 14;
+    // The tour covers the upper part of a phone, and has no legend beside the map.
+    const tour = this.store.tour ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
+    const legend = matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     this.camera.inset = phone
-      ? { top: 12, right: 12, bottom: covered + 12, left: 12 }
+      ? { top: tour + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62, bottom: this.store.inCycle ? 206 : 92, left: legend };
     for (const id of ["ground", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
@@ -390,7 +392,7 @@ export class SlamMap extends SlamElement {
     const { store, scene, camera } = this;
     if (this.#auto && now - this.#fitAt > REFIT_MILLIS && scene.status) {
       this.#fitAt = now;
-      const box = scene.bounds(store.layers.truth);
+      const box = scene.bounds(store.layers.truth, store.layers.wheels);
       if (box) this.#target = camera.fitted(box);
     }
     if (store.follow && scene.status) {
@@ -416,10 +418,10 @@ export class SlamMap extends SlamElement {
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
-    const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.truth.length}`;
+    const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.wheels.version},${scene.truth.length}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps });
+    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps });
     if (ground !== this.#drawn.ground) {
       drawGround(brush("ground"), store.layers);
       this.#scaleBar();

@@ -7,7 +7,7 @@ import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "landmarks", "scan", "tracks", "found", "points", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
+export const LAYERS = ["grid", "wheels", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "landmarks", "scan", "tracks", "found", "points", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
@@ -19,6 +19,8 @@ export class Scene {
   readonly tiles = new Tiles();
   /** The field that came last, and what a byte more of it means. */
   readonly field = { name: null as FieldName | null, step: 0, tiles: new Tiles() };
+  /** The map that the wheels alone would have drawn. */
+  readonly wheels = new Tiles();
   /** Status and movers as of the picture that is being drawn, see `animate`. */
   status: Status | null = null;
   scan: Float32Array = EMPTY;
@@ -67,6 +69,7 @@ export class Scene {
 
   clear(): void {
     this.tiles.clear();
+    this.wheels.clear();
     this.field.tiles.clear();
     this.field.name = null;
     this.status = null;
@@ -96,6 +99,7 @@ export class Scene {
       this.submaps.redrawn();
     }
     if (frame.grid) this.tiles.take(frame.grid);
+    if (frame.wheels) this.wheels.take(frame.wheels);
     if (frame.field) this.#takeField(frame.field);
     this.lines = frame.lines ?? this.lines;
     this.materials = frame.materials ?? this.materials;
@@ -141,8 +145,10 @@ export class Scene {
   }
 
   /** Everything worth showing when the view is fitted. */
-  bounds(withTruth: boolean): Box | null {
+  bounds(withTruth: boolean, withWheels: boolean): Box | null {
     let box = this.tiles.bounds();
+    const wheels = withWheels ? this.wheels.bounds() : null;
+    if (wheels) box = union(box, wheels);
     const grow = (x: number, y: number): void => {
       if (!Number.isFinite(x) || !Number.isFinite(y)) return;
       box = union(box, { minX: x, minY: y, maxX: x, maxY: y });

@@ -8,7 +8,13 @@ import { type Palette, type Rgb, rgb } from "./palette.js";
 /** What the grid shows: how sure it is, that in three tones as it is saved, or a field of it. */
 export type GridView = "continuous" | "three" | FieldName;
 
+/** What tiles show: that, or the obstacles of the map by the wheels alone. */
+export type TileView = GridView | "wheels";
+
 const BLOCKS_PER_TILE = 8;
+/** Above this probability there is an obstacle, below the rest of 1 there is none; as in ROS
+    map_server. */
+const OCCUPIED = 0.65;
 
 export interface Tile {
   readonly col: number;
@@ -69,11 +75,11 @@ export class Tiles {
   }
 
   /** Chooses colours; repaints everything where they differ from the present ones. */
-  colour(palette: Palette, view: GridView): void {
-    const key = JSON.stringify([palette.tones, palette.css.field, view]);
+  colour(palette: Palette, view: TileView): void {
+    const key = JSON.stringify([palette.tones, palette.css.field, palette.css.odometry, view]);
     if (key === this.#key) return;
     this.#key = key;
-    this.#colours = view === "continuous" || view === "three" ? colourTable(palette, view === "three") : fieldTable(palette, view);
+    this.#colours = tableFor(palette, view);
     for (const block of this.#blocks.values()) this.#paint(block);
     this.version += 1;
   }
@@ -143,12 +149,30 @@ export class Tiles {
   }
 }
 
+function tableFor(palette: Palette, view: TileView): Uint32Array {
+  switch (view) {
+    case "continuous":
+    case "three":
+      return colourTable(palette, view === "three");
+    case "wheels":
+      return wheelsTable(palette);
+    default:
+      return fieldTable(palette, view);
+  }
+}
+
+/** Obstacles in the hue of the wheels; through all else the map is seen. */
+function wheelsTable(palette: Palette): Uint32Array {
+  const hue = packed(rgb(palette.css.odometry));
+  return Uint32Array.from({ length: 256 }, (_, byte) => ((byte - 1) / 254 > OCCUPIED ? hue : 0));
+}
+
 function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
   const { unknown, free, occupied } = palette.tones;
   return tableOf((p) => {
     // Full tone where the state is decided, so that a room looks the same after two sightings and
     // after twenty.
-    const certainty = threeTones ? (p > 0.65 || p < 0.35 ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
+    const certainty = threeTones ? (p > OCCUPIED || p < 1 - OCCUPIED ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
     return mix(unknown, p > 0.5 ? occupied : free, certainty);
   });
 }

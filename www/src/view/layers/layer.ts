@@ -20,6 +20,8 @@ export interface Brush {
   /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked
       for. */
   readonly time: number;
+  /** Whether the truth is shown. */
+  readonly truth: boolean;
   /** Walls that light up. */
   readonly spot: Spot;
   /** Planners side by side, while their tab is open. */

@@ -39,6 +39,6 @@ export function draw(brush: Brush): void {
     }
   };
   stroke(brush, { colour: palette.css.odometry, width: 1.5, alpha: 0.8, dash: [1.5, 3.5] }, () => addTrail(TRAIL.odometryX));
-  stroke(brush, { colour: palette.css.truth, width: 2, alpha: 0.8, dash: [6, 4] }, () => addTrail(TRAIL.truthX));
+  if (brush.truth) stroke(brush, { colour: palette.css.truth, width: 2, alpha: 0.8, dash: [6, 4] }, () => addTrail(TRAIL.truthX));
   stroke(brush, { colour: palette.css.estimate, width: 2, alpha: 0.8 }, () => addTrail(TRAIL.x, shifts));
 }

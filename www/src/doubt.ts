@@ -1,0 +1,44 @@
+// How surely a robot knows where it is, as one length.
+
+import type { Status } from "./protocol/frame.js";
+
+/** The square of a normal distribution's radius in two dimensions that holds 95 % (χ², 2 degrees of
+    freedom). */
+const CHI2_95 = 5.991;
+
+/** The longer half axis of the ellipse in which the robot is with 95 % probability, m. */
+export function doubtOf({ covXx, covXy, covYy }: Pick<Status, "covXx" | "covXy" | "covYy">): number {
+  const [mean, half] = [(covXx + covYy) / 2, (covXx - covYy) / 2];
+  return Math.sqrt(CHI2_95 * Math.max(mean + Math.hypot(half, covXy), 0));
+}
+
+/** What became of it over a run. */
+export class DoubtHistory {
+  /** Seconds over which it has to shrink by half at least. */
+  static readonly SPAN = 20;
+  static readonly MOST = 400;
+  /** A doubt that was smaller than this, m, does not catch the eye when it shrinks. */
+  static readonly LEAST = 0.15;
+  #samples: { time: number; doubt: number }[] = [];
+
+  get samples(): readonly { readonly time: number; readonly doubt: number }[] {
+    return this.#samples;
+  }
+
+  clear(): void {
+    this.#samples = [];
+  }
+
+  /** Takes a sample; what it shrank from and to, where it just collapsed. */
+  add(time: number, doubt: number): { from: number; to: number } | null {
+    const last = this.#samples.at(-1);
+    if (last && time < last.time) this.clear();
+    if (last?.time === time || !Number.isFinite(doubt)) return null;
+    this.#samples.push({ time, doubt });
+    // Half as many say as much about a time twice as long.
+    if (this.#samples.length > DoubtHistory.MOST) this.#samples = this.#samples.filter((_, i) => i % 2 === 0);
+    const recent = this.#samples.filter((sample) => time - sample.time <= DoubtHistory.SPAN);
+    const from = Math.max(...recent.map((sample) => sample.doubt));
+    return from >= DoubtHistory.LEAST && doubt < 0.5 * from ? { from, to: doubt } : null;
+  }
+}

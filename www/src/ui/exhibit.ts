@@ -1,0 +1,37 @@
+// What to watch in the experiment that is shown.
+
+import { css, html, nothing, type TemplateResult } from "lit";
+import { isOf } from "../gallery.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+import { story } from "./story_card.js";
+
+export class SlamExhibit extends SlamElement {
+  static override styles = [story, css`
+    details summary { min-height: 30px; }
+  `];
+
+  protected override readonly topics = ["exhibit", "tour"] as const;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    // Another run is another story.
+    this.store.on("run", () => {
+      const { exhibit } = this.store;
+      if (exhibit && !isOf(exhibit, this.store)) this.store.set("exhibit", { exhibit: null });
+    });
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    const { exhibit, tour } = this.store;
+    if (!exhibit || tour) return nothing;
+    return html`<section aria-label="What to watch" data-testid="exhibit">
+      <header><h2>${exhibit.title}</h2>
+        <button class="icon" aria-label="Close" @click=${this.press(() => this.store.set("exhibit", { exhibit: null }))}>${icons.close}</button></header>
+      <p>${exhibit.watch}</p>
+      <p class="muted">${exhibit.then}</p>
+    </section>`;
+  }
+}
+
+customElements.define("slam-exhibit", SlamExhibit);

@@ -1,0 +1,61 @@
+// The gallery: a dozen experiments to begin by a click.
+
+import { css, html, type TemplateResult } from "lit";
+import { type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
+import { dialog } from "./dialog.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+
+export class SlamGallery extends SlamElement {
+  static override styles = [dialog, css`
+    dialog { width: min(940px, calc(100vw - 24px)); }
+    ul { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(260px, 100%), 1fr)); gap: 10px; margin: 6px 0 0; padding: 0; list-style: none; }
+    li { display: grid; }
+    li button { display: grid; align-content: start; justify-items: start; justify-content: stretch; grid-template-columns: minmax(0, 1fr); gap: 4px; width: 100%; height: 100%; padding: 13px 15px; white-space: normal; text-align: left; border-radius: 14px; }
+    b { font-weight: 620; font-size: 15px; }
+    small { font-size: 13px; line-height: 1.4; color: var(--muted); font-weight: 400; }
+    .made { margin-top: 3px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
+  `];
+
+  protected override readonly topics = ["run"] as const;
+
+  override render(): TemplateResult {
+    return html`<dialog aria-labelledby="title" data-testid="gallery" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
+      <header><h3 id="title">Experiments</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
+      <p>Each is a run that is set up so that one thing is seen. It begins at once; what to watch stands beside the map.</p>
+      <ul>${EXHIBITS.map((each) => html`<li><button data-testid="exhibit-${each.name}" @click=${() => this.#begin(each)}>
+        <b>${each.title}</b><small>${each.about}</small><span class="made">${this.#made(each)}</span></button></li>`)}</ul>
+    </dialog>`;
+  }
+
+  /** World, sensor and method, as the choosers call them. */
+  #made({ setup }: Exhibit): string {
+    const { sensors, methods } = this.store.offer;
+    const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
+    const method = methods.find(({ name }) => name === setup.method)?.title ?? setup.method;
+    return [setup.world, sensor, method].join(" · ");
+  }
+
+  #begin(each: Exhibit): void {
+    this.close();
+    exhibit(this.store, this.client, each);
+  }
+
+  show(): void {
+    this.#dialog()?.showModal();
+  }
+
+  close(): void {
+    this.#dialog()?.close();
+  }
+
+  get shown(): boolean {
+    return this.#dialog()?.open ?? false;
+  }
+
+  #dialog(): HTMLDialogElement | null {
+    return this.renderRoot.querySelector("dialog");
+  }
+}
+
+customElements.define("slam-gallery", SlamGallery);

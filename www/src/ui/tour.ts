@@ -1,0 +1,119 @@
+// The four steps of a first visit, beside the run that they speak of.
+
+import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { DoubtHistory, doubtOf } from "../doubt.js";
+import { go, isOwnRun, STEPS, type TourStep } from "../tour.js";
+import { SlamElement } from "./element.js";
+import { length } from "./format.js";
+import { icons } from "./icons.js";
+import { story } from "./story_card.js";
+
+const TITLES: Readonly<Record<TourStep, string>> = {
+  unknown: "This robot has never been here",
+  wheels: "Its wheels are not enough",
+  doubt: "It knows how sure it is",
+  loop: "A known place puts it right",
+};
+
+export class SlamTour extends SlamElement {
+  static override styles = [story, css`
+    .key { display: inline-block; width: 22px; height: 10px; margin-right: 2px; border-radius: 3px; vertical-align: -1px; }
+    .seen { background: var(--map-free); border: 1px solid var(--line-strong); }
+    .wheels { background: var(--map-odometry); }
+    .ellipse { border-radius: 50%; border: 2px solid var(--map-estimate); background: color-mix(in srgb, var(--map-estimate) 25%, transparent); }
+    figure { margin: 0 0 10px; }
+    figcaption { display: flex; justify-content: space-between; gap: 8px; font-size: 12.5px; color: var(--muted); }
+    figcaption b { font: 500 13px/1.4 var(--mono); color: var(--ink); }
+    figure svg { display: block; width: 100%; height: 48px; border-radius: 8px; background: var(--sunk); }
+    polyline { fill: none; stroke: var(--map-estimate); stroke-width: 2; vector-effect: non-scaling-stroke; }
+    footer { display: flex; align-items: center; gap: 8px; }
+    ol { flex: 1; display: flex; gap: 6px; margin: 0; padding: 0; list-style: none; }
+    li { width: 8px; height: 8px; border-radius: 50%; background: var(--line-strong); opacity: .45; }
+    li[aria-current] { background: var(--accent); opacity: 1; }
+    .next { background: var(--accent); color: var(--on-accent); border-color: transparent; }
+    .next:hover { background: var(--accent-ink); border-color: transparent; }
+    @media (max-width: 760px) { figure svg { height: 34px; } }
+  `];
+
+  protected override readonly topics = ["tour", "frame", "view"] as const;
+  readonly #history = new DoubtHistory();
+  /** What the doubt shrank from and to, when a loop was closed. */
+  #collapse: { from: number; to: number } | null = null;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.store.on("run", () => {
+      // The tour speaks of its own run: who begins another one has seen enough.
+      if (this.store.tour && !isOwnRun(this.store)) go(this.store, null);
+    });
+    this.store.on("frame", () => this.#follow());
+  }
+
+  #follow(): void {
+    const { status, tour } = this.store;
+    if (!tour || !status) return;
+    const collapse = this.#history.add(status.time, doubtOf(status));
+    if (!collapse || this.#collapse) return;
+    this.#collapse = collapse;
+    if (tour === "doubt") go(this.store, "loop");
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    const { tour } = this.store;
+    if (!tour) return nothing;
+    const at = STEPS.indexOf(tour);
+    const next = STEPS[at + 1] ?? null;
+    return html`<section aria-label="What SLAM is" data-testid="tour">
+      <header><h2 aria-live="polite">${TITLES[tour]}</h2>
+        <button class="icon" aria-label="Leave the tour" title="Leave the tour" data-testid="tour-leave" @click=${this.press(() => go(this.store, null))}>${icons.close}</button></header>
+      ${this.#words(tour)}
+      <footer>
+        <ol aria-label="Step ${at + 1} of ${STEPS.length}">${STEPS.map((step) => html`<li aria-current=${step === tour ? "step" : nothing}></li>`)}</ol>
+        ${at > 0 ? html`<button data-testid="tour-back" @click=${() => go(this.store, STEPS[at - 1] ?? null)}>Back</button>` : nothing}
+        <button class="next" data-testid="tour-next" @click=${next ? () => go(this.store, next) : this.press(() => go(this.store, null))}>${next ? "Next" : "Look around"}</button>
+      </footer>
+    </section>`;
+  }
+
+  #words(step: TourStep): TemplateResult {
+    const { status } = this.store;
+    const off = length(status?.odometryError ?? NaN);
+    switch (step) {
+      case "unknown":
+        return html`<p><i class="key seen"></i> is what it has seen so far, dark lines are walls, and of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>.</p>`;
+      case "wheels":
+        return html`<p><i class="key wheels"></i> is what it would draw by its wheels alone. They slip a little at every turn, errors add up, and by now they are wrong by <b>${off.value} ${off.unit}</b>. What the sensor sees of walls that it knows puts it right.</p>`;
+      case "doubt":
+        return html`<p>It is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows, and no driving on makes it smaller, until it comes to a place that it has seen before.</p>${this.#doubt()}`;
+      case "loop": {
+        const [from, to] = this.#collapse ? [length(this.#collapse.from), length(this.#collapse.to)] : [];
+        const what = from && to
+          ? html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>, and the whole way round was put straight.`
+          : html`Once it comes round to a place that it knows, its doubt falls at once, and the whole way between is put straight.`;
+        const touch = matchMedia("(pointer: coarse)").matches;
+        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.#peek()}>${icons.eye} ${this.store.layers.truth ? "Hide" : "Compare with"} the truth</button></p>
+          <p class="muted">${touch ? "Tap" : "Click"} the map and the robot drives there. ${touch ? "Open" : "Drop"} a recorded log, and a real building is mapped.</p>`;
+      }
+    }
+  }
+
+  #peek(): void {
+    const { store } = this;
+    store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } });
+  }
+
+  /** How the doubt grew and shrank. */
+  #doubt(): TemplateResult {
+    const { samples } = this.#history;
+    const [first, last] = [samples[0], samples.at(-1)];
+    if (!first || !last) return html``;
+    const most = Math.max(...samples.map((sample) => sample.doubt), 0.1);
+    const span = Math.max(last.time - first.time, 1);
+    const line = samples.map(({ time, doubt }) => `${(100 * (time - first.time) / span).toFixed(2)},${(30 - 27 * doubt / most).toFixed(2)}`).join(" ");
+    const now = length(last.doubt);
+    return html`<figure><figcaption><span>Known to within</span><b data-testid="tour-doubt">${now.value} ${now.unit}</b></figcaption>
+      <svg viewBox="0 0 100 32" preserveAspectRatio="none" aria-hidden="true">${svg`<polyline points=${line}/>`}</svg></figure>`;
+  }
+}
+
+customElements.define("slam-tour", SlamTour);

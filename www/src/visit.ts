@@ -1,0 +1,35 @@
+// What the browser keeps from visit to visit: that there was one, and what of the map is shown.
+
+import { ifAllowed } from "./storage.js";
+import type { Store } from "./store.js";
+import { LAYERS } from "./view/scene.js";
+
+const VISITED = "slamlab-visited";
+const VIEW = "slamlab-view";
+
+/** Whether nobody was here before. Where nothing can be kept nobody is greeted twice, so nobody is
+    greeted at all. */
+export function isFirstVisit(): boolean {
+  return ifAllowed(() => localStorage.getItem(VISITED) ?? "") === "";
+}
+
+export function noteVisit(): void {
+  ifAllowed(() => localStorage.setItem(VISITED, "1"));
+}
+
+/** Shows the layers that were shown last, and keeps those that are chosen from here on. */
+export function keepView(store: Store): void {
+  const kept = ifAllowed(() => localStorage.getItem(VIEW));
+  if (kept) store.layers = { ...store.layers, ...switchesIn(kept) };
+  store.on("view", () => ifAllowed(() => localStorage.setItem(VIEW, JSON.stringify(store.layers))));
+}
+
+/** The switches that a text names; none of one that is not ours. */
+function switchesIn(text: string): Partial<Store["layers"]> {
+  try {
+    const named = JSON.parse(text) as Record<string, unknown> | null;
+    return Object.fromEntries(LAYERS.flatMap((name) => (typeof named?.[name] === "boolean" ? [[name, named[name]]] : [])));
+  } catch {
+    return {};
+  }
+}
