@@ -19,6 +19,7 @@ pub mod measure;
 #[cfg(unix)]
 pub mod package;
 pub mod page;
+mod page_frames;
 pub mod report;
 pub mod results;
 pub mod rules;
