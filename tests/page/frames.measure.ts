@@ -1,8 +1,8 @@
 // How long the page's main thread works for each picture while a recording plays at 50 times its
 // speed. `cargo xtask report page-frames` asks for it and reads the figures that it leaves.
 //
-// It counts time of the processor, by Chromium's own trace, because what else runs on a machine takes
-// from that of the clock. Chromium draws without a graphics card here, so what it draws counts too.
+// It counts time of the processor, by Chromium's own trace, because what else runs on a machine
+// takes from that of the clock. Chromium draws without a graphics card here: that counts too.
 import { existsSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';

@@ -34,7 +34,7 @@ const REPLAYS: usize = 20;
 /// And of a log of a building, some seconds each.
 const LOG_REPLAYS: usize = 4;
 /// Scans of a replay that are measured together, some milliseconds.
-const STRETCH: usize = 20;
+const STRETCH: usize = 10;
 
 /// Why nothing could be measured.
 #[derive(Debug, thiserror::Error)]

@@ -1,6 +1,6 @@
-//! Prints what filter, registration and scan matching cost in the browser, the latter also on the log
-//! that lies beside this package's manifest, if one does. It judges nothing, so it is run only where
-//! it is asked for by name: by `cargo xtask report browser-cost`.
+//! Prints what filter, registration and scan matching cost in the browser, the latter also on the
+//! log that lies beside this package's manifest, if one does. It judges nothing, so it is run only
+//! where it is asked for by name: by `cargo xtask report browser-cost`.
 #![cfg(target_family = "wasm")]
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 

@@ -1,10 +1,10 @@
-//! `browser-cost`: what does the browser add to an update of the line filter, to a registration, and
-//! to a scan?
+//! `browser-cost`: what does the browser add to an update of the line filter, to a registration,
+//! and to a scan?
 //!
 //! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update of
 //! the line filter with one match at 100, 300 and 1 000 landmarks, of the registration of two scans
-//! by each method, and of a scan by scan matching: of a loop of our own and, where the recorded data
-//! is, of Intel. One build right after the other:
+//! by each method, and of a scan by scan matching: of a loop of our own and, where the recorded
+//! data is, of Intel. One build right after the other:
 //!
 //! | build | vector instructions |
 //! |---|---|

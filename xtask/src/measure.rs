@@ -33,8 +33,8 @@ pub enum Promise {
     Soak,
     /// No decoder crashes on changed input
     Fuzz,
-    /// An update of the line filter, a registration and a scan of scan matching in headless Chromium
-    /// take at most 1.5 times as long as natively
+    /// An update of the line filter, a registration and a scan of scan matching in headless
+    /// Chromium take at most 1.5 times as long as natively
     BrowserCost,
     /// The page in headless Chromium has time for 60 pictures a second while a recorded building
     /// plays at 50 times its speed
