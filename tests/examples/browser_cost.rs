@@ -1,10 +1,12 @@
-//! Prints what the line filter and scan matching cost natively; `cargo xtask report browser-cost`
-//! compares it with the browser.
+//! Prints what filter, registration and scan matching cost natively, the latter also on a log where
+//! one is named; `cargo xtask report browser-cost` compares it with the browser.
 
 #[cfg(not(target_family = "wasm"))]
-fn main() -> Result<(), slamlab_tests::browser_cost::CostError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let log = std::env::args_os().nth(1).map(std::fs::read).transpose()?;
     let begin = std::time::Instant::now();
-    for line in slamlab_tests::browser_cost::costs(|| 1e3 * begin.elapsed().as_secs_f64())? {
+    let now_ms = || 1e3 * begin.elapsed().as_secs_f64();
+    for line in slamlab_tests::browser_cost::costs(now_ms, log.as_deref())? {
         println!("{line}");
     }
     Ok(())

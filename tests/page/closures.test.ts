@@ -67,14 +67,14 @@ test('submaps and the pose graph are layers, and only methods with submaps have 
   expect(await inside(lab, ({ submaps }) => submaps.count)).toBeGreaterThan(2);
   await lab.show('layers');
   await expect(lab.at('layer-closures')).toBeChecked();
-  const overlays = (): Promise<string> => lab.page.evaluate(() => document.querySelector('slam-map')!.shadowRoot!.querySelector<HTMLCanvasElement>('#overlays')!.toDataURL());
+  const record = (): Promise<string> => lab.page.evaluate(() => document.querySelector('slam-map')!.shadowRoot!.querySelector<HTMLCanvasElement>('#record')!.toDataURL());
   await lab.stillCamera();
-  let before = await overlays();
+  let before = await record();
   for (const name of ['submaps', 'graph']) {
     await expect(lab.at(`layer-${name}`)).not.toBeChecked();
     await lab.at(`layer-${name}`).check();
-    await expect.poll(overlays, `${name} are drawn`).not.toBe(before);
-    before = await overlays();
+    await expect.poll(record, `${name} are drawn`).not.toBe(before);
+    before = await record();
   }
 });
 

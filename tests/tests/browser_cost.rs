@@ -1,9 +1,10 @@
-//! Prints what the line filter and scan matching cost in the browser. It measures and judges
-//! nothing, so it is run only where it is asked for by name: by `cargo xtask report browser-cost`.
+//! Prints what filter, registration and scan matching cost in the browser, the latter also on the
+//! log that lies beside this package's manifest, if one does. It judges nothing, so it is run only
+//! where it is asked for by name: by `cargo xtask report browser-cost`.
 #![cfg(target_family = "wasm")]
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
-use js_sys::{Function, Reflect};
+use js_sys::{Function, Reflect, Uint8Array};
 use slamlab_tests::browser_cost::costs;
 use wasm_bindgen_test::{console_log, wasm_bindgen_test};
 
@@ -11,7 +12,7 @@ wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
 #[wasm_bindgen_test]
 fn browser_cost() {
-    for line in costs(now_ms).unwrap() {
+    for line in costs(now_ms, log().as_deref()).unwrap() {
         console_log!("{line}");
     }
 }
@@ -21,4 +22,17 @@ fn now_ms() -> f64 {
     let performance = Reflect::get(&js_sys::global(), &"performance".into()).unwrap();
     let now: Function = Reflect::get(&performance, &"now".into()).unwrap().into();
     now.call0(&performance).unwrap().as_f64().unwrap()
+}
+
+/// What xtask has put where the test's server finds it.
+fn log() -> Option<Vec<u8>> {
+    let read = "(() => {
+        const request = new XMLHttpRequest();
+        request.open('GET', `${self.location.origin}/browser_cost.log.tmp`, false);
+        request.responseType = 'arraybuffer';
+        request.send();
+        return request.status === 200 ? new Uint8Array(request.response) : null;
+    })()";
+    let read = js_sys::eval(read).unwrap();
+    (!read.is_null()).then(|| Uint8Array::new(&read).to_vec())
 }

@@ -92,8 +92,8 @@ export const EXHIBITS: readonly Exhibit[] = [
   {
     name: "not-fooled", title: "The same, or only alike?", about: "How much must speak for a place seen again",
     setup: { world: "look-alikes", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 20, layers: { truth: true, closures: true, graph: true },
-    watch: "Ten rooms look alike, and each could be taken for any other. Green lines join places that were proved to be one. Dashed lines were thought of and refused: another room would have fitted as well, or the way would have had to err by more than it does. One room laid on another would bend the whole map.",
-    then: "A click on a dashed line says what spoke for it, and how much was asked for.",
+    watch: "Ten rooms look alike, and each could be taken for any other. Green lines join places that were proved to be one: they stay within a room and its corridor. Of what is only alike another room would have fitted as well, or the way between would have had to err by more than it does. One room laid on another would bend the whole map.",
+    then: "A click on a green line says what spoke for it, and how much was asked for.",
   },
 ];
 

@@ -1,8 +1,10 @@
-//! `browser-cost`: what does the browser add to an update of the line filter, and to a scan?
+//! `browser-cost`: what does the browser add to an update of the line filter, to a registration,
+//! and to a scan?
 //!
 //! In: a machine with Chromium. Out: one JSON object with the milliseconds of an update of
-//! the line filter with one match at 100, 300 and 1 000 landmarks and of a scan of a recorded loop
-//! by scan matching, one build right after the other:
+//! the line filter with one match at 100, 300 and 1 000 landmarks, of the registration of two scans
+//! by each method, and of a scan by scan matching: of a loop of our own and, where the recorded
+//! data is, of Intel. One build right after the other:
 //!
 //! | build | vector instructions |
 //! |---|---|
@@ -15,9 +17,11 @@
 //! beside it.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
 use std::process::Command;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use crate::tools;
 
@@ -30,13 +34,17 @@ const MOST: f64 = 1.5;
 /// If something cannot be built or run, or the browser is too slow.
 pub fn report() -> Result<()> {
     tools::need_wasm_target()?;
-    let native_args = "run --release --package slamlab-tests --example browser_cost";
-    let native = costs(tools::cargo().args(native_args.split(' ')))?;
-    let narrow = costs(
-        tools::cargo()
-            .args(native_args.split(' '))
-            .args(["--features", "narrow"]),
-    )?;
+    let log = tools::data_folder().join("intel/intel.clf");
+    let log = log.is_file().then_some(log);
+    let run = |features: &[&str]| {
+        let native = "run --release --package slamlab-tests --example browser_cost";
+        let mut cargo = tools::cargo();
+        cargo.args(native.split(' ')).args(features).arg("--");
+        costs(cargo.args(&log))
+    };
+    let native = run(&[])?;
+    let narrow = run(&["--features", "narrow"])?;
+    let lent = log.as_ref().map(Lent::new).transpose()?;
     let browser = costs(
         tools::cargo()
             .env("CHROME", tools::chrome()?)
@@ -44,6 +52,7 @@ pub fn report() -> Result<()> {
             .args("test --profile wasm --target wasm32-unknown-unknown".split(' '))
             .args("--package slamlab-tests --test browser_cost -- --nocapture".split(' ')),
     )?;
+    drop(lent);
     if !(native.keys().eq(browser.keys()) && narrow.keys().eq(browser.keys())) {
         bail!("the builds measured different things: {native:?}, {narrow:?}, {browser:?}");
     }
@@ -65,6 +74,9 @@ pub fn report() -> Result<()> {
             slow.push(format!("{name}: {ratio:.2}"));
         }
     }
+    if log.is_none() {
+        println!("  \"scan_of_building\": \"not measured: no recorded data\",");
+    }
     println!("  \"browser_in_narrow_at_most\": {MOST:?}");
     println!("}}");
     if slow.is_empty() {
@@ -74,6 +86,26 @@ pub fn report() -> Result<()> {
         "times as long in the browser as natively with instructions as wide: {}; expected at most {MOST}",
         slow.join(", ")
     )
+}
+
+/// A log where the server of the browser's test finds it, until this is dropped: it knows that
+/// package's folder and no other.
+struct Lent(PathBuf);
+
+impl Lent {
+    fn new(log: &PathBuf) -> Result<Self> {
+        let lent = Self(tools::root().join("tests/browser_cost.log.tmp"));
+        fs::copy(log, &lent.0).with_context(|| format!("cannot copy {}", log.display()))?;
+        Ok(lent)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if let Err(error) = fs::remove_file(&self.0) {
+            eprintln!("cannot remove {}: {error}", self.0.display());
+        }
+    }
 }
 
 /// Milliseconds, by what was measured.

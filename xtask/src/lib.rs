@@ -8,7 +8,8 @@
 //!    [`rules`] are those of the house.
 //! 5. [`package`] makes what one installs on the robot's computer.
 //! 6. [`measure`] prints figures that the bridge promises, and whether they hold; [`browser_cost`]
-//!    what the browser adds to the filter's work. [`results`] gathers all figures in `RESULTS.md`.
+//!    what the browser adds to the core's work, [`page_frames`] what a picture costs. [`results`]
+//!    gathers all figures in `RESULTS.md`.
 //!
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
 
@@ -19,6 +20,7 @@ pub mod measure;
 #[cfg(unix)]
 pub mod package;
 pub mod page;
+pub mod page_frames;
 pub mod report;
 pub mod results;
 pub mod rules;

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 
-use crate::{browser_cost, firmware, tools};
+use crate::{browser_cost, firmware, page_frames, tools};
 
 /// What to measure, and for how long.
 #[derive(Debug, Args)]
@@ -33,9 +33,12 @@ pub enum Promise {
     Soak,
     /// No decoder crashes on changed input
     Fuzz,
-    /// An update of the line filter and a scan of scan matching in headless Chromium take at most
-    /// 1.5 times as long as natively
+    /// An update of the line filter, a registration and a scan of scan matching in headless
+    /// Chromium take at most 1.5 times as long as natively
     BrowserCost,
+    /// The page in headless Chromium has time for 60 pictures a second while a recorded building
+    /// plays at 50 times its speed
+    PageFrames,
 }
 
 /// Measures it; the bridge over sockets of this machine.
@@ -46,6 +49,7 @@ pub fn measure(what: &Measurement) -> Result<()> {
     let minutes = |default: f64| what.minutes.unwrap_or(default).to_string();
     let (example, words) = match what.promise {
         Promise::BrowserCost => return browser_cost::report(),
+        Promise::PageFrames => return page_frames::report(),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned()]),

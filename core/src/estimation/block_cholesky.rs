@@ -14,8 +14,8 @@
 //!
 //! The order is the crate `amd`'s, the factor our own. `faer` 0.24, the sparse Cholesky that is
 //! best kept in Rust, knows nothing of blocks: of `m3500.g2o` it took 18 ms for a factor, where
-//! this one takes 1.2, and 14 for its pattern, where this one takes 2; g2o solves that graph
-//! in 38. Where a machine has it, it uses fused multiply-add, so that its bits are not those of
+//! this one takes 0.9, and 14 for its pattern, where this one takes 1.7; g2o solves that graph
+//! in 31. Where a machine has it, it uses fused multiply-add, so that its bits are not those of
 //! the browser; and it takes two minutes to compile.
 
 mod couplings;
@@ -79,23 +79,28 @@ struct Front {
     children: Vec<usize>,
 }
 
-/// A symmetric matrix.
-#[derive(Clone, Debug, Default)]
+/// A symmetric matrix, already in the places of its factor.
+#[derive(Clone, Debug)]
 pub(super) struct BlockMatrix {
-    blocks: Vec<Matrix3<f64>>,
+    panels: Vec<Four>,
+    /// Room to make the factor in.
+    stack: Vec<Four>,
 }
 
-/// A factor, and room to make it in.
-#[derive(Clone, Debug, Default)]
+/// A factor, in the room of the matrix that it was made from.
+#[derive(Clone, Debug)]
 pub(super) struct BlockFactor {
     panels: Vec<Four>,
     stack: Vec<Four>,
 }
 
 /// Where a block of the matrix is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot {
+    /// Its first number.
     at: usize,
+    /// From a column to the next.
+    height: usize,
     /// Whether its mirror image is what is kept.
     is_mirrored: bool,
 }
@@ -148,11 +153,12 @@ impl BlockPattern {
     pub(super) fn slot(&self, row: usize, column: usize) -> Option<Slot> {
         let (r, c) = (*self.tree.place.get(row)?, *self.tree.place.get(column)?);
         let (low, high) = (r.min(c), r.max(c));
-        let start = self.starts[low];
-        let own = &self.entries[start..self.starts[low + 1]];
-        let at = own.iter().position(|entry| entry.row == high)?;
+        let own = &self.entries[self.starts[low]..self.starts[low + 1]];
+        let entry = own.iter().find(|entry| entry.row == high)?;
+        let front = &self.fronts[self.tree.of_column[low]];
         Some(Slot {
-            at: start + at,
+            at: entry.at,
+            height: LANES * front.fours,
             is_mirrored: r < c,
         })
     }
@@ -255,21 +261,38 @@ impl<'a> RowPlaces<'a> {
     }
 }
 
-impl BlockMatrix {
-    /// Makes it zero, with this pattern.
-    pub(super) fn clear(&mut self, pattern: &BlockPattern) {
-        self.blocks.clear();
-        self.blocks.resize(pattern.entries.len(), Matrix3::zeros());
+impl BlockPattern {
+    /// A matrix of zeros, in the room of a factor that is no longer needed.
+    pub(super) fn zeros(&self, room: Option<BlockFactor>) -> BlockMatrix {
+        let (mut panels, stack) = room
+            .map(|room| (room.panels, room.stack))
+            .unwrap_or_default();
+        panels.clear();
+        panels.resize(self.panels, [0.0; LANES]);
+        BlockMatrix { panels, stack }
     }
+}
 
+impl BlockMatrix {
     /// Adds to a block, and so to its mirror image.
     #[inline]
     pub(super) fn add(&mut self, slot: Slot, value: &Matrix3<f64>) {
-        if let Some(block) = self.blocks.get_mut(slot.at) {
-            if slot.is_mirrored {
-                *block += value.transpose();
-            } else {
-                *block += value;
+        if slot.is_mirrored {
+            self.add_kept(slot, &value.transpose());
+        } else {
+            self.add_kept(slot, value);
+        }
+    }
+
+    #[inline(always)]
+    fn add_kept(&mut self, slot: Slot, value: &Matrix3<f64>) {
+        let numbers = self.panels.as_flattened_mut();
+        for (index, column) in value.as_slice().chunks_exact(BLOCK).enumerate() {
+            let at = slot.at + index * slot.height;
+            if let (Some([a, b, c]), [x, y, z]) = (numbers.get_mut(at..at + BLOCK), column) {
+                *a += x;
+                *b += y;
+                *c += z;
             }
         }
     }

@@ -1,5 +1,6 @@
 // Draws the layers that are switched on, from the ground up.
 
+import type { Box, Camera } from "./camera.js";
 import type { LayerName } from "./scene.js";
 import * as closures from "./layers/closures.js";
 import * as compared from "./layers/compared.js";
@@ -37,16 +38,51 @@ export type Switches = Readonly<Record<LayerName, boolean>>;
 
 const truthPicture = new TruthPicture();
 
-/** The ground: changes only with the map and the camera. */
-export function drawGround(brush: Brush, on: Switches): void {
+/** The ground: changes only with the map and the camera. `within`: only this part of the map. */
+export function drawGround(brush: Brush, on: Switches, within: Box | null): void {
+  const { context, camera } = brush;
+  context.save();
+  if (within && Number.isFinite(within.minX)) clip(context, camera, within);
   clear(brush);
   if (on.grid) paint(brush, grid.draw);
   if (on.wheels) paint(brush, wheels.draw);
   paint(brush, grid.drawRules);
   if (on.truth) paint(brush, (brush) => truthPicture.draw(brush));
+  context.restore();
 }
 
-const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
+/** To whole pixels, and those beside them, into which smoothing carries. */
+function clip(context: CanvasRenderingContext2D, camera: Camera, { minX, minY, maxX, maxY }: Box): void {
+  const [left, top] = camera.toScreen(minX, maxY).map((at) => Math.floor(at * camera.ratio) - 2) as [number, number];
+  const [right, bottom] = camera.toScreen(maxX, minY).map((at) => Math.ceil(at * camera.ratio) + 2) as [number, number];
+  context.resetTransform();
+  context.beginPath();
+  context.rect(left, top, right - left, bottom - top);
+  context.clip();
+}
+
+type Layer = readonly [LayerName, (brush: Brush) => void];
+
+/** What grows with a run: many long lines, which cost most of all. */
+const RECORD: readonly Layer[] = [
+  ["submaps", submaps.drawWalls],
+  ["compared", compared.draw],
+  ["trails", trails.draw],
+  ["graph", graph.draw],
+  ["closures", closures.draw],
+  ["submaps", submaps.drawNumbers],
+];
+
+/** Everything that was recorded. */
+export function drawRecord(brush: Brush, on: Switches): void {
+  clear(brush);
+  const { submaps: { ahead } } = brush.scene;
+  // The walls go ahead of a grid that is still to be drawn again.
+  if (ahead && on.grid && !on.submaps) paint(brush, submaps.drawAll);
+  for (const [name, draw] of RECORD) if (on[name]) paint(brush, draw);
+}
+
+const OVERLAYS: readonly Layer[] = [
   ["rooms", rooms.draw],
   ["truth", truth.drawMovers],
   ["truth", doors.draw],
@@ -63,12 +99,7 @@ const OVERLAYS: readonly (readonly [LayerName, (brush: Brush) => void])[] = [
   ["points", points.draw],
   ["rawPath", path.drawRaw],
   ["path", path.draw],
-  ["submaps", submaps.drawWalls],
-  ["compared", compared.draw],
-  ["trails", trails.draw],
-  ["graph", graph.draw],
-  ["closures", closures.draw],
-  ["submaps", submaps.drawNumbers],
+  ["trails", trails.drawEnd],
   ["twin", twin.draw],
   ["torn", torn.draw],
   ["robot", robot.draw],
@@ -79,9 +110,6 @@ export function drawOverlays(brush: Brush, on: Switches): void {
   clear(brush);
   // Two plans at once are none: the robot's own makes room for the contest.
   const isHidden = (name: LayerName): boolean => brush.contest !== null && ["frontiers", "tree", "rawPath", "path"].includes(name);
-  const { submaps: { ahead } } = brush.scene;
-  // The walls go ahead of a grid that is still to be drawn again.
-  if (ahead && on.grid && !on.submaps) paint(brush, submaps.drawAll);
   for (const [name, draw] of OVERLAYS) {
     if (on[name] && !isHidden(name)) paint(brush, WITH_ROBOT.has(name) ? (brush) => withRobot(brush, draw) : draw);
   }

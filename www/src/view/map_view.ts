@@ -1,5 +1,12 @@
-// The map: two canvases (ground and overlays) with a camera that can be panned, zoomed, fitted, and
-// tied to the robot.
+// The map: three canvases with a camera that can be panned, zoomed, fitted, and tied to the robot.
+//
+// | canvas | drawn |
+// |---|---|
+// | overlays: the robot, what it sees and what it plans | for each picture |
+// | record: trails, submaps, closures | when they have grown, some times a second; or when it is looked at otherwise |
+// | ground: grid and rules | when they change; only the part that does, while the view stands |
+//
+// Record and ground take long: at most one of them is drawn for a picture.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE, type Tear } from "../protocol/module.js";
@@ -7,7 +14,7 @@ import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
 import { type Box, Camera } from "./camera.js";
-import { drawGround, drawOverlays } from "./draw.js";
+import { drawGround, drawOverlays, drawRecord } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
@@ -19,16 +26,23 @@ import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { MARK, tearAt } from "./layers/torn.js";
 import { type Palette, readPalette } from "./palette.js";
+import { Sheet } from "./sheet.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
+/** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
+const RECORD_MILLIS = 200;
+const GLIDING_MILLIS = 30;
 /** Pixels within which a click finds a loop closure; a finger is wider than a pointer. */
 const REACH = matchMedia("(pointer: coarse)").matches ? 18 : 9;
 /** Pixels of free height from which on a phone has room for the scale. */
 const LEAST_SCALED = 140;
+
+/** Pixels of width from which on a story has room beside the map. */
+const LEAST_BESIDE = 960;
 
 /** The panels that a phone shows as a sheet over the map. */
 const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
@@ -39,7 +53,7 @@ type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
 export class SlamMap extends SlamElement {
   static override styles = css`
     :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
-    canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; }
+    canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; transform-origin: 0 0; }
     #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
     #pad.plain { cursor: grab; }
     #pad.wall, #pad.door { cursor: pointer; }
@@ -75,7 +89,14 @@ export class SlamMap extends SlamElement {
   #fitAt = -Infinity;
   #target: { x: number; y: number; scale: number } | null = null;
   #palette: Palette | null = null;
-  #drawn = { ground: "", overlays: "" };
+  #sheets = { ground: new Sheet(), record: new Sheet() };
+  /** Of the grid that the ground shows. */
+  #tilesVersion = -1;
+  /** Length of the trail that the record shows. */
+  #recordedTrail = 0;
+  /** What had been recorded by then. */
+  #growth = "";
+  #overlays = "";
   #lastTick = 0;
   #inCycle = false;
   #hasTable = false;
@@ -97,7 +118,7 @@ export class SlamMap extends SlamElement {
       this.#hasTable = hasTable;
     });
     for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
-    for (const topic of ["tab", "tour"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
+    for (const topic of ["tab", "tour", "exhibit"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
       if (this.#draft && !this.store.editing) this.#setDraft(null);
@@ -138,6 +159,7 @@ export class SlamMap extends SlamElement {
     const { follow, source, editing, method } = this.store;
     return html`
       <canvas id="ground"></canvas>
+      <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
       <div
         id="pad" class=${editing ? "draws" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
@@ -194,6 +216,12 @@ export class SlamMap extends SlamElement {
     if (!this.store.follow) this.#auto = true;
     this.#fitAt = -Infinity;
     this.#jump = true;
+    this.#forget();
+  }
+
+  /** All is drawn anew, at once. */
+  #forget(): void {
+    [this.#sheets.ground.shows, this.#sheets.record.shows, this.#overlays] = ["", "", ""];
   }
 
   #jump = true;
@@ -353,19 +381,21 @@ export class SlamMap extends SlamElement {
     const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
     // In the strip that a long sheet leaves there is room for the robot only.
     this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
-    // The tour covers the upper part of a phone, and has no legend beside the map.
-    const tour = this.store.tour ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
+    // What is told covers the upper part of a phone, and stands beside the map where there is room
+    // for both. During the tour there is no legend.
+    const isTold = this.store.tour !== null || this.store.exhibit !== null;
+    const card = isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
     const legend = matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
+    const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
     this.camera.inset = phone
-      ? { top: tour + 20, right: 12, bottom: covered + 12, left: 12 }
-      : { top: 24, right: 62, bottom: this.store.inCycle ? 206 : 92, left: legend };
-    for (const id of ["ground", "overlays"]) {
+      ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
+      : { top: 24, right: 62 + told, bottom: this.store.inCycle ? 206 : 92, left: legend };
+    for (const id of ["ground", "record", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
       canvas.width = Math.round(clientWidth * ratio);
       canvas.height = Math.round(clientHeight * ratio);
     }
-
-    this.#drawn = { ground: "", overlays: "" };
+    this.#forget();
     this.#fitAt = -Infinity;
     const cross = this.#element("cross");
     const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
@@ -383,7 +413,7 @@ export class SlamMap extends SlamElement {
     if (!this.hasUpdated) return;
     this.scene.animate(performance.timeOrigin + now, this.#still.matches);
     this.#steer(seconds, now);
-    this.#paint(now / 1000);
+    this.#paint(now);
     this.client.drawn();
   }
 
@@ -412,22 +442,55 @@ export class SlamMap extends SlamElement {
     }
   }
 
-  #paint(time: number): void {
+  #paint(now: number): void {
     const { camera, scene, store } = this;
+    const time = now / 1000;
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
     const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
-    const ground = `${view},${tiles === scene.tiles},${tiles.version},${scene.wheels.version},${scene.truth.length}`;
+    const ground = `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`;
+    const record = `${view},${this.#spotVersion}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
-    const overlays = `${view},${scene.version},${this.#spotVersion},${alive ? time : 0}`;
-    const brush = (id: string) => ({ context: this.#context(id), camera, palette, scene, tiles, time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared, sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: this.store.editing && { kind: this.store.editing, draft: this.#draft }, rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps });
-    if (ground !== this.#drawn.ground) {
-      drawGround(brush("ground"), store.layers);
-      this.#scaleBar();
+    this.#drawSheet(now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
+    const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
+    if (overlays !== this.#overlays) drawOverlays(this.#brush("overlays", time), store.layers);
+    this.#overlays = overlays;
+  }
+
+  /** Draws ground or record, where that is due: the one that has waited longest. */
+  #drawSheet(now: number, ground: string, record: string, growth: string): void {
+    const { camera, scene, store } = this;
+    const sheets = this.#sheets;
+    const tiles = this.#tiles();
+    const isGroundDue = ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion;
+    const wait = scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS;
+    const hasGrown = growth !== this.#growth && now - sheets.record.drawnAt >= wait;
+    const isRecordDue = record !== sheets.record.shows || hasGrown;
+    const isGroundFirst = !isRecordDue || sheets.ground.drawnAt <= sheets.record.drawnAt;
+    if (isGroundDue && (isGroundFirst || sheets.ground.shows === "")) {
+      const changed = tiles.takeChanged();
+      drawGround(this.#brush("ground", now / 1000), store.layers, ground === sheets.ground.shows ? changed : null);
+      if (ground !== sheets.ground.shows) this.#scaleBar();
+      sheets.ground.drawn(ground, camera, now);
+      this.#tilesVersion = tiles.version;
     }
-    if (overlays !== this.#drawn.overlays) drawOverlays(brush("overlays"), store.layers);
-    this.#drawn = { ground, overlays };
+    if (isRecordDue && (!(isGroundDue && isGroundFirst) || sheets.record.shows === "")) {
+      drawRecord(this.#brush("record", now / 1000), store.layers);
+      sheets.record.drawn(record, camera, now);
+      [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
+    }
+    for (const name of ["ground", "record"] as const) sheets[name].move(this.#element(name), camera);
+  }
+
+  #brush(canvas: string, time: number): Brush {
+    const { camera, scene, store } = this;
+    return {
+      context: this.#context(canvas), camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
+      time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared,
+      sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
+      rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
+    };
   }
 
   /** The grid, or the field of it that is looked at, once it has come. */

@@ -15,6 +15,7 @@ const BLOCKS_PER_TILE = 8;
 /** Above this probability there is an obstacle, below the rest of 1 there is none; as in ROS
     map_server. */
 const OCCUPIED = 0.65;
+const EVERYWHERE: Box = { minX: -Infinity, minY: -Infinity, maxX: Infinity, maxY: Infinity };
 
 export interface Tile {
   readonly col: number;
@@ -40,11 +41,20 @@ export class Tiles {
   #colours: Uint32Array = new Uint32Array(256);
   #key = "";
   #image: ImageData | null = null;
+  #changed: Box | null = null;
 
   clear(): void {
     this.#blocks.clear();
     this.#tiles.clear();
+    this.#changed = EVERYWHERE;
     this.version += 1;
+  }
+
+  /** Where pixels changed since this was asked last; not finite where all did. */
+  takeChanged(): Box | null {
+    const changed = this.#changed;
+    this.#changed = null;
+    return changed;
   }
 
   get size(): number {
@@ -70,6 +80,7 @@ export class Tiles {
       const block = { col, row, cells, box: this.#boxOf(col, row, cells) };
       this.#blocks.set(`${block.col},${block.row}`, block);
       this.#paint(block);
+      this.#changed = union(this.#changed, this.#whole(col, row));
     }
     this.version += 1;
   }
@@ -81,6 +92,7 @@ export class Tiles {
     this.#key = key;
     this.#colours = tableFor(palette, view);
     for (const block of this.#blocks.values()) this.#paint(block);
+    this.#changed = EVERYWHERE;
     this.version += 1;
   }
 
@@ -103,6 +115,11 @@ export class Tiles {
     let all: Box | null = null;
     for (const { box } of this.#blocks.values()) if (box !== null) all = union(all, box);
     return all;
+  }
+
+  #whole(col: number, row: number): Box {
+    const side = this.blockCells * this.resolution;
+    return { minX: col * side, minY: row * side, maxX: (col + 1) * side, maxY: (row + 1) * side };
   }
 
   #boxOf(col: number, row: number, cells: Uint8Array): Box | null {

@@ -135,7 +135,9 @@ pub(super) const TABLE: &[Entry] = &[
     entry("fuzz", Promise, Slow, &["core/src/wire", "core/src/format", "core/src/settings", "bridge/src"],
         "No decoder crashes on changed input."),
     entry("browser-cost", Promise, Slow, CORE,
-        "An update of the line filter and a scan of scan matching are not much slower in the browser."),
+        "An update of the line filter, a registration and a scan of scan matching are not much slower in the browser."),
+    entry("page-frames", Promise, Quick, &["www", "web/src"],
+        "The page has time for 60 pictures a second while a recorded building plays at 50 times its speed."),
     entry("sizes", Sizes, Quick, &["core/src", "web/src", "www"],
         "What the page weighs, in bytes: as it is, and as it is sent."),
 ];

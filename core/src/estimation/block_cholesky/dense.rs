@@ -2,7 +2,8 @@
 //!
 //! A panel holds columns of the factor with all their rows, those of its own diagonal blocks first.
 //! Columns are padded to whole fours. A loop begins at the four in which its first row stands, so
-//! that it also writes what nobody reads: above the diagonal, and in the padding.
+//! that it also writes above the diagonal, which is made zero again, and in the padding.
+//! The diagonal of a factor holds reciprocals: it is divided by, again and again.
 
 use crate::lanes::{LANES, Lanes};
 
@@ -132,16 +133,15 @@ fn factor_block<L: Lanes>(
     let (a, rest) = columns.split_at_mut(fours);
     let (b, c) = rest.split_at_mut(fours);
     let (p, q, r) = (rows(a, at), rows(b, at), rows(c, at));
-    let l00 = p[0].sqrt();
-    let i00 = 1.0 / l00;
-    let (l10, l20) = (p[1] * i00, p[2] * i00);
-    let second = q[1] - l10 * l10;
-    let l11 = second.sqrt();
-    let i11 = 1.0 / l11;
-    let l21 = (q[2] - l20 * l10) * i11;
-    let third = r[2] - l20 * l20 - l21 * l21;
-    let l22 = third.sqrt();
-    let i22 = 1.0 / l22;
+    // Pivots by their quotients, so that none waits for the root of another.
+    let d0 = 1.0 / p[0];
+    let second = q[1] - p[1] * (p[1] * d0);
+    let off = q[2] - p[1] * (p[2] * d0);
+    let d1 = 1.0 / second;
+    let third = r[2] - p[2] * (p[2] * d0) - off * (off * d1);
+    let d2 = 1.0 / third;
+    let [i00, i11, i22] = [d0, d1, d2].map(f64::sqrt);
+    let (l10, l20, l21) = (p[1] * i00, p[2] * i00, off * i11);
     // Neither are NaN and infinity pivots.
     let is_pivot = |value: f64| value > 0.0 && value < f64::INFINITY;
     if !(is_pivot(p[0]) && is_pivot(second) && is_pivot(third)) {
@@ -169,7 +169,12 @@ fn factor_block<L: Lanes>(
         b.as_flattened_mut(),
         c.as_flattened_mut(),
     );
-    (a[at], b[at + 1], c[at + 2]) = (l00, l11, l22);
+    (a[at], b[at + 1], c[at + 2]) = (i00, i11, i22);
+    // What stands above the diagonal of its fours, so that it may be multiplied by zero.
+    let begin = at / LANES * LANES;
+    a[begin..at].fill(0.0);
+    b[begin..=at].fill(0.0);
+    c[begin..at + 2].fill(0.0);
     true
 }
 
@@ -186,7 +191,7 @@ fn head<L: Lanes>(machine: L::Machine, column: &[Four], at: usize) -> (L, L, L) 
 
 /// Three rows of a column.
 #[inline(always)]
-fn rows(column: &[Four], at: usize) -> [f64; BLOCK] {
+pub(super) fn rows(column: &[Four], at: usize) -> [f64; BLOCK] {
     match column.as_flattened().get(at..) {
         Some(&[a, b, c, ..]) => [a, b, c],
         _ => [0.0; BLOCK],
@@ -195,7 +200,7 @@ fn rows(column: &[Four], at: usize) -> [f64; BLOCK] {
 
 /// The columns of a block.
 #[inline(always)]
-fn three(block: &[Four], fours: usize) -> (&[Four], &[Four], &[Four]) {
+pub(super) fn three(block: &[Four], fours: usize) -> (&[Four], &[Four], &[Four]) {
     let (a, rest) = block.split_at(fours);
     let (b, c) = rest.split_at(fours);
     (a, b, &c[..fours])

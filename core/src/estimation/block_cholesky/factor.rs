@@ -1,7 +1,5 @@
 //! The factor of a matrix, supernode by supernode.
 
-use nalgebra::Matrix3;
-
 use super::dense::{self, BLOCK, Four};
 use super::tree::Supernode;
 use super::{BlockFactor, BlockMatrix, BlockPattern, Front};
@@ -12,29 +10,29 @@ const LEAST_PIVOT: f64 = 1e-12;
 
 impl BlockPattern {
     /// Makes the factor of a matrix to whose diagonal `damping` times itself is added (Marquardt);
-    /// `false` where that is not positive definite.
+    /// `None` where that is not positive definite.
     #[must_use]
     pub(in super::super) fn factor(
         &self,
-        matrix: &BlockMatrix,
+        matrix: BlockMatrix,
         damping: f64,
-        factor: &mut BlockFactor,
-    ) -> bool {
-        factor.panels.resize(self.panels, [0.0; LANES]);
-        factor.stack.resize(self.stack, [0.0; LANES]);
-        lanes::run(Factoring {
+    ) -> Option<BlockFactor> {
+        let BlockMatrix { panels, mut stack } = matrix;
+        stack.resize(self.stack, [0.0; LANES]);
+        let mut factor = BlockFactor { panels, stack };
+        let is_definite = lanes::run(Factoring {
             pattern: self,
-            blocks: &matrix.blocks,
             damping,
-            factor,
-        })
+            factor: &mut factor,
+        });
+        is_definite.then_some(factor)
     }
 }
 
 struct Factoring<'a> {
     pattern: &'a BlockPattern,
-    blocks: &'a [Matrix3<f64>],
     damping: f64,
+    /// The matrix, until it is its factor.
     factor: &'a mut BlockFactor,
 }
 
@@ -49,7 +47,9 @@ impl Kernel for Factoring<'_> {
         for (node, front) in pattern.tree.supernodes.iter().zip(&pattern.fronts) {
             let rows = BLOCK * node.width;
             let panel = &mut panels[front.panel..][..rows * front.fours];
-            load(pattern, node, front, self.blocks, self.damping, panel);
+            if self.damping > 0.0 {
+                damp(self.damping, panel, front.fours);
+            }
             let (waiting, free) = stack.split_at_mut(top);
             let left = &mut free[..front.left];
             left.fill([0.0; LANES]);
@@ -76,37 +76,12 @@ impl Kernel for Factoring<'_> {
     }
 }
 
-/// Writes the blocks of the matrix into the columns of a supernode.
+/// Adds to the diagonal of the columns of a supernode, before those of its children are in them.
 #[inline(always)]
-fn load(
-    pattern: &BlockPattern,
-    node: &Supernode,
-    front: &Front,
-    blocks: &[Matrix3<f64>],
-    damping: f64,
-    panel: &mut [Four],
-) {
-    let panel = panel.as_flattened_mut();
-    panel.fill(0.0);
-    let height = LANES * front.fours;
-    let first = LANES * front.panel;
-    for column in node.first..node.first + node.width {
-        let own = pattern.starts[column]..pattern.starts[column + 1];
-        for (entry, block) in pattern.entries[own.clone()].iter().zip(&blocks[own]) {
-            let target = &mut panel[entry.at - first..];
-            for (numbers, target) in block
-                .as_slice()
-                .chunks_exact(BLOCK)
-                .zip(target.chunks_mut(height))
-            {
-                target[..BLOCK].copy_from_slice(numbers);
-            }
-            if entry.row == column && damping > 0.0 {
-                for i in 0..BLOCK {
-                    let number = &mut target[i * height + i];
-                    *number += damping * *number + LEAST_PIVOT;
-                }
-            }
+fn damp(damping: f64, panel: &mut [Four], fours: usize) {
+    for (index, column) in panel.chunks_exact_mut(fours).enumerate() {
+        if let Some(number) = column.as_flattened_mut().get_mut(index) {
+            *number += damping * *number + LEAST_PIVOT;
         }
     }
 }

@@ -136,12 +136,12 @@ fn invert(panel: &[f64], stride: usize, own: usize, below: &Square) -> Square {
     // L₁⁻¹, by columns.
     let mut k = Square::zeros(own);
     for column in 0..own {
-        k.values[column * own + column] = 1.0 / l(column, column);
+        k.values[column * own + column] = l(column, column);
         for row in column + 1..own {
             let sum: f64 = (column..row)
                 .map(|i| l(row, i) * k.values[column * own + i])
                 .sum();
-            k.values[column * own + row] = -sum / l(row, row);
+            k.values[column * own + row] = -sum * l(row, row);
         }
     }
     let mut inverse = Square::zeros(own + below.height);

@@ -28,28 +28,28 @@ pub(super) struct State {
     cos: f64,
 }
 
-/// An edge with all that does not change from step to step.
+/// What of an edge does not change from step to step and is not in it.
 #[derive(Clone, Copy, Debug)]
-struct Term {
-    from: usize,
-    to: usize,
-    motion: State,
-    information: Matrix3<f64>,
-    cauchy: Option<f64>,
+struct Fixed {
+    /// Of the measured motion, rad.
+    heading: f64,
     /// Of the blocks at the start, at the end, and of both; none where the end is fixed.
     slots: [Option<Slot>; 3],
 }
 
 /// The edges of a graph, ready to be evaluated often.
 #[derive(Clone, Debug)]
-pub(super) struct Terms(Vec<Term>);
+pub(super) struct Terms<'a> {
+    edges: &'a [Edge],
+    /// As the edges.
+    fixed: Vec<Fixed>,
+}
 
-/// H x = gradient.
+/// The right side of H x = gradient.
 #[derive(Clone, Debug, Default)]
-pub(super) struct NormalEquations {
-    pub(super) matrix: BlockMatrix,
+pub(super) struct Gradient {
     /// Half of the cost's, by each pose but the first.
-    pub(super) gradient: Vec<Vector3<f64>>,
+    pub(super) by_pose: Vec<Vector3<f64>>,
     /// Σ ρ(χ²).
     pub(super) cost: f64,
 }
@@ -95,111 +95,142 @@ struct Evaluated {
     shift: [f64; 2],
 }
 
-impl Term {
-    #[inline(always)]
-    fn evaluate(&self, from: &State, to: &State) -> Evaluated {
-        let z = &self.motion;
-        let [dx, dy] = [to.x - from.x, to.y - from.y];
-        let ahead = from.cos * dx + from.sin * dy - z.x;
-        let aside = from.cos * dy - from.sin * dx - z.y;
-        let error = Vector3::new(
-            z.cos * ahead + z.sin * aside,
-            z.cos * aside - z.sin * ahead,
-            wrap(to.heading - from.heading - z.heading),
-        );
-        Evaluated {
-            error,
-            sin: from.sin * z.cos + from.cos * z.sin,
-            cos: from.cos * z.cos - from.sin * z.sin,
-            shift: [dx, dy],
-        }
+/// `heading`: of the measured motion `z`.
+#[inline(always)]
+fn evaluate(z: &Pose2, heading: f64, from: &State, to: &State) -> Evaluated {
+    let (cos, sin) = z.cos_sin();
+    let [dx, dy] = [to.x - from.x, to.y - from.y];
+    let ahead = from.cos * dx + from.sin * dy - z.x();
+    let aside = from.cos * dy - from.sin * dx - z.y();
+    let error = Vector3::new(
+        cos * ahead + sin * aside,
+        cos * aside - sin * ahead,
+        wrap(to.heading - from.heading - heading),
+    );
+    Evaluated {
+        error,
+        sin: from.sin * cos + from.cos * sin,
+        cos: from.cos * cos - from.sin * sin,
+        shift: [dx, dy],
     }
 }
 
-impl Terms {
-    pub(super) fn new(edges: &[Edge], pattern: &BlockPattern) -> Self {
+impl<'a> Terms<'a> {
+    pub(super) fn new(edges: &'a [Edge], pattern: &BlockPattern) -> Self {
         let slot = |a: usize, b: usize| pattern.slot(a.checked_sub(1)?, b.checked_sub(1)?);
-        let term = |edge: &Edge| Term {
-            from: edge.from,
-            to: edge.to,
-            motion: State::from(&edge.motion),
-            information: edge.information,
-            cauchy: edge.cauchy,
+        let fixed = |edge: &Edge| Fixed {
+            heading: edge.motion.heading(),
             slots: [
-                (edge.from, edge.from),
-                (edge.to, edge.to),
-                (edge.from, edge.to),
-            ]
-            .map(|(a, b)| slot(a, b)),
+                slot(edge.from, edge.from),
+                slot(edge.to, edge.to),
+                slot(edge.from, edge.to),
+            ],
         };
-        Self(edges.iter().map(term).collect())
+        Self {
+            edges,
+            fixed: edges.iter().map(fixed).collect(),
+        }
     }
 
     /// Σ ρ(χ²).
     pub(super) fn cost(&self, states: &[State]) -> f64 {
-        let cost = |term: &Term| {
-            let error = term
-                .evaluate(states.get(term.from)?, states.get(term.to)?)
-                .error;
-            Some(robust(error.dot(&(term.information * error)), term.cauchy).0)
+        let cost = |(edge, fixed): (&Edge, &Fixed)| {
+            let (from, to) = (states.get(edge.from)?, states.get(edge.to)?);
+            let error = evaluate(&edge.motion, fixed.heading, from, to).error;
+            Some(robust(error.dot(&(edge.information * error)), edge.cauchy).0)
         };
-        self.0.iter().filter_map(cost).sum()
+        self.edges.iter().zip(&self.fixed).filter_map(cost).sum()
     }
 
+    /// The gradient at these poses, and H, which is added to `matrix` where one is wanted.
     pub(super) fn linearise(
         &self,
         states: &[State],
-        pattern: &BlockPattern,
-        equations: &mut NormalEquations,
+        gradient: &mut Gradient,
+        matrix: Option<&mut BlockMatrix>,
     ) {
-        let NormalEquations {
-            matrix,
-            gradient,
-            cost,
-        } = equations;
-        matrix.clear(pattern);
-        gradient.clear();
-        gradient.resize(pattern.size(), Vector3::zeros());
-        *cost = 0.0;
-        for term in &self.0 {
-            let (Some(from), Some(to)) = (states.get(term.from), states.get(term.to)) else {
+        gradient.by_pose.clear();
+        let moved = states.len().saturating_sub(1);
+        gradient.by_pose.resize(moved, Vector3::zeros());
+        gradient.cost = 0.0;
+        match matrix {
+            Some(matrix) => self.add_all(states, gradient, |fixed, by_edge| {
+                for (slot, block) in fixed.slots.iter().zip(by_edge.blocks()) {
+                    if let Some(slot) = *slot {
+                        matrix.add(slot, &block);
+                    }
+                }
+            }),
+            None => self.add_all(states, gradient, |_, _| ()),
+        }
+    }
+
+    #[inline(always)]
+    fn add_all(
+        &self,
+        states: &[State],
+        gradient: &mut Gradient,
+        mut also: impl FnMut(&Fixed, &ByEdge),
+    ) {
+        let Gradient { by_pose, cost } = gradient;
+        for (edge, fixed) in self.edges.iter().zip(&self.fixed) {
+            let (Some(from), Some(to)) = (states.get(edge.from), states.get(edge.to)) else {
                 continue;
             };
-            let Evaluated {
-                error,
-                sin,
-                cos,
-                shift,
-            } = term.evaluate(from, to);
-            let by_error = term.information * error;
-            let (own_cost, weight) = robust(error.dot(&by_error), term.cauchy);
+            let evaluated = evaluate(&edge.motion, fixed.heading, from, to);
+            let by_error = edge.information * evaluated.error;
+            let (own_cost, weight) = robust(evaluated.error.dot(&by_error), edge.cauchy);
             *cost += own_cost;
+            let Evaluated {
+                sin, cos, shift, ..
+            } = evaluated;
             let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-            let w = turn * (term.information * weight) * turn.transpose();
+            let by_edge = ByEdge {
+                turn,
+                information: edge.information * weight,
+                shift,
+            };
             let v = turn * (by_error * weight);
-            let lever = |x: f64, y: f64| shift[0] * y - shift[1] * x;
-            // Cᵀ W, and Cᵀ W C.
-            let mut cw = w;
-            for column in 0..3 {
-                cw[(2, column)] += lever(w[(0, column)], w[(1, column)]);
+            // The first pose is fixed.
+            if let Some(by_from) = edge.from.checked_sub(1).and_then(|at| by_pose.get_mut(at)) {
+                *by_from -= Vector3::new(v.x, v.y, v.z + by_edge.lever(v.x, v.y));
             }
-            let [at_start, at_end, at_both] = term.slots;
-            if let Some(slot) = at_start {
-                let mut cwc = cw;
-                for row in 0..3 {
-                    cwc[(row, 2)] += lever(cw[(row, 0)], cw[(row, 1)]);
-                }
-                matrix.add(slot, &cwc);
-                gradient[term.from - 1] -= Vector3::new(v.x, v.y, v.z + lever(v.x, v.y));
+            if let Some(by_to) = edge.to.checked_sub(1).and_then(|at| by_pose.get_mut(at)) {
+                *by_to += v;
             }
-            if let Some(slot) = at_end {
-                matrix.add(slot, &w);
-                gradient[term.to - 1] += v;
-            }
-            if let Some(slot) = at_both {
-                matrix.add(slot, &-cw);
-            }
+            also(fixed, &by_edge);
         }
+    }
+}
+
+/// What an edge adds to H.
+struct ByEdge {
+    turn: Matrix3<f64>,
+    /// Weighed by its kernel.
+    information: Matrix3<f64>,
+    shift: [f64; 2],
+}
+
+impl ByEdge {
+    #[inline(always)]
+    fn lever(&self, x: f64, y: f64) -> f64 {
+        self.shift[0] * y - self.shift[1] * x
+    }
+
+    /// The blocks at the start, at the end, and of both.
+    #[inline(always)]
+    fn blocks(&self) -> [Matrix3<f64>; 3] {
+        let w = self.turn * self.information * self.turn.transpose();
+        // Cᵀ W, and Cᵀ W C.
+        let mut cw = w;
+        for column in 0..3 {
+            cw[(2, column)] += self.lever(w[(0, column)], w[(1, column)]);
+        }
+        let mut cwc = cw;
+        for row in 0..3 {
+            cwc[(row, 2)] += self.lever(cw[(row, 0)], cw[(row, 1)]);
+        }
+        [cwc, w, -cw]
     }
 }
 

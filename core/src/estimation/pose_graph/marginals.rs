@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{NormalEquations, State, Terms};
+use super::linear::{Gradient, State, Terms};
 use super::{Edge, PoseGraph};
 use crate::estimation::block_cholesky::{BlockFactor, BlockPattern};
 use crate::geom::{Pose2, symmetrize};
@@ -30,11 +30,10 @@ impl Marginals {
         let pattern = graph.pattern();
         let terms = Terms::new(&graph.edges, &pattern);
         let states: Vec<State> = graph.poses.iter().map(State::from).collect();
-        let mut equations = NormalEquations::default();
-        terms.linearise(&states, &pattern, &mut equations);
-        let mut factor = BlockFactor::default();
-        let is_held = pattern.factor(&equations.matrix, 0.0, &mut factor);
-        is_held.then(|| Self {
+        let mut matrix = pattern.zeros(None);
+        terms.linearise(&states, &mut Gradient::default(), Some(&mut matrix));
+        let factor = pattern.factor(matrix, 0.0)?;
+        Some(Self {
             pattern,
             factor,
             poses: graph.poses.clone(),

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::PoseGraph;
-use super::linear::{NormalEquations, State, Terms};
-use crate::estimation::block_cholesky::{BlockFactor, BlockPattern};
+use super::linear::{Gradient, State, Terms};
+use crate::estimation::block_cholesky::{BlockFactor, BlockMatrix, BlockPattern};
 
 /// What came of an optimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,23 +68,21 @@ impl PoseGraph {
         let pattern = Arc::clone(&self.pattern);
         let terms = Terms::new(&self.edges, &pattern);
         let mut states: Vec<State> = self.poses.iter().map(State::from).collect();
-        let mut equations = NormalEquations::default();
-        terms.linearise(&states, &pattern, &mut equations);
-        let (mut best, mut best_cost) = (states.clone(), equations.cost);
-        let before = equations.cost;
         let (mut damping, mut failures) = (0.0, 0);
         let (mut iterations, mut converged) = (0, false);
-        let mut solver = Solver::default();
+        let mut solver = Solver::new(&pattern, &terms);
+        let before = solver.linearise(&states, damping);
+        let (mut best, mut best_cost) = (states.clone(), before);
         while iterations < max_iterations && damping < MOST_DAMPING {
             iterations += 1;
-            let mut back_to_best = !solver.solve(&pattern, &equations, damping);
+            let mut back_to_best = !solver.solve(&states, damping);
             if !back_to_best {
                 for (state, step) in states.iter_mut().skip(1).zip(&solver.step) {
                     *state = state.minus(step);
                 }
                 let is_free = damping <= RAISED_DAMPING;
                 if solver.largest() < LEAST_STEP
-                    || (is_free && solver.expected_part(&equations) <= LEAST_EXPECTED)
+                    || (is_free && solver.expected_part() <= LEAST_EXPECTED)
                 {
                     let cost = terms.cost(&states);
                     if cost <= best_cost {
@@ -101,11 +99,11 @@ impl PoseGraph {
                 }
             }
             if !back_to_best {
-                terms.linearise(&states, &pattern, &mut equations);
-                let gain = best_cost - equations.cost;
+                let cost = solver.linearise(&states, damping);
+                let gain = best_cost - cost;
                 if gain >= 0.0 {
                     best.clone_from(&states);
-                    best_cost = equations.cost;
+                    best_cost = cost;
                     failures = 0;
                     if damping > 0.0 {
                         damping = (damping * 0.1).max(LEAST_DAMPING);
@@ -116,14 +114,14 @@ impl PoseGraph {
                     }
                 } else {
                     failures += 1;
-                    let is_lost = failures > PATIENCE || !equations.cost.is_finite();
+                    let is_lost = failures > PATIENCE || !cost.is_finite();
                     back_to_best = damping > 0.0 || is_lost;
                 }
             }
             if back_to_best {
                 damping = (damping * 10.0).max(RAISED_DAMPING);
                 states.clone_from(&best);
-                terms.linearise(&states, &pattern, &mut equations);
+                solver.linearise(&states, damping);
             }
         }
         for (pose, state) in self.poses.iter_mut().zip(&best).skip(1) {
@@ -137,43 +135,84 @@ impl PoseGraph {
     }
 }
 
-/// A step, and room to find it in.
-#[derive(Default)]
-struct Solver {
-    factor: BlockFactor,
+/// The equations, and a step that solves them.
+struct Solver<'a> {
+    pattern: &'a BlockPattern,
+    terms: &'a Terms<'a>,
+    gradient: Gradient,
+    /// Of the same poses as the gradient, where it was made.
+    matrix: Option<BlockMatrix>,
+    /// Of these poses or of earlier ones.
+    factor: Option<BlockFactor>,
     step: Vec<Vector3<f64>>,
     /// Whether the factor is that of an undamped step that was expected to gain little.
     is_near: bool,
 }
 
-impl Solver {
+impl<'a> Solver<'a> {
+    fn new(pattern: &'a BlockPattern, terms: &'a Terms<'a>) -> Self {
+        Self {
+            pattern,
+            terms,
+            gradient: Gradient::default(),
+            matrix: None,
+            factor: None,
+            step: vec![],
+            is_near: false,
+        }
+    }
+
+    /// Makes the equations at these poses, without their matrix where the factor at hand may do.
+    /// Returns the cost.
+    fn linearise(&mut self, states: &[State], damping: f64) -> f64 {
+        if self.is_near && damping == 0.0 {
+            self.terms.linearise(states, &mut self.gradient, None);
+        } else {
+            self.assemble(states);
+        }
+        self.gradient.cost
+    }
+
+    fn assemble(&mut self, states: &[State]) {
+        let mut matrix = self.pattern.zeros(self.factor.take());
+        self.terms
+            .linearise(states, &mut self.gradient, Some(&mut matrix));
+        self.matrix = Some(matrix);
+        self.is_near = false;
+    }
+
     /// Finds the step; `false` where there is none.
-    fn solve(&mut self, pattern: &BlockPattern, equations: &NormalEquations, damping: f64) -> bool {
-        if damping == 0.0 && self.is_near {
-            self.substitute(pattern, equations);
-            if self.expected_part(equations) <= LEAST_EXPECTED {
+    fn solve(&mut self, states: &[State], damping: f64) -> bool {
+        if self.matrix.is_none() {
+            self.substitute();
+            if self.expected_part() <= LEAST_EXPECTED {
                 return true;
             }
+            self.assemble(states);
         }
-        if !pattern.factor(&equations.matrix, damping, &mut self.factor) {
-            self.is_near = false;
+        let pattern = self.pattern;
+        let matrix = self.matrix.take();
+        self.factor = matrix.and_then(|matrix| pattern.factor(matrix, damping));
+        if self.factor.is_none() {
             return false;
         }
-        self.substitute(pattern, equations);
-        self.is_near = damping == 0.0 && self.expected_part(equations) <= NEAR;
+        self.substitute();
+        self.is_near = damping == 0.0 && self.expected_part() <= NEAR;
         true
     }
 
-    fn substitute(&mut self, pattern: &BlockPattern, equations: &NormalEquations) {
-        self.step.clone_from(&equations.gradient);
-        pattern.solve(&self.factor, &mut self.step);
+    fn substitute(&mut self) {
+        self.step.clone_from(&self.gradient.by_pose);
+        if let Some(factor) = &self.factor {
+            self.pattern.solve(factor, &mut self.step);
+        }
     }
 
     /// What part of the cost the step is expected to gain, if it is undamped.
-    fn expected_part(&self, equations: &NormalEquations) -> f64 {
-        let pairs = self.step.iter().zip(&equations.gradient);
+    fn expected_part(&self) -> f64 {
+        let pairs = self.step.iter().zip(&self.gradient.by_pose);
         let expected: f64 = pairs.map(|(step, gradient)| step.dot(gradient)).sum();
-        expected / equations.cost
+        expected / self.gradient.cost
     }
 
     /// The most that it moves a pose by, m and rad.

@@ -223,18 +223,24 @@ proptest! {
     fn normal_equations_are_those_of_the_jacobians(graph in graphs()) {
         let pattern = graph.pattern();
         let states: Vec<_> = graph.poses.iter().map(linear::State::from).collect();
-        let mut equations = linear::NormalEquations::default();
         let terms = linear::Terms::new(&graph.edges, &pattern);
-        terms.linearise(&states, &pattern, &mut equations);
+        let mut found = linear::Gradient::default();
+        let mut sparse = pattern.zeros(None);
+        terms.linearise(&states, &mut found, Some(&mut sparse));
         let (matrix, gradient) = dense_equations(&graph);
-        for (block, value) in equations.gradient.iter().enumerate() {
+        for (block, value) in found.by_pose.iter().enumerate() {
             let error = (value - gradient.fixed_rows::<3>(3 * block)).amax();
             prop_assert!(error < 1e-8 * (1.0 + gradient.amax()), "{error}");
         }
+        let mut alone = linear::Gradient::default();
+        terms.linearise(&states, &mut alone, None);
+        prop_assert_eq!(&alone.by_pose, &found.by_pose, "with the matrix or without");
+        prop_assert_eq!(alone.cost, found.cost);
         // The matrix, by what it solves.
-        let mut factor = crate::estimation::block_cholesky::BlockFactor::default();
-        prop_assert!(pattern.factor(&equations.matrix, 0.0, &mut factor));
-        let mut step = equations.gradient.clone();
+        let factor = pattern.factor(sparse, 0.0);
+        prop_assert!(factor.is_some());
+        let factor = factor.unwrap();
+        let mut step = found.by_pose.clone();
         pattern.solve(&factor, &mut step);
         let expected = matrix.cholesky().unwrap().solve(&gradient);
         for (block, value) in step.iter().enumerate() {

@@ -17,6 +17,8 @@ export interface Brush {
   readonly scene: Scene;
   /** What the grid shows. */
   readonly tiles: Tiles;
+  /** Length of the trail when what was recorded was drawn last. */
+  readonly recordedTrail: number;
   /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked
       for. */
   readonly time: number;
