@@ -28,6 +28,10 @@ export class SlamHeader extends SlamElement {
       .caption p { white-space: normal; display: -webkit-box; -webkit-line-clamp: 2; -webkit-box-orient: vertical; }
       .tools { gap: 0; }
     }
+    /* On a narrow phone the sentence needs the room: Layers has the same switch. */
+    @media (max-width: 480px) {
+      .tools [data-testid="peek"] { display: none; }
+    }
   `;
 
   protected override readonly topics = ["frame", "run", "theme", "bridge", "quality", "view"] as const;
