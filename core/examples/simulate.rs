@@ -33,7 +33,7 @@ use clap::{Parser, ValueEnum};
 use nalgebra::Point2;
 use serde_json::{Value, json};
 use slamlab_core::estimation::MapQuality;
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::experiment::{Experiment, ExperimentConfig, Link};
 use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::{floor_plan, tum};
 use slamlab_core::geom::{Length, Pose2, Segment};
@@ -54,6 +54,10 @@ struct Args {
     /// of an OGmap.txt, of a submap (.smap) or of a floor plan (.svg).
     #[arg(long, default_value = "office")]
     world: String,
+    /// Do the experiment of a link again, as the page copies it: the address, or what stands behind
+    /// its `#`. It fails where another state comes of it than the link says.
+    #[arg(long, value_name = "LINK", conflicts_with_all = ["world", "sensor", "seed", "mode", "goal", "method", "prior_map", "start", "kidnap", "settings", "preset", "go_on"])]
+    link: Option<String>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
     #[arg(long, value_name = "METRES")]
     svg_unit: Option<f64>,
@@ -129,7 +133,7 @@ fn duration(text: &str) -> Result<f64, &'static str> {
 }
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
+    match run(Args::parse()) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("simulate: {error:#}");
@@ -138,7 +142,22 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(args: &Args) -> Result<ExitCode> {
+/// The run of a link, as if its parts had been given one by one.
+fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
+    let Some(text) = &args.link else {
+        return Ok((args, None));
+    };
+    let link = Link::read(text).context("--link")?;
+    args.world.clone_from(&link.world);
+    (args.sensor, args.seed) = (Some(link.sensor), Some(link.seed));
+    link.method.name().clone_into(&mut args.method);
+    args.changes.settings.clone_from(&link.settings);
+    Ok((args, Some(link)))
+}
+
+fn run(args: Args) -> Result<ExitCode> {
+    let (args, link) = linked(args)?;
+    let args = &args;
     let method: Method = args.method.parse().context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
     let mut read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
@@ -186,14 +205,23 @@ fn run(args: &Args) -> Result<ExitCode> {
         bail!("--start: a pose is one in the map of --prior-map, which is not given");
     }
     config.slam.prior_map.anywhere = matches!(args.start, Some(Start::Anywhere));
+    if let Some(link) = &link {
+        (config.mode, config.cycle) = (link.mode, link.cycle);
+    }
     let mut experiment = Experiment::new(config)?;
+    experiment.follow(link.iter().flat_map(|link| link.actions.clone()));
+    let result = link.as_ref().and_then(|link| link.result);
     let slam = experiment.session().slam();
     args.outputs.check_method(slam, method.name())?;
     let mut kidnaps = args.kidnap.clone();
     kidnaps.sort_by(f64::total_cmp);
     let mut kidnaps = kidnaps.iter().peekable();
     let begin = Instant::now();
-    while !experiment.session().status().is_over() && experiment.seconds() < args.max_seconds {
+    let goes_on = |experiment: &Experiment| match result {
+        Some((until, _)) => experiment.periods() < until,
+        None => !experiment.session().status().is_over(),
+    };
+    while goes_on(&experiment) && experiment.seconds() < args.max_seconds {
         experiment.step()?;
         if kidnaps.next_if(|at| experiment.seconds() >= **at).is_some() {
             experiment.kidnap(None)?;
@@ -247,6 +275,16 @@ fn run(args: &Args) -> Result<ExitCode> {
     if let Mode::GoTo(goal) = mode {
         let off = (goal - experiment.truth().position()).length();
         report["goal_distance_m"] = off.into();
+    }
+    if let Some((until, hash)) = result {
+        let (found, periods) = (experiment.state_hash(), experiment.periods());
+        if periods < until {
+            bail!("--link: it goes on for {until} periods, and was given up after {periods}");
+        }
+        if found != hash {
+            bail!("--link: it says that {hash:016x} comes of it, and {found:016x} came");
+        }
+        report["link"] = "the same, to the bit".into();
     }
     if let Err(full) = experiment.session().slam().grid().is_whole() {
         eprintln!("simulate: {full}");

@@ -8,8 +8,10 @@
 //! The same configuration gives the same bits natively and in the browser;
 //! [`Experiment::state_hash`] shows it.
 
+mod actions;
 mod config;
 mod figures;
+mod link;
 mod refinding;
 #[cfg(test)]
 mod tests;
@@ -20,6 +22,7 @@ use nalgebra::Point2;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use self::actions::Actions;
 use self::refinding::Refinding;
 use crate::association::RefindingCurve;
 use crate::estimation::EditKind;
@@ -32,8 +35,10 @@ use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
 use crate::sim::{Blocked, NoDoor, SimError, Simulation, reachable_area};
 use crate::slam::{EarlierMap, SlamError};
+pub use actions::{Action, TimedAction, Untold};
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
+pub use link::{Link, LinkError};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
@@ -78,6 +83,7 @@ pub struct Experiment {
     log: CarmenLog,
     /// Numbers of its own: a kidnapping must not change the noise of the sensors.
     kidnapper: ChaCha8Rng,
+    actions: Actions,
 }
 
 impl Experiment {
@@ -118,6 +124,7 @@ impl Experiment {
             has_decided: false,
             log: CarmenLog::empty(),
             kidnapper: ChaCha8Rng::seed_from_u64(!config.seed),
+            actions: Actions::default(),
         })
     }
 
@@ -139,6 +146,7 @@ impl Experiment {
     }
 
     fn steer(&mut self) {
+        self.act_as_told();
         if std::mem::replace(&mut self.has_decided, true) {
             return;
         }
@@ -159,7 +167,9 @@ impl Experiment {
     }
 
     fn sense(&mut self) -> Result<bool, SlamError> {
+        self.act_as_told();
         self.has_decided = false;
+        self.actions.next_period();
         let mut has_scanned = false;
         for _ in 0..READINGS {
             has_scanned |= self.read()?;
@@ -227,7 +237,10 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
-        self.session.reconfigure(settings)
+        self.session.reconfigure(settings)?;
+        let action = Action::Configure(Box::new(settings.clone()));
+        self.actions.note(self.has_decided, action);
+        Ok(())
     }
 
     /// `count` scans of a robot that is just like this one and stands where it stands, for
@@ -265,16 +278,20 @@ impl Experiment {
         self.sim.set_on_command(cycle);
         self.session
             .set_scans_on_command(self.sim.scans_on_command());
+        self.actions.note(self.has_decided, Action::SetCycle(cycle));
     }
 
     /// Gives the robot something else to do.
     pub fn set_mode(&mut self, mode: Mode) {
         self.session.set_mode(mode);
+        self.actions.note(self.has_decided, Action::SetMode(mode));
     }
 
     /// Drives by hand with these speeds, m/s and rad/s, until commanded otherwise.
     pub fn drive(&mut self, forward: f64, turn: f64) {
         self.session.drive(forward, turn);
+        let action = Action::Drive([forward, turn]);
+        self.actions.note(self.has_decided, action);
     }
 
     /// See [`Session::draw_dead_reckoned`].
@@ -293,8 +310,15 @@ impl Experiment {
     /// # Errors    [`Blocked`]: something stands at the pose; of a drawn place, people everywhere.
     pub fn kidnap(&mut self, world_from_robot: Option<&Pose2>) -> Result<(), Blocked> {
         match world_from_robot {
-            Some(pose) => self.sim.kidnap(pose),
-            None => self.kidnap_anywhere(),
+            Some(pose) => {
+                self.actions.note_untold("the robot was carried to a pose");
+                self.sim.kidnap(pose)
+            }
+            None => {
+                // Refused or not, it took numbers of the seed.
+                self.actions.note(self.has_decided, Action::Kidnap);
+                self.kidnap_anywhere()
+            }
         }
     }
 
@@ -321,13 +345,17 @@ impl Experiment {
     ///
     /// # Errors    [`NoDoor`].
     pub fn set_door(&mut self, index: usize, open: bool) -> Result<(), NoDoor> {
-        self.sim.set_door(index, open)
+        self.sim.set_door(index, open)?;
+        let action = Action::SetDoor { door: index, open };
+        self.actions.note(self.has_decided, action);
+        Ok(())
     }
 
     /// Stops the robot at once; what it was doing is forgotten.
     pub fn stop(&mut self) {
         self.session.stop();
         self.sim.command(Command::Stop);
+        self.actions.note(self.has_decided, Action::Stop);
     }
 
     /// The simulated robot in its world.
@@ -340,6 +368,7 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`]; then all stays as it was.
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
+        self.actions.note_untold("it went on in a saved map");
         self.session.go_on_in(saved)
     }
 
@@ -347,6 +376,7 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`]; then it stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
+        self.actions.note_untold("the map was changed by hand");
         self.session.edit(kind, corners)
     }
 
@@ -359,6 +389,7 @@ impl Experiment {
     ///
     /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
+        self.actions.note_untold("a submap was taken out");
         self.session.remove_submap(submap)
     }
 

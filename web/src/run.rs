@@ -64,6 +64,8 @@ pub(crate) struct Simulated {
     pub(crate) defaults: Settings,
     /// What can be explored at all; found out when it is first asked for.
     pub(crate) area: OnceCell<ReachableArea>,
+    /// Of a link that is followed: periods until it was made, and the hash of the state then.
+    pub(crate) expected: Option<(u64, u64)>,
 }
 
 /// What a person should read.

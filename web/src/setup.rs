@@ -22,6 +22,9 @@ pub enum SetupError {
     /// Calibration pairs for a sensor without.
     #[error("calibration pairs belong to IR rangers; this run has another sensor")]
     Calibration,
+    /// More than the page can show.
+    #[error("the seed is {0}, at most {max}", max = u32::MAX)]
+    Seed(u64),
     /// A goal to begin with.
     #[error("a run begins by hand or exploring: a goal is chosen on its map")]
     Goal,

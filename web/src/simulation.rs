@@ -27,6 +27,7 @@ impl WebRun {
             experiment: Experiment::new(config)?,
             defaults,
             area: OnceCell::new(),
+            expected: None,
         }));
         Ok(Self { source })
     }

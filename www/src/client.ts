@@ -11,6 +11,7 @@ import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, LoadedMap, Store } from "./store.js";
+import { isLink } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
@@ -130,6 +131,7 @@ export class Client {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
+    else if (isLink(location.hash)) this.follow(location.hash);
     else if (!greet(this.store, this)) this.start();
   }
 
@@ -324,6 +326,28 @@ export class Client {
     // A robot is stopped also while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
+  }
+
+  /** Does the experiment of a link again. */
+  follow(link: string): void {
+    this.store.set("run", { loading: "the experiment" });
+    this.send({ kind: "follow", link });
+  }
+
+  /** Puts the link of this run into the address, and on the clipboard. */
+  copyLink(): void {
+    this.send({ kind: "link", setup: this.store.started });
+  }
+
+  async #giveLink(link: string): Promise<void> {
+    history.replaceState(null, "", `${location.pathname}${location.search}#${link}`);
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.store.set("toast", { toast: { level: "good", text: "The link is copied: it does this run again, to the bit, with all that you did." } });
+    } catch {
+      // No clipboard without the right to it, or without TLS.
+      this.store.set("toast", { toast: { level: "info", text: "The link stands in the address of this page: it does this run again, with all that you did." } });
+    }
   }
 
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
@@ -533,6 +557,7 @@ export class Client {
       downloadAll(files);
       this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
     },
+    link: ({ link }) => void this.#giveLink(link),
     failed: ({ text }) => {
       this.#answered(true);
       this.store.set("run", { loading: "" });

@@ -3,6 +3,7 @@
 import { Client } from "./client.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
+import { isLink } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
@@ -196,6 +197,7 @@ startKeyboard({
     // Celej's key for it; where there is a robot to steer, only with Shift.
     a: () => client.send({ kind: "save", what: "map" }),
     g: () => gallery.show(),
+    k: () => store.source === "sim" && client.copyLink(),
     l: () => void showLab(),
     t: () => switchTheme(store),
     x: () => store.source === "sim" && store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } }),
@@ -249,6 +251,9 @@ const figures = {
 };
 for (const name of OF_THE_STORE) Object.defineProperty(figures, name, { get: () => store[name], enumerable: true });
 Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
+
+// An address that is changed while the page is open.
+addEventListener("hashchange", () => isLink(location.hash) && client.follow(location.hash));
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {

@@ -20,6 +20,10 @@ export type LiveSetup = Pick<Setup, "method" | "priorMap" | "cycle" | "settings"
 
 export type Command =
   | { kind: "start"; setup: Setup; play: boolean }
+  /** The simulated run of a link. */
+  | { kind: "follow"; link: string }
+  /** Asks for the link of this run, which began with `setup`; it is answered by `link`. */
+  | { kind: "link"; setup: Setup }
   /** A building to drive in from files of others: a floor plan (.svg), a submap (.smap),
       OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
@@ -197,4 +201,6 @@ export type Answer =
   | { kind: "contest"; contest: ContestState | null; running: boolean; error: string }
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
+  /** What stands behind the `#` of the address of this run. */
+  | { kind: "link"; link: string }
   | { kind: "failed"; about: ErrorKind; text: string };

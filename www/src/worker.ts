@@ -1,7 +1,7 @@
 // Runs the core for the page: with local_bridge.ts and registration/worker.ts the only file that
 // starts the WebAssembly module. Each command of the page has one handler.
 
-import init, { WebRun, offer } from "../pkg/slamlab_web.js";
+import init, { WebRun, offer, read_link } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
@@ -100,6 +100,17 @@ const handlers: Handlers<Command> = {
       const run = savedMap.take(WebRun.simulate(setup));
       begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
     });
+  },
+  follow: ({ link }) => {
+    if (reading) stopReading();
+    const { setup, actions, seconds } = read_link(link);
+    const { world: title, method, sensor, seed } = setup;
+    const words = `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} ${actions === 1 ? "thing was" : "things were"} done in ${seconds.toFixed(0)} s`;
+    begin(new Run(WebRun.follow_link(link), { kind: "sim", title, method }, words), { setup, playing: true });
+  },
+  link: ({ setup }) => {
+    const { run } = player;
+    if (run) post({ kind: "link", link: run.module.link(setup) });
   },
   replay: ({ name, bytes, ...setup }) => {
     if (reading) stopReading();

@@ -19,7 +19,7 @@ pub(crate) struct Changes {
     /// A setting other than its default, `KEY=NUMBER`; as often as wanted. Keys are those of
     /// `core::settings`. One that has no effect on the run is refused.
     #[arg(long = "set", value_name = "KEY=NUMBER", value_parser = setting)]
-    settings: Vec<(String, f64)>,
+    pub(crate) settings: Vec<(String, f64)>,
     /// Settings from a preset file, as `evaluate --fit` writes one; `--set` overrules it. Those
     /// that have no effect on the run are named and left out.
     #[arg(long, value_name = "FILE")]

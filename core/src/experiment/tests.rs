@@ -3,6 +3,7 @@
 
 mod beside;
 mod kidnap;
+mod link;
 mod outline;
 mod people;
 mod refinding;

@@ -107,10 +107,11 @@ mod tests {
             off.position().coords.length() > 0.2,
             "the wheels drift: {off:?}"
         );
-        // What was seen just now was drawn just before, with next to no drift in between. Walls are
-        // long: where the truth has the robot, too, much lies on some wall.
+        // What was seen just now was drawn just before, with next to no drift in between; but some
+        // walls were seen through when the wheels had them elsewhere. And walls are long: where the
+        // truth has the robot, too, something lies on one.
         let [there, in_truth] = [by_wheels, run.truth() * moved].map(|pose| part(&pose));
-        assert!(there > 0.9, "{there}");
+        assert!(there > 0.5, "{there}");
         assert!(in_truth < there - 0.2, "{in_truth} of {there}");
     }
 

@@ -50,7 +50,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Setup: crate::setup::SetupError, slamlab_core::experiment::ExperimentError, slamlab_core::live::LiveError,
+    Setup: crate::setup::SetupError, slamlab_core::experiment::ExperimentError, slamlab_core::experiment::LinkError, slamlab_core::live::LiveError,
         slamlab_core::replay::ReplayError, slamlab_core::sim::UnknownSensor;
     Setting: slamlab_core::settings::SettingError;
     File: slamlab_core::format::building::BuildingError, slamlab_core::format::building::BuildingFileError, slamlab_core::format::calibration::CalibrationFileError,
@@ -58,7 +58,7 @@ kinds! {
         slamlab_core::estimation::MapMergeError, slamlab_core::estimation::RestoreError, slamlab_core::format::slamlab::SlamlabError, slamlab_core::replay::LogError;
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::registration::CloudError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
         slamlab_core::estimation::MapAlignmentError, crate::contest::AskError, crate::registration::LabError, crate::run::RunError;
-    Save: crate::export::ExportError, slamlab_core::format::floor_plan::FloorPlanError,
+    Save: crate::export::ExportError, crate::link::NoLink, slamlab_core::format::floor_plan::FloorPlanError,
         slamlab_core::format::map_server::MapServerError, slamlab_core::format::rooms::NoRooms,
         slamlab_core::format::smap::SmapError;
     Connection: slamlab_core::wire::client::ClientError;

@@ -31,6 +31,7 @@ export class Run implements RunFacts {
   readonly #explored: Slow;
   readonly #knownArea: Slow;
   #status: RunStatus;
+  #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
 
   constructor(readonly module: WebRun, { kind, title, method }: RunFacts, begins: string) {
@@ -58,7 +59,7 @@ export class Run implements RunFacts {
   /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes
       on telling what it sees. */
   get finished(): boolean {
-    return this.kind === "sim" ? this.#status.finished : this.#ended !== "";
+    return this.kind === "sim" ? this.#status.finished && !this.module.has_due() : this.#ended !== "";
   }
 
   /** Grows with everything that may change the inside of the filter: scans, and the stages of one
@@ -155,6 +156,7 @@ export class Run implements RunFacts {
   update(scanMillis: number): void {
     const before = this.#status;
     const s = (this.#status = this.module.status());
+    this.#compare();
     this.#changes.follow(s);
     if (s.scans > before.scans) {
       this.#story.scanned(s);
@@ -164,6 +166,15 @@ export class Run implements RunFacts {
       if (recompute) this.#refresh();
       return this.#explored.value;
     });
+  }
+
+  /** Says once whether a link that is followed came to the same state. */
+  #compare(): void {
+    const holds = this.#isCompared ? undefined : this.module.link_holds();
+    if (holds === undefined) return;
+    this.#isCompared = true;
+    if (holds) this.#story.note("good", "The same state as the link's, to the bit");
+    else this.#story.note("warn", "Not the state that the link tells: it was made by another version of slamlab");
   }
 
   #refresh(): void {

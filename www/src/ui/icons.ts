@@ -31,6 +31,7 @@ export const icons = {
   compass: icon(svg`<circle cx="12" cy="12" r="9"/><path d="m15.8 8.2-2.2 5.4-5.4 2.2 2.2-5.4z"/>`),
   cycle: icon(svg`<path d="M12 4a8 8 0 0 1 7.6 5.5M19.9 13a8 8 0 0 1-5 6.4M11 20a8 8 0 0 1-6.6-5M4.1 11A8 8 0 0 1 9 4.6"/><path d="M19.8 5v4.6h-4.6"/>`),
   flask: icon(svg`<path d="M9.5 3.5h5M10.5 3.5v6L5 18.6a1.3 1.3 0 0 0 1.1 2h11.8a1.3 1.3 0 0 0 1.1-2l-5.5-9.1v-6"/><path d="M7.6 14.5h8.8"/>`),
+  link: icon(svg`<path d="M10 14a4 4 0 0 0 5.7 0l3.3-3.3a4 4 0 0 0-5.7-5.7l-1.2 1.2"/><path d="M14 10a4 4 0 0 0-5.7 0L5 13.3a4 4 0 0 0 5.7 5.7l1.2-1.2"/>`),
   close: icon(svg`<path d="M6 6l12 12M18 6 6 18"/>`),
   layers: icon(svg`<path d="m12 3.5 9 4.8-9 4.8-9-4.8z"/><path d="m3 12.5 9 4.8 9-4.8M3 16.6l9 4.8 9-4.8" opacity=".7"/>`),
   gauge: icon(svg`<path d="M4 17a8.5 8.5 0 1 1 16 0"/><path d="m12 14 4-5"/>`),

@@ -89,6 +89,8 @@ export class SlamSetup extends SlamElement {
           <span class="seed">
             <button ?hidden=${recorded} class="icon" title="Another seed" aria-label="Another seed" data-testid="dice"
               @click=${() => this.#restart({ seed: Math.floor(Math.random() * 100_000) })}>${icons.dice}</button>
+            <button ?hidden=${recorded} class="icon" title="Copy the link of this run: what it starts from, and all that you did (K)" aria-label="Copy the link of this run" data-testid="copy-link"
+              @click=${() => this.client.copyLink()}>${icons.link}</button>
             <button data-testid="restart" title="Start again (R)" @click=${() => this.client.again()}>${icons.again} Restart</button>
           </span>
         </label>

@@ -1,0 +1,142 @@
+//! What a person did to a run, and when. Done again at the same periods, the same configuration
+//! gives the same run, to the bit.
+
+use std::collections::VecDeque;
+
+use super::Experiment;
+use crate::pilot::Mode;
+use crate::settings::Settings;
+
+/// What a person may do to a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// See [`Experiment::set_mode`].
+    SetMode(Mode),
+    /// See [`Experiment::drive`]: m/s and rad/s.
+    Drive([f64; 2]),
+    /// See [`Experiment::stop`].
+    Stop,
+    /// See [`Experiment::kidnap`]: to a place that the seed draws.
+    Kidnap,
+    /// See [`Experiment::set_door`].
+    SetDoor {
+        /// Its number.
+        door: usize,
+        /// Or shut.
+        open: bool,
+    },
+    /// See [`Experiment::set_cycle`].
+    SetCycle(bool),
+    /// See [`Experiment::reconfigure`].
+    Configure(Box<Settings>),
+}
+
+/// An action, and when it was done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedAction {
+    /// Control periods that were over by then.
+    pub period: u64,
+    /// Whether the pilot had already decided on the period that followed, as it has between two
+    /// stages of the cycle.
+    pub is_decided: bool,
+    /// What was done.
+    pub action: Action,
+}
+
+/// What was done to a run, and what is still to be done again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Actions {
+    periods: u64,
+    done: Vec<TimedAction>,
+    due: VecDeque<TimedAction>,
+    /// What was done that no list of actions can tell.
+    untold: Option<&'static str>,
+}
+
+impl Actions {
+    pub(super) fn next_period(&mut self) {
+        self.periods += 1;
+    }
+
+    pub(super) fn note(&mut self, is_decided: bool, action: Action) {
+        self.done.push(TimedAction {
+            period: self.periods,
+            is_decided,
+            action,
+        });
+    }
+
+    pub(super) fn note_untold(&mut self, what: &'static str) {
+        self.untold.get_or_insert(what);
+    }
+
+    /// The next action that is due, the pilot having decided or not.
+    fn next_due(&mut self, is_decided: bool) -> Option<Action> {
+        let when = (self.periods, is_decided);
+        let next = self.due.front()?;
+        ((next.period, next.is_decided) <= when)
+            .then(|| self.due.pop_front())?
+            .map(|timed| timed.action)
+    }
+}
+
+/// Something was done to the run that no list of actions can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}: that cannot be done again from a list of actions")]
+pub struct Untold(&'static str);
+
+impl Experiment {
+    /// Control periods since it began.
+    #[must_use]
+    pub fn periods(&self) -> u64 {
+        self.actions.periods
+    }
+
+    /// What a person did so far.
+    ///
+    /// # Errors    [`Untold`].
+    pub fn actions(&self) -> Result<&[TimedAction], Untold> {
+        let Actions { done, untold, .. } = &self.actions;
+        untold.map_or(Ok(done), |what| Err(Untold(what)))
+    }
+
+    /// From here on `actions`, in the order of time, are done each at its period. One that the run
+    /// refuses, as a door that does not exist, is passed over.
+    pub fn follow(&mut self, actions: impl IntoIterator<Item = TimedAction>) {
+        self.actions.due.extend(actions);
+    }
+
+    /// Whether something is still to be done.
+    #[must_use]
+    pub fn has_due(&self) -> bool {
+        !self.actions.due.is_empty()
+    }
+
+    /// Does what is due.
+    pub(super) fn act_as_told(&mut self) {
+        while let Some(action) = self.actions.next_due(self.has_decided) {
+            // Where it was refused when it was done first, it is not in the list.
+            let _is_done = match action {
+                Action::SetMode(mode) => {
+                    self.set_mode(mode);
+                    true
+                }
+                Action::Drive([forward, turn]) => {
+                    self.drive(forward, turn);
+                    true
+                }
+                Action::Stop => {
+                    self.stop();
+                    true
+                }
+                Action::Kidnap => self.kidnap(None).is_ok(),
+                Action::SetDoor { door, open } => self.set_door(door, open).is_ok(),
+                Action::SetCycle(cycle) => {
+                    self.set_cycle(cycle);
+                    true
+                }
+                Action::Configure(settings) => self.reconfigure(&settings).is_ok(),
+            };
+        }
+    }
+}

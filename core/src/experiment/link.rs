@@ -1,0 +1,365 @@
+//! An experiment as a line of text, short enough for an address: what it starts from, what a person
+//! did, and what came of it.
+//!
+//! ```text
+//! run&world=office&sensor=lidar&method=line-ekf&seed=7&set=ekf.gate:9.2&do=120:goto,3.2,1.5;300:stop&until=400&hash=0123456789abcdef
+//! ```
+//!
+//! | field | |
+//! |---|---|
+//! | `world`, `sensor`, `method`, `seed` | by their names; all must be there |
+//! | `mode` | what the robot does at first: `explore` (default) or `manual` |
+//! | `cycle` | `1`: it drives by the cycle |
+//! | `set` | settings other than their defaults, `KEY:NUMBER`, apart by `;` |
+//! | `do` | what was done, `PERIOD:ACTION`, apart by `;`, in the order of time; `PERIOD~:…` after the pilot had decided on the period |
+//! | `until`, `hash` | periods until the link was made, and the hash of the state then |
+//!
+//! Actions are `explore`, `manual`, `goto,X,Y`, `drive,FORWARD,TURN`, `stop`, `kidnap`,
+//! `door,NUMBER,1` (or 0: shut), `cycle,1` (or 0) and `set,KEY:NUMBER,…`: all settings other than
+//! their defaults. Lengths are in metres, angles in radians; a period is [`super::CONTROL_PERIOD`].
+//! What stands before a `#` is not read, so that a whole address is a link as well.
+
+use std::fmt::Write as _;
+
+use nalgebra::Point2;
+
+use super::{Action, ExperimentConfig, TimedAction};
+use crate::pilot::Mode;
+use crate::settings::{Scope, SettingError, Settings, Source};
+use crate::sim::{SensorKind, World, worlds};
+use crate::slam::Method;
+
+/// Longer ones are not read, bytes; browsers take about as much.
+const MOST_BYTES: usize = 64_000;
+
+/// Why a text is no link, or an experiment cannot be one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// Longer than [`MOST_BYTES`].
+    #[error("the link is {0} bytes long, at most {MOST_BYTES}")]
+    TooLong(usize),
+    /// Not begun by `run&`.
+    #[error("that is no link to an experiment: such a one has `#run&world=…`")]
+    NoLink,
+    /// A field that every link has.
+    #[error("the link has no `{0}`")]
+    Missing(&'static str),
+    /// A field of another name.
+    #[error("the link has `{0}`, which is no field of one")]
+    Field(String),
+    /// A field that does not say what it should.
+    #[error("the link's `{field}` is `{found}`, expected {expected}")]
+    Value {
+        /// Its name.
+        field: &'static str,
+        /// What it says.
+        found: String,
+        /// What it should say.
+        expected: &'static str,
+    },
+    /// No built-in world of that name.
+    #[error("the link's world is `{0}`, expected one of {expected}", expected = worlds::NAMES.join(", "))]
+    World(String),
+    /// A setting.
+    #[error("the link's settings: {0}")]
+    Setting(#[from] SettingError),
+}
+
+/// An experiment that can be done again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Name of a built-in world.
+    pub world: String,
+    /// What the robot sees with.
+    pub sensor: SensorKind,
+    /// How it estimates.
+    pub method: Method,
+    /// Of all noise.
+    pub seed: u64,
+    /// What it does at first: by hand or exploring.
+    pub mode: Mode,
+    /// Whether it drives by the cycle.
+    pub cycle: bool,
+    /// Settings other than their defaults.
+    pub settings: Vec<(String, f64)>,
+    /// What was done.
+    pub actions: Vec<TimedAction>,
+    /// Periods until the link was made, and the hash of the state then.
+    pub result: Option<(u64, u64)>,
+}
+
+impl Link {
+    /// Reads a link, or an address with one behind its `#`.
+    ///
+    /// # Errors    [`LinkError`], naming the first field that is wrong.
+    pub fn read(text: &str) -> Result<Self, LinkError> {
+        if text.len() > MOST_BYTES {
+            return Err(LinkError::TooLong(text.len()));
+        }
+        let behind = text.split_once('#').map_or(text, |(_, behind)| behind);
+        let fields = behind.trim().strip_prefix("run&");
+        let fields = fields.ok_or(LinkError::NoLink)?;
+        let mut given = Given::default();
+        for field in fields.split('&').filter(|field| !field.is_empty()) {
+            let (name, value) = field.split_once('=').unwrap_or((field, ""));
+            let Some(at) = NAMES.iter().position(|known| *known == name) else {
+                return Err(LinkError::Field(name.to_owned()));
+            };
+            if let Some(place) = given.0.get_mut(at) {
+                *place = Some(value);
+            }
+        }
+        given.link()
+    }
+
+    /// The text of it.
+    ///
+    /// # Errors    [`LinkError::TooLong`].
+    pub fn write(&self) -> Result<String, LinkError> {
+        let Self { world, seed, .. } = self;
+        let (sensor, method) = (self.sensor.name(), self.method.name());
+        let mut text = format!("run&world={world}&sensor={sensor}&method={method}&seed={seed}");
+        if self.mode == Mode::Manual {
+            text += "&mode=manual";
+        }
+        if self.cycle {
+            text += "&cycle=1";
+        }
+        if !self.settings.is_empty() {
+            text += "&set=";
+            text += &pairs(&self.settings, ";");
+        }
+        let defaults = self.defaults()?;
+        for (at, timed) in self.actions.iter().enumerate() {
+            text += if at == 0 { "&do=" } else { ";" };
+            let decided = if timed.is_decided { "~" } else { "" };
+            let what = words(&timed.action, &defaults);
+            // Writing to a text cannot fail.
+            write!(text, "{}{decided}:{what}", timed.period).ok();
+        }
+        if let Some((until, hash)) = self.result {
+            write!(text, "&until={until}&hash={hash:016x}").ok();
+        }
+        if text.len() > MOST_BYTES {
+            return Err(LinkError::TooLong(text.len()));
+        }
+        Ok(text)
+    }
+
+    /// The run that it begins with, and its settings before any change.
+    ///
+    /// # Errors    [`LinkError::World`], [`LinkError::Setting`].
+    pub fn config(&self) -> Result<(ExperimentConfig, Settings), LinkError> {
+        let world = self.load_world()?;
+        let robot = world.robot.model();
+        let defaults = self.defaults()?;
+        let settings = self.changed(&defaults, self.settings.clone())?;
+        let config = ExperimentConfig {
+            method: self.method,
+            mode: self.mode,
+            cycle: self.cycle,
+            ..ExperimentConfig::of(&settings, world, robot, self.seed)
+        };
+        Ok((config, defaults))
+    }
+
+    fn load_world(&self) -> Result<World, LinkError> {
+        let world = worlds::builtin(&self.world);
+        world.ok_or_else(|| LinkError::World(self.world.clone()))
+    }
+
+    fn defaults(&self) -> Result<Settings, LinkError> {
+        let robot = self.load_world()?.robot.model();
+        Ok(Settings::of(self.sensor.model(), &robot))
+    }
+
+    fn changed(
+        &self,
+        defaults: &Settings,
+        changes: Vec<(String, f64)>,
+    ) -> Result<Settings, LinkError> {
+        let scope = Scope {
+            source: Source::Simulation,
+            method: self.method,
+        };
+        let mut settings = defaults.clone();
+        settings.take(&scope, changes)?;
+        Ok(settings)
+    }
+}
+
+const NAMES: [&str; 10] = [
+    "world", "sensor", "method", "seed", "mode", "cycle", "set", "do", "until", "hash",
+];
+
+/// What a text says of each of [`NAMES`].
+#[derive(Default)]
+struct Given<'a>([Option<&'a str>; NAMES.len()]);
+
+impl Given<'_> {
+    fn link(&self) -> Result<Link, LinkError> {
+        let Self(
+            [
+                world,
+                sensor,
+                method,
+                seed,
+                mode,
+                cycle,
+                set,
+                done,
+                until,
+                hash,
+            ],
+        ) = *self;
+        let world = world.ok_or(LinkError::Missing("world"))?;
+        let sensor = sensor.ok_or(LinkError::Missing("sensor"))?;
+        let method = method.ok_or(LinkError::Missing("method"))?;
+        let seed = seed.ok_or(LinkError::Missing("seed"))?;
+        let mut link = Link {
+            world: world.to_owned(),
+            sensor: (sensor.parse().ok())
+                .ok_or_else(|| wrong("sensor", sensor, "the name of a sensor"))?,
+            method: (method.parse().ok())
+                .ok_or_else(|| wrong("method", method, "the name of a method"))?,
+            seed: whole("seed", seed)?,
+            mode: match mode {
+                None | Some("explore") => Mode::Explore,
+                Some("manual") => Mode::Manual,
+                Some(other) => return Err(wrong("mode", other, "`explore` or `manual`")),
+            },
+            cycle: cycle.is_some_and(|cycle| cycle == "1"),
+            settings: set.map_or(Ok(vec![]), |set| settings("set", set, ';'))?,
+            actions: vec![],
+            result: None,
+        };
+        // World and settings are what they say before actions are read by them.
+        let (config, defaults) = link.config()?;
+        let actions = done.into_iter().flat_map(|done| done.split(';'));
+        let doors = config.world.doors.len();
+        for action in actions.filter(|action| !action.is_empty()) {
+            let timed = link.action(action, &defaults, doors)?;
+            if link
+                .actions
+                .last()
+                .is_some_and(|last| order(last) > order(&timed))
+            {
+                return Err(wrong("do", action, "actions in the order of time"));
+            }
+            link.actions.push(timed);
+        }
+        link.result = match (until, hash) {
+            (Some(until), Some(hash)) => {
+                let found = u64::from_str_radix(hash, 16).ok();
+                let hash = found.ok_or_else(|| wrong("hash", hash, "16 hexadecimal digits"))?;
+                Some((whole("until", until)?, hash))
+            }
+            (None, None) => None,
+            (Some(_), None) => return Err(LinkError::Missing("hash")),
+            (None, Some(_)) => return Err(LinkError::Missing("until")),
+        };
+        Ok(link)
+    }
+}
+
+fn order(timed: &TimedAction) -> (u64, bool) {
+    (timed.period, timed.is_decided)
+}
+
+impl Link {
+    fn action(
+        &self,
+        text: &str,
+        defaults: &Settings,
+        doors: usize,
+    ) -> Result<TimedAction, LinkError> {
+        let expected = "actions as `120:goto,3.2,1.5`";
+        let bad = || wrong("do", text, expected);
+        let (when, what) = text.split_once(':').ok_or_else(bad)?;
+        let (period, is_decided) = match when.strip_suffix('~') {
+            Some(period) => (period, true),
+            None => (when, false),
+        };
+        let (name, given) = what.split_once(',').unwrap_or((what, ""));
+        let numbers: Vec<f64> = match name {
+            "set" => vec![],
+            _ => (given.split(',').filter(|number| !number.is_empty()))
+                .map(|number| number.parse().ok().filter(|n: &f64| n.is_finite()))
+                .collect::<Option<_>>()
+                .ok_or_else(bad)?,
+        };
+        let action = match (name, numbers.as_slice()) {
+            ("explore", []) => Action::SetMode(Mode::Explore),
+            ("manual", []) => Action::SetMode(Mode::Manual),
+            ("goto", &[x, y]) => Action::SetMode(Mode::GoTo(Point2::new(x, y))),
+            ("drive", &[forward, turn]) => Action::Drive([forward, turn]),
+            ("stop", []) => Action::Stop,
+            ("kidnap", []) => Action::Kidnap,
+            ("door", &[door, open]) if door >= 0.0 && door < doors as f64 => Action::SetDoor {
+                door: door as usize,
+                open: open > 0.0,
+            },
+            ("cycle", &[on]) => Action::SetCycle(on > 0.0),
+            ("set", _) => {
+                let changes = settings("do", given, ',')?;
+                Action::Configure(Box::new(self.changed(defaults, changes)?))
+            }
+            _ => return Err(bad()),
+        };
+        Ok(TimedAction {
+            period: whole("do", period)?,
+            is_decided,
+            action,
+        })
+    }
+}
+
+fn words(action: &Action, defaults: &Settings) -> String {
+    let flag = |yes: bool| u8::from(yes);
+    match action {
+        Action::SetMode(Mode::Explore) => "explore".to_owned(),
+        Action::SetMode(Mode::Manual) => "manual".to_owned(),
+        Action::SetMode(Mode::GoTo(goal)) => format!("goto,{},{}", goal.x, goal.y),
+        Action::Drive([forward, turn]) => format!("drive,{forward},{turn}"),
+        Action::Stop => "stop".to_owned(),
+        Action::Kidnap => "kidnap".to_owned(),
+        Action::SetDoor { door, open } => format!("door,{door},{}", flag(*open)),
+        Action::SetCycle(cycle) => format!("cycle,{}", flag(*cycle)),
+        Action::Configure(settings) => {
+            format!("set,{}", pairs(&settings.changes_from(defaults), ","))
+        }
+    }
+}
+
+fn pairs(settings: &[(String, f64)], apart: &str) -> String {
+    let pairs: Vec<String> = (settings.iter())
+        .map(|(key, number)| format!("{key}:{number}"))
+        .collect();
+    pairs.join(apart)
+}
+
+fn settings(field: &'static str, text: &str, apart: char) -> Result<Vec<(String, f64)>, LinkError> {
+    let pairs = text.split(apart).filter(|pair| !pair.is_empty());
+    let read = |pair: &str| {
+        let (key, number) = pair.split_once(':')?;
+        Some((key.to_owned(), number.parse().ok()?))
+    };
+    pairs
+        .map(|pair| read(pair).ok_or_else(|| wrong(field, pair, "settings as `ekf.gate:9.2`")))
+        .collect()
+}
+
+fn whole(field: &'static str, text: &str) -> Result<u64, LinkError> {
+    let number = text.parse().ok();
+    number.ok_or_else(|| wrong(field, text, "a whole number"))
+}
+
+fn wrong(field: &'static str, found: &str, expected: &'static str) -> LinkError {
+    const SHOWN: usize = 60;
+    LinkError::Value {
+        field,
+        found: found.chars().take(SHOWN).collect(),
+        expected,
+    }
+}

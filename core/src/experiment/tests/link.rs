@@ -1,0 +1,209 @@
+//! Links: what is done again is the same to the bit, what is written is read, and all else is
+//! refused in words.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::settings::Settings;
+use crate::slam::Method;
+
+fn link(world: &str) -> Link {
+    Link {
+        world: world.to_owned(),
+        sensor: SensorKind::Lidar,
+        method: Method::LineEkf,
+        seed: 5,
+        mode: Mode::Explore,
+        cycle: false,
+        settings: vec![("ekf.gate".to_owned(), 8.5)],
+        actions: vec![],
+        result: None,
+    }
+}
+
+fn begun(link: &Link) -> (Experiment, Settings) {
+    let (config, defaults) = link.config().unwrap();
+    (Experiment::new(config).unwrap(), defaults)
+}
+
+/// A person does all that can be done; the link of it, written and read, comes to the same state.
+#[test]
+fn what_is_done_again_is_the_same_to_the_bit() {
+    let mut original = link("doors");
+    let (mut run, defaults) = begun(&original);
+    let walk = |run: &mut Experiment, periods: usize| {
+        for _ in 0..periods {
+            run.step().unwrap();
+        }
+    };
+    walk(&mut run, 40);
+    run.set_mode(Mode::GoTo(Point2::new(1.25, 0.1)));
+    walk(&mut run, 30);
+    run.set_door(0, false).unwrap();
+    run.drive(0.123_456_789_012_345_6, -0.3);
+    walk(&mut run, 7);
+    let mut settings = defaults.clone();
+    let scope = crate::settings::Scope {
+        source: crate::settings::Source::Simulation,
+        method: Method::LineEkf,
+    };
+    let idle = settings.take(&scope, [("ekf.gate", 12.0)]).unwrap();
+    assert!(idle.is_empty());
+    run.reconfigure(&settings).unwrap();
+    run.stop();
+    walk(&mut run, 5);
+    run.kidnap(None).unwrap();
+    run.set_mode(Mode::Explore);
+    walk(&mut run, 40);
+    run.set_cycle(true);
+    for _ in 0..5 {
+        run.next_stage().unwrap();
+    }
+    // In the middle of a period.
+    run.set_mode(Mode::Manual);
+    run.set_mode(Mode::Explore);
+    walk(&mut run, 20);
+    original.actions = run.actions().unwrap().to_vec();
+    assert_eq!(original.actions.len(), 10);
+    original.result = Some((run.periods(), run.state_hash()));
+
+    let text = original.write().unwrap();
+    let read = Link::read(&format!("https://example.org/lab/#{text}")).unwrap();
+    assert_eq!(read, original, "{text}");
+    let (mut again, _) = begun(&read);
+    again.follow(read.actions.clone());
+    let (until, hash) = read.result.unwrap();
+    while again.periods() < until {
+        again.step().unwrap();
+    }
+    assert_eq!(again.state_hash(), hash, "{text}");
+    assert_eq!(again.actions().unwrap(), original.actions, "told again");
+
+    // It is the actions that made it so.
+    let (mut alone, _) = begun(&read);
+    while alone.periods() < until {
+        alone.step().unwrap();
+    }
+    assert_ne!(alone.state_hash(), hash);
+}
+
+#[test]
+fn what_a_list_cannot_tell_makes_no_link() {
+    let (mut run, _) = begun(&link("arena"));
+    run.step().unwrap();
+    assert!(run.actions().unwrap().is_empty());
+    run.kidnap(Some(&Pose2::new(1.0, 1.0, 0.0))).ok();
+    let why = run.actions().unwrap_err().to_string();
+    assert_eq!(
+        why,
+        "the robot was carried to a pose: that cannot be done again from a list of actions"
+    );
+}
+
+#[test]
+fn what_is_wrong_is_named() {
+    let refused = |text: &str| Link::read(text).unwrap_err().to_string();
+    let whole = "run&world=doors&sensor=lidar&method=line-ekf&seed=5";
+    assert!(Link::read(whole).is_ok());
+    for (text, words) in [
+        ("", "no link to an experiment"),
+        ("#token=abc", "no link to an experiment"),
+        ("run&sensor=lidar&method=line-ekf&seed=5", "no `world`"),
+        (
+            "run&world=moon&sensor=lidar&method=line-ekf&seed=5",
+            "world is `moon`, expected one of arena",
+        ),
+        (
+            "run&world=doors&sensor=eye&method=line-ekf&seed=5",
+            "`sensor` is `eye`",
+        ),
+        (
+            "run&world=doors&sensor=lidar&method=magic&seed=5",
+            "`method` is `magic`",
+        ),
+        (
+            "run&world=doors&sensor=lidar&method=line-ekf&seed=-5",
+            "`seed` is `-5`, expected a whole number",
+        ),
+        (&format!("{whole}&mode=goto"), "`mode` is `goto`"),
+        (
+            &format!("{whole}&colour=red"),
+            "`colour`, which is no field",
+        ),
+        (&format!("{whole}&set=ekf.gate"), "`set` is `ekf.gate`"),
+        (&format!("{whole}&set=ekf.gates:3"), "ekf.gates"),
+        (&format!("{whole}&set=ekf.gate:-3"), "ekf.gate"),
+        (&format!("{whole}&set=ekf.gate:NaN"), "ekf.gate"),
+        (&format!("{whole}&do=5"), "`do` is `5`"),
+        (&format!("{whole}&do=5:goto,1"), "`do` is `5:goto,1`"),
+        (
+            &format!("{whole}&do=5:goto,1,inf"),
+            "`do` is `5:goto,1,inf`",
+        ),
+        (&format!("{whole}&do=5:door,99,1"), "`do` is `5:door,99,1`"),
+        (
+            &format!("{whole}&do=5:stop;4:stop"),
+            "`do` is `4:stop`, expected actions in the order",
+        ),
+        (
+            &format!("{whole}&do=5:set,ekf.gate:x"),
+            "`do` is `ekf.gate:x`",
+        ),
+        (&format!("{whole}&until=5"), "no `hash`"),
+        (&format!("{whole}&until=5&hash=xyz"), "`hash` is `xyz`"),
+        (&format!("{whole}&until=x&hash=0"), "`until` is `x`"),
+        (&"x".repeat(70_000), "70000 bytes long"),
+    ] {
+        let said = refused(text);
+        assert!(said.contains(words), "{text}: {said}");
+    }
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    let number = || -1e6..1e6_f64;
+    prop_oneof![
+        Just(Action::SetMode(Mode::Explore)),
+        Just(Action::SetMode(Mode::Manual)),
+        (number(), number()).prop_map(|(x, y)| Action::SetMode(Mode::GoTo(Point2::new(x, y)))),
+        (number(), number()).prop_map(|(forward, turn)| Action::Drive([forward, turn])),
+        Just(Action::Stop),
+        Just(Action::Kidnap),
+        (0..2_usize, any::<bool>()).prop_map(|(door, open)| Action::SetDoor { door, open }),
+        any::<bool>().prop_map(Action::SetCycle),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read(
+        seed in any::<u64>(),
+        cycle in any::<bool>(),
+        manual in any::<bool>(),
+        gate in 0.1..100.0_f64,
+        mut actions in prop::collection::vec((0..100_000_u64, any::<bool>(), action()), 0..30),
+        result in prop::option::of((any::<u64>(), any::<u64>())),
+    ) {
+        actions.sort_by_key(|(period, is_decided, _)| (*period, *is_decided));
+        let actions = actions.into_iter();
+        let made = Link {
+            seed,
+            cycle,
+            mode: if manual { Mode::Manual } else { Mode::Explore },
+            settings: vec![("ekf.gate".to_owned(), gate)],
+            actions: actions.map(|(period, is_decided, action)| TimedAction { period, is_decided, action }).collect(),
+            result,
+            ..link("doors")
+        };
+        prop_assert_eq!(Link::read(&made.write().unwrap()).unwrap(), made);
+    }
+
+    #[test]
+    fn any_text_is_read_or_refused(text in ".{0,200}", fields in "(run&)?[a-z]{0,6}=[ -~]{0,40}(&do=[0-9~:a-z,.;-]{0,40})?") {
+        for text in [text, format!("run&world=doors&sensor=lidar&method=line-ekf&seed=5&{fields}")] {
+            if let Ok(link) = Link::read(&text) {
+                let again = link.write().unwrap();
+                prop_assert_eq!(Link::read(&again).unwrap(), link);
+            }
+        }
+    }
+}

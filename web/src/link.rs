@@ -1,0 +1,139 @@
+//! An experiment as a link, made and followed.
+
+use std::cell::OnceCell;
+
+use serde::{Deserialize, Serialize};
+use slamlab_core::experiment::{CONTROL_PERIOD, Experiment, Link, Untold};
+use slamlab_core::{pilot, sim};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{Mode, Typed, WebError, typed};
+use crate::run::{Simulated, Source, WebRun};
+use crate::setup::{Setup, SetupError};
+
+/// Why a run cannot be a link.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoLink {
+    /// The building is not built in.
+    #[error("a link can name only a world that is built in: `{0}` would have to be sent with it")]
+    World(String),
+    /// A file of calibration pairs or a prior map.
+    #[error("the run uses {0}, which does not fit into a link")]
+    File(&'static str),
+    /// A person did what a link cannot tell.
+    #[error(transparent)]
+    Untold(#[from] Untold),
+}
+
+/// What a link begins with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct LinkStart {
+    /// The setup.
+    pub setup: Setup,
+    /// How much a person did.
+    pub actions: u32,
+    /// Simulated seconds until the link was made; 0 where it does not say.
+    pub seconds: f64,
+}
+
+/// Reads a link, or an address with one behind its `#`.
+///
+/// # Errors    A sentence on what is wrong with it.
+#[wasm_bindgen]
+pub fn read_link(text: &str) -> Typed<LinkStart> {
+    let link = Link::read(text)?;
+    let seed = u32::try_from(link.seed).map_err(|_| SetupError::Seed(link.seed))?;
+    typed(&LinkStart {
+        setup: Setup {
+            world: link.world,
+            world_json: None,
+            sensor: link.sensor.name().to_owned(),
+            seed,
+            method: link.method.into(),
+            mode: match link.mode {
+                pilot::Mode::Manual => Mode::Manual,
+                pilot::Mode::GoTo(_) | pilot::Mode::Explore => Mode::Explore,
+            },
+            cycle: link.cycle,
+            settings: link.settings.into_iter().collect(),
+            calibration: None,
+            prior_map: None,
+        },
+        actions: link.actions.len() as u32,
+        seconds: link
+            .result
+            .map_or(0.0, |(until, _)| until as f64 * CONTROL_PERIOD),
+    })
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// The simulated run of a link; what was done is done again, each at its time.
+    ///
+    /// # Errors    A sentence on what is wrong with it.
+    pub fn follow_link(text: &str) -> Result<Self, WebError> {
+        let link = Link::read(text)?;
+        let (config, defaults) = link.config()?;
+        let mut experiment = Experiment::new(config)?;
+        experiment.follow(link.actions);
+        let source = Source::Simulation(Box::new(Simulated {
+            experiment,
+            defaults,
+            area: OnceCell::new(),
+            expected: link.result,
+        }));
+        Ok(Self { source })
+    }
+
+    /// The link of this run, which began with `setup`: what stands behind the `#` of an address.
+    ///
+    /// # Errors    A sentence on what does not fit into one.
+    pub fn link(&self, setup: &Ts<Setup>) -> Result<String, WebError> {
+        let setup = setup.to_rust()?;
+        let experiment = &self.simulated()?.experiment;
+        if setup.world_json.is_some() {
+            return Err(NoLink::World(setup.world).into());
+        }
+        let file = [
+            (setup.calibration.is_some(), "calibration pairs"),
+            (setup.prior_map.is_some(), "a map to be found in"),
+        ];
+        if let Some((_, what)) = file.iter().find(|(is_used, _)| *is_used) {
+            return Err(NoLink::File(what).into());
+        }
+        let link = Link {
+            world: setup.world,
+            sensor: setup.sensor.parse::<sim::SensorKind>()?,
+            method: setup.method.0,
+            seed: setup.seed.into(),
+            mode: match setup.mode {
+                Mode::Manual => pilot::Mode::Manual,
+                Mode::Explore | Mode::GoTo => pilot::Mode::Explore,
+            },
+            cycle: setup.cycle,
+            settings: setup.settings.0.into_iter().collect(),
+            actions: experiment.actions().map_err(NoLink::from)?.to_vec(),
+            result: Some((experiment.periods(), experiment.state_hash())),
+        };
+        Ok(link.write()?)
+    }
+
+    /// Whether something is still to be done as a link tells: the run is not over then.
+    #[must_use]
+    pub fn has_due(&self) -> bool {
+        let due = self.simulated().map(|sim| sim.experiment.has_due());
+        due.unwrap_or_default()
+    }
+
+    /// Whether the state is that of the link that is followed, to the bit, where that was made just
+    /// now; nothing at any other time.
+    #[must_use]
+    pub fn link_holds(&self) -> Option<bool> {
+        let sim = self.simulated().ok()?;
+        let (until, hash) = sim.expected?;
+        let is_there = sim.experiment.periods() == until && !sim.experiment.has_due();
+        is_there.then(|| sim.experiment.state_hash() == hash)
+    }
+}
