@@ -169,9 +169,9 @@ impl Kernel for OfScan<'_> {
             // The eigenvector of the larger eigenvalue is (spread + lean, xy) or (xy, spread -
             // lean): the longer one. The square of its length is 2 spread (spread + |lean|).
             let long = spread + lean.abs();
-            let length = ((spread + spread) * long).sqrt();
-            let tx = lean.where_greater(zero, long, xy) / length;
-            let ty = lean.where_greater(zero, xy, long) / length;
+            let per_length = one / ((spread + spread) * long).sqrt();
+            let tx = lean.where_greater(zero, long, xy) * per_length;
+            let ty = lean.where_greater(zero, xy, long) * per_length;
             // Towards the sensor.
             let sign = (ty * px - tx * py).where_greater(zero, one, zero - one);
             let (nx, ny) = (zero - ty * sign, tx * sign);
