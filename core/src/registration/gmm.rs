@@ -69,8 +69,9 @@ const FLAT: f64 = 1e-7;
 /// Of the last width, a step shorter than this part of it is the last one: those of BFGS become
 /// shorter ever faster.
 const LAST_STEP: f64 = 1e-3;
-/// Of the widths before, which only lead there.
-const STEP_BETWEEN: f64 = 0.1;
+/// Of the widths before, which only lead there. Not much larger: where f does not bend up, steps
+/// are short far from its least value as well.
+const STEP_BETWEEN: f64 = 0.01;
 /// Error of the sums of those widths, at least: f falls by more in a step that counts.
 const ERROR_BETWEEN: f64 = 1e-4;
 /// Most rounds of shrinking.
