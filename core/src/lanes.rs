@@ -8,6 +8,10 @@
 //!    program runs.
 //! 4. A [`Kernel`] is a loop written once for both; [`run`] picks.
 
+mod eight;
+
+pub(crate) use eight::{EIGHT, Eight, total as total_of_eight};
+
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
 use wide::{f32x8, f64x4, i32x8};
@@ -27,6 +31,9 @@ pub(crate) trait Lanes:
 {
     /// What shows that the machine has the instructions.
     type Machine: Copy;
+
+    /// Eight numbers of single precision by the same instructions.
+    type Eight: Eight<Machine = Self::Machine>;
 
     /// The same number four times.
     fn splat(machine: Self::Machine, value: f64) -> Self;
@@ -123,6 +130,7 @@ pub(crate) fn least(lanes: impl Lanes) -> f64 {
 
 impl Lanes for f64x4 {
     type Machine = ();
+    type Eight = f32x8;
 
     #[inline(always)]
     fn splat((): (), value: f64) -> Self {
@@ -189,6 +197,7 @@ use avx::OnAvx;
 mod avx {
     use pulp::{NullaryFnOnce, f64x4, x86::V3};
 
+    use super::eight::EightOnAvx;
     use super::*;
 
     /// Four numbers in a register of 256 bits, and the proof that the machine has such.
@@ -222,6 +231,7 @@ mod avx {
 
     impl Lanes for Avx {
         type Machine = V3;
+        type Eight = EightOnAvx;
 
         #[inline(always)]
         fn splat(machine: V3, value: f64) -> Self {

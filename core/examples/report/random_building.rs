@@ -15,6 +15,7 @@ use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::RobotModel;
 use slamlab_core::sim::sensors::LidarModel;
+use slamlab_core::sim::worlds::solid_parts;
 use slamlab_core::sim::{Material, Mover, SensorModel, World};
 
 /// Half the thickness of a partition, m.
@@ -159,9 +160,8 @@ fn cut(rng: &mut ChaCha8Rng, room: &Room, smallest: f64) -> Option<([Room; 2], V
         gaps.push((begin, begin + width));
         from += part;
     }
-    let begins = std::iter::once(room.min[1 - along]).chain(gaps.iter().map(|gap| gap.1));
-    let ends = (gaps.iter().map(|gap| gap.0)).chain([room.max[1 - along]]);
-    let walls = begins.zip(ends).map(|(begin, end)| {
+    let solid = solid_parts(room.min[1 - along], room.max[1 - along], &gaps);
+    let walls = solid.map(|(begin, end)| {
         let mut wall = *room;
         (wall.min[along], wall.max[along]) = (at - HALF, at + HALF);
         (wall.min[1 - along], wall.max[1 - along]) = (begin, end);

@@ -35,6 +35,18 @@ pub(crate) fn fit_line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     (y - slope * x, slope, (squares / n).sqrt())
 }
 
+/// Probability that of `count` trials, each of which succeeds with probability `part`, at least
+/// `least` do.
+pub(crate) fn at_least_so_many(least: usize, count: usize, part: f64) -> f64 {
+    let (mut exactly, mut fewer) = ((1.0 - part).powf(count as f64), 0.0);
+    for successes in 0..least.min(count + 1) {
+        fewer += exactly;
+        let next = (count - successes) as f64 / (successes + 1) as f64;
+        exactly *= next * part / (1.0 - part);
+    }
+    (1.0 - fewer).max(0.0)
+}
+
 /// A place anywhere between two corners.
 pub(crate) fn place_between(
     low: Point2<f64>,

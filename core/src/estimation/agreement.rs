@@ -87,6 +87,11 @@ impl Agreement {
         self.agree as f64 / self.total.max(1) as f64
     }
 
+    /// The part of all points that contradicts.
+    pub(super) fn against(&self) -> f64 {
+        self.contradict as f64 / self.total.max(1) as f64
+    }
+
     /// The part of all points of which the map says something.
     pub(super) fn spoken_of(&self) -> f64 {
         (self.agree + self.contradict) as f64 / self.total.max(1) as f64

@@ -37,11 +37,13 @@ use std::borrow::Cow;
 
 use nalgebra::{Point2, Vector2};
 
-use self::said::Said;
+use self::said::{fits, said};
 use self::seen::{occupied, seen_from};
 use self::starts::{by_landmarks, by_walls, shared};
+use super::agreement::Agreement;
 use crate::geom::{Length, Pose2, wrap};
 use crate::map::{CellState, Grid, GridError};
+use crate::points::thinned;
 use crate::registration::{
     Cloud, CloudError, CloudMethod, IcpConfig, JudgeConfig, Registration, Verdict, register_clouds,
 };
@@ -202,12 +204,13 @@ pub fn align_map(
         if found < FEWEST_POINTS {
             return Err(MapAlignmentError::TooFewPoints { which, found });
         }
-        Cloud::any(thinned(points, most)).map_err(|error| MapAlignmentError::Cloud { which, error })
+        Cloud::any(thinned(points, most, 0))
+            .map_err(|error| MapAlignmentError::Cloud { which, error })
     };
     let moving = cloud("loaded", &loaded.walls, MOST_MATCHED)?;
     let fixed = cloud("drawn", &drawn, MOST_FIXED)?;
     let seen = loaded.seen()?;
-    let judged = thinned(fixed.points(), MOST_MATCHED);
+    let judged = thinned(fixed.points(), MOST_MATCHED, 0);
     let told = by_landmarks(&loaded.landmarks, landmarks);
     let starts = by_walls(&loaded.walls, &drawn).into_iter().chain(told);
     let method = CloudMethod::Icp(IcpConfig::default());
@@ -217,8 +220,8 @@ pub fn align_map(
         let found = register_clouds(&moving, &fixed, &start, &method, &judge);
         let pose = found.estimate.pose;
         let place = Place {
-            forth: Said::of(moving.points(), &pose, grid),
-            back: Said::of(&judged, &pose.inverse(), &seen),
+            forth: said(moving.points(), &pose, grid),
+            back: said(&judged, &pose.inverse(), &seen),
             crossed: crossed(&loaded.way, &pose, grid),
             found,
         };
@@ -241,8 +244,8 @@ pub fn align_map(
 struct Place {
     found: Registration,
     /// Of the loaded walls, and of those of the map.
-    forth: Said,
-    back: Said,
+    forth: Agreement,
+    back: Agreement,
     /// Places of the loaded way that are walls.
     crossed: usize,
 }
@@ -268,24 +271,24 @@ impl Place {
     }
 
     fn contradicts(&self) -> f64 {
-        self.forth.contradicts().max(self.back.contradicts())
+        self.forth.against().max(self.back.against())
     }
 
     fn fits(&self) -> bool {
-        let forth = Said {
+        let forth = Agreement {
             contradict: self.forth.contradict + self.crossed,
             ..self.forth
         };
         self.forth.agree >= FEWEST_POINTS
-            && forth.fits()
-            && self.back.fits()
-            && self.forth.agrees().max(self.back.agrees()) >= LEAST_AGREES
+            && fits(&forth)
+            && fits(&self.back)
+            && self.forth.overlap().max(self.back.overlap()) >= LEAST_AGREES
     }
 }
 
 /// How many places of a way are walls of the other map.
 fn crossed(way: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> usize {
-    let some = thinned(way, MOST_MATCHED);
+    let some = thinned(way, MOST_MATCHED, 0);
     let is_wall = |at: &&Point2<f64>| grid.state(grid.cell_at(*pose * **at)) == CellState::Occupied;
     some.iter().filter(is_wall).count()
 }
@@ -298,7 +301,7 @@ fn decide(
     landmarks: &[Point2<f64>],
 ) -> Result<MapAlignment, MapAlignmentError> {
     let nowhere = |place: Option<&Place>| MapAlignmentError::Nowhere {
-        agrees: place.map_or(0.0, |place| place.forth.agrees()),
+        agrees: place.map_or(0.0, |place| place.forth.overlap()),
         contradicts: place.map_or(0.0, Place::contradicts),
     };
     let fitting: Vec<&Place> = places.iter().filter(|place| place.fits()).collect();
@@ -326,16 +329,10 @@ fn decide(
     }
     Ok(MapAlignment {
         map_from_loaded: *place.pose(),
-        agrees: place.forth.agrees(),
+        agrees: place.forth.overlap(),
         contradicts: place.contradicts(),
         residual: place.found.residual,
         landmarks: shared(&loaded.landmarks, landmarks, place.pose()),
         by,
     })
-}
-
-/// At most so many of them, evenly chosen.
-fn thinned(points: &[Point2<f64>], most: usize) -> Vec<Point2<f64>> {
-    let every = points.len().div_ceil(most).max(1);
-    points.iter().step_by(every).copied().collect()
 }

@@ -67,6 +67,42 @@ proptest! {
     }
 }
 
+/// Every operation on eight numbers once.
+struct ChainOfEight([[f32; EIGHT]; 3]);
+
+impl Kernel for ChainOfEight {
+    type Output = ([f32; EIGHT], f32);
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output {
+        let [a, b, c] = self.0.map(|v| L::Eight::load(machine, &v));
+        let mut sum = a * b + c;
+        sum += a.or_lesser(b) - c;
+        let whole = (L::Eight::splat(machine, 12_582_912.0) + c).two_to_whole();
+        let found = sum * whole;
+        (found.to_array(), total_of_eight(found))
+    }
+}
+
+proptest! {
+    #[test]
+    fn eight_numbers_give_the_bits_of_one_by_one(numbers in prop::array::uniform3(prop::array::uniform8(-20.0..20.0_f32))) {
+        let [a, b, c] = numbers;
+        let lane = |at: usize| {
+            let mut sum = a[at] * b[at] + c[at];
+            sum += a[at].min(b[at]) - c[at];
+            sum * libm::exp2f(c[at].round_ties_even())
+        };
+        let found: [f32; EIGHT] = std::array::from_fn(lane);
+        let [a, b, c, d, e, f, g, h] = found;
+        let total = ((a + e) + (c + g)) + ((b + f) + (d + h));
+        let expect = (found.map(f32::to_bits), total.to_bits());
+        let bits = |(found, total): ([f32; EIGHT], f32)| (found.map(f32::to_bits), total.to_bits());
+        prop_assert_eq!(bits(run(ChainOfEight(numbers))), expect);
+        prop_assert_eq!(bits(ChainOfEight(numbers).run::<f64x4>(())), expect);
+    }
+}
+
 #[test]
 fn lanes_come_together_in_one_order() {
     let lanes = f64x4::new([1e16, 1.0, -1e16, 3.0]);

@@ -13,6 +13,8 @@ mod scatter;
 mod sectors;
 mod segmentation;
 mod spacing;
+mod things;
+mod thinned;
 mod walkers;
 
 pub use blind_zone::{BlindZone, BlindZoneConfig};
@@ -25,5 +27,7 @@ pub(crate) use scatter::{MAX_FLATNESS, Scatter};
 pub use sectors::{SectorConfig, SectorRange, sectors};
 pub use segmentation::{BreakRule, Run, SegmentationConfig, segment};
 pub use spacing::SpacingModel;
+pub(crate) use things::{LINK, are_linked};
+pub(crate) use thinned::thinned;
 pub use walkers::Walkers;
 pub(crate) use walkers::unreported_turn;

@@ -8,9 +8,11 @@
 //! f = 1/M² ΣΣ g(T y_i - T y_j) - 2/(MN) ΣΣ g(T y_i - x_j), g(d) = exp(-|d|² / 4σ²),
 //!
 //! for the product of two Gaussians integrates to one of their distance, of variance 2σ². A rigid
-//! motion does not change the first sum. The gradient has a closed form. Each width is brought to
-//! its least by BFGS, from wide to narrow, so that the clouds pull each other together from afar
-//! before details count. All sums go through [`gauss_transform`].
+//! motion does not change the first sum. Gradient and Hessian have closed forms. Each width is
+//! brought to its least by BFGS, from wide to narrow, so that the clouds pull each other together
+//! from afar before details count. That of a rigid motion begins with the true Hessian, or where f
+//! does not bend up in all ways, with that of a parabola above it. A width that is not the last one
+//! only has to come near, with rougher sums. All sums go through [`gauss_transform`].
 //!
 //! Source: Jian & Vemuri (2011), "Robust point set registration using Gaussian mixture models";
 //! Pilch (2016), eqs. (1.56)-(1.58).
@@ -19,9 +21,9 @@ mod bfgs;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{DVector, Matrix2, Point2, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix3, Point2, Vector2};
 
-use self::bfgs::descend;
+use self::bfgs::{Until, descend};
 
 use super::trace::{Correspondence, Iteration, Watch};
 use super::{AffineMap, gauss_transform};
@@ -64,6 +66,14 @@ pub struct GmmFit {
 
 /// Gradients smaller than this are none: f is about 1.
 const FLAT: f64 = 1e-7;
+/// Of the last width, a step shorter than this part of it is the last one: those of BFGS become
+/// shorter ever faster.
+const LAST_STEP: f64 = 1e-3;
+/// Of the widths before, which only lead there. Not much larger: where f does not bend up, steps
+/// are short far from its least value as well.
+const STEP_BETWEEN: f64 = 0.01;
+/// Error of the sums of those widths, at least: f falls by more in a step that counts.
+const ERROR_BETWEEN: f64 = 1e-4;
 /// Most rounds of shrinking.
 const MOST_ROUNDS: usize = 100;
 
@@ -112,7 +122,17 @@ pub(super) fn register_mixtures_watched(
     let mut width = config.first_width.max(config.last_width);
     let (mut iterations, mut is_settled) = (0, false);
     for _ in 0..MOST_ROUNDS {
-        let problem = Mixtures::of(&y, &x, width, config.error);
+        let is_last = width <= config.last_width;
+        let (error, short) = match is_last {
+            true => (config.error, LAST_STEP),
+            false => (config.error.max(ERROR_BETWEEN), STEP_BETWEEN),
+        };
+        let until = Until {
+            flat: FLAT,
+            short: short * width,
+            iterations: config.max_iterations,
+        };
+        let problem = Mixtures::of(&y, &x, width, error);
         let value = |at: &DVector<f64>| {
             let (value, gradient) = problem.value(at.as_slice());
             (value, DVector::from_vec(gradient))
@@ -128,18 +148,22 @@ pub(super) fn register_mixtures_watched(
                 Iteration::of(map(at).rigid(), width * scale, pairs)
             });
         };
-        let found = descend(parameters, FLAT, config.max_iterations, value, look);
+        let inverse = problem.inverse_hessian(parameters.as_slice());
+        let found = descend(parameters, inverse, &until, value, look);
         parameters = found.at;
         iterations += found.iterations;
         is_settled = found.is_settled;
-        if width <= config.last_width {
+        if is_last {
             break;
         }
         width = (width * config.shrink.clamp(0.05, 0.95)).max(config.last_width);
     }
     let problem = Mixtures::of(&y, &x, width, config.error);
     let own = problem.own(&x);
-    let (value, _) = problem.value(parameters.as_slice());
+    let (mut value, _) = problem.value(parameters.as_slice());
+    if !config.is_affine {
+        value += problem.own(&y);
+    }
     Some(GmmFit {
         map: map(&parameters),
         distance: ((value + own) / (2.0 * own)).max(0.0),
@@ -185,22 +209,17 @@ struct Mixtures<'a> {
     error: f64,
     /// 1, x and y of each fixed point.
     weights: Vec<[f64; 3]>,
-    /// The moving cloud's sum with itself, which no rotation changes.
-    moving_own: f64,
 }
 
 impl<'a> Mixtures<'a> {
     fn of(moving: &'a [Point2<f64>], fixed: &'a [Point2<f64>], width: f64, error: f64) -> Self {
-        let mut problem = Self {
+        Self {
             moving,
             fixed,
             sigma: std::f64::consts::SQRT_2 * width,
             error,
             weights: weights(fixed),
-            moving_own: 0.0,
-        };
-        problem.moving_own = problem.own(moving);
-        problem
+        }
     }
 
     /// ΣΣ g of a cloud with itself, over the square of its number.
@@ -233,7 +252,48 @@ impl<'a> Mixtures<'a> {
             .collect()
     }
 
-    /// f and its gradient.
+    /// The inverse of the Hessian of f by (x, y, θ), where f bends up in all ways; else of one that
+    /// is nowhere less: -g(d) lies below the parabola that touches it, for it is concave in |d|².
+    /// `None` of other parameters, and where nothing of one cloud is heard by the other.
+    fn inverse_hessian(&self, parameters: &[f64]) -> Option<DMatrix<f64>> {
+        let [hessian, above] = self.hessians(parameters)?;
+        let inverse = (hessian.cholesky()).or_else(|| above.cholesky())?.inverse();
+        Some(DMatrix::from_column_slice(3, 3, inverse.as_slice()))
+    }
+
+    /// The Hessian of f by (x, y, θ), and that of the parabola above it.
+    fn hessians(&self, parameters: &[f64]) -> Option<[Matrix3<f64>; 2]> {
+        let [x, y, _] = *parameters else {
+            return None;
+        };
+        let moved = self.moved(parameters);
+        let squares: Vec<_> = (self.fixed.iter())
+            .map(|p| [1.0, p.x, p.y, p.x * p.x, p.x * p.y, p.y * p.y])
+            .collect();
+        let sums = gauss_transform(self.fixed, &squares, &moved, self.sigma, self.error, None);
+        let scale = 1.0 / (self.sigma * self.sigma);
+        let (mut hessian, mut above) = (Matrix3::zeros(), Matrix3::zeros());
+        for (p, [sum, x_sum, y_sum, xx, xy, yy]) in moved.iter().zip(sums) {
+            // Σ g d and Σ g d dᵀ of d = p - x_j.
+            let toward = Vector2::new(x_sum, y_sum);
+            let off = p.coords * sum - toward;
+            let across = p.coords * toward.transpose();
+            let spread = Matrix2::new(xx, xy, xy, yy) - across - across.transpose()
+                + p.coords * p.coords.transpose() * sum;
+            let arm = Vector2::new(p.x - x, p.y - y);
+            let by = Matrix2x3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x);
+            let touching = by.transpose() * by * sum;
+            above += touching;
+            hessian += touching - by.transpose() * spread * by * scale;
+            // The second derivative of p by θ is -arm.
+            hessian[(2, 2)] -= off.dot(&arm);
+        }
+        let factor = 2.0 * scale / (self.moving.len() as f64 * self.fixed.len() as f64);
+        Some([hessian * factor, above * factor])
+    }
+
+    /// f and its gradient; of a rigid motion less what it does not change, the moving cloud's sum
+    /// with itself.
     fn value(&self, parameters: &[f64]) -> (f64, Vec<f64>) {
         let (_, shift) = linear(parameters);
         let moved = self.moved(parameters);
@@ -273,8 +333,6 @@ impl<'a> Mixtures<'a> {
             let own = weights(&moved);
             let sums = gauss_transform(&moved, &own, &moved, self.sigma, self.error, None);
             add(&moved, &sums, 1.0 / (m * m), true);
-        } else {
-            value += self.moving_own;
         }
         (value, gradient)
     }

@@ -3,7 +3,7 @@
 //! In: hits in the order of their beams, each with what the map says of its place. Out: groups of
 //! neighbours, and of those that stand free a sighting.
 //!
-//! 1. Neighbouring hits nearer than [`LINK`] are of one thing: two legs are.
+//! 1. Neighbouring hits nearer than [`LINK`](crate::points::LINK) are of one thing: two legs are.
 //! 2. A lidar sees only the near side. Across the line of sight the middle is that of what is seen,
 //!    a beam wider than its outermost hits; along it, it lies half a width behind the nearest hit,
 //!    as that of a round thing does.
@@ -16,10 +16,8 @@ use super::config::TrackingConfig;
 use super::free_space::Place;
 use super::state::Sighting;
 use crate::geom::Length;
-use crate::points::Beam;
+use crate::points::{Beam, are_linked};
 
-/// Hits of one thing are nearer together, m: less than the gap between two people who pass.
-const LINK: f64 = 0.3;
 /// Half the depth of what is seen of something, m: a leg, a body.
 const HALF_DEPTH: [f64; 2] = [0.08, 0.3];
 /// What is nearer to the sensor than this is nowhere, m.
@@ -36,10 +34,7 @@ pub(super) struct Hit<'a> {
 
 /// Neighbouring hits (step 1), of a scan that may go round once; none is empty.
 pub(super) fn clusters<'a>(hits: &[Hit<'a>]) -> Vec<Vec<Hit<'a>>> {
-    let is_linked = |a: &Hit, b: &Hit| {
-        let (a, b) = (a.beam.end_in_robot, b.beam.end_in_robot);
-        (a - b).length() < LINK
-    };
+    let is_linked = |a: &Hit, b: &Hit| are_linked(a.beam, b.beam);
     let mut found: Vec<Vec<Hit>> = hits.chunk_by(is_linked).map(<[_]>::to_vec).collect();
     if found.len() > 1
         && let (Some(first), Some(last)) = (hits.first(), hits.last())

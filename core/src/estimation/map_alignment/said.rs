@@ -1,64 +1,25 @@
-//! What one map says of walls of another that lie somewhere in it.
+//! What one map says of walls of another that lie somewhere in it: as [`agreement`] says it of
+//! points on surfaces, with cells in place of surfaces.
+//!
+//! [`agreement`]: super::super::agreement
 
 use nalgebra::Point2;
 
+use super::super::agreement::{AGREES_WITHIN, Agreement, CONTRADICTS_BEYOND, Says};
 use crate::geom::Pose2;
 use crate::map::{CellIndex, CellState, Grid};
 
-/// A wall agrees that lies nearer to an occupied cell than this, m, ...
-const AGREES_WITHIN: f64 = 0.1;
-/// ... and contradicts if none is nearer than this, and the cells around are free.
-const CONTRADICTS_BEYOND: f64 = 0.25;
 /// Of the walls of either map of which the other says something, this part has to agree.
 const LEAST_PART: f64 = 0.92;
 
-/// What one map says of the walls of the other.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Said {
-    pub(super) agree: usize,
-    pub(super) contradict: usize,
-    pub(super) total: usize,
+/// What `grid` says of `walls` that lie at `pose` in it.
+pub(super) fn said(walls: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> Agreement {
+    Agreement::sum(walls.iter().map(|wall| says(grid, *pose * *wall)))
 }
 
-impl Said {
-    /// What `grid` says of `walls` that lie at `pose` in it.
-    pub(super) fn of(walls: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> Self {
-        let mut said = Self {
-            total: walls.len(),
-            ..Self::default()
-        };
-        for wall in walls {
-            match says(grid, *pose * *wall) {
-                Says::Agrees => said.agree += 1,
-                Says::Contradicts => said.contradict += 1,
-                Says::Nothing => {}
-            }
-        }
-        said
-    }
-
-    fn part_of_all(&self, walls: usize) -> f64 {
-        (walls as f64 / self.total.max(1) as f64).min(1.0)
-    }
-
-    pub(super) fn agrees(&self) -> f64 {
-        self.part_of_all(self.agree)
-    }
-
-    pub(super) fn contradicts(&self) -> f64 {
-        self.part_of_all(self.contradict)
-    }
-
-    /// Whether nearly all agrees of which something is said.
-    pub(super) fn fits(&self) -> bool {
-        self.agree as f64 >= LEAST_PART * (self.agree + self.contradict) as f64
-    }
-}
-
-enum Says {
-    Agrees,
-    Contradicts,
-    Nothing,
+/// Whether nearly all agrees of which something is said.
+pub(super) fn fits(said: &Agreement) -> bool {
+    said.part() >= LEAST_PART
 }
 
 /// What a grid says of a wall at a place.

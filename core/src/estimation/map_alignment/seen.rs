@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::Point2;
 
-use super::thinned;
 use crate::geom::{Length, Pose2, unit_vector};
 use crate::map::{CellState, Evidence, Grid, GridConfig, GridError};
+use crate::points::thinned;
 
 /// From so many places of a way is looked around at most, ...
 const MOST_PLACES: usize = 60;
@@ -24,7 +24,7 @@ const BEFORE: f64 = 0.2;
 pub(super) fn seen_from(way: &[Point2<f64>], walls: &[Point2<f64>]) -> Result<Grid, GridError> {
     let per_direction = TAU / f64::from(DIRECTIONS);
     let mut free = vec![];
-    for place in thinned(way, MOST_PLACES) {
+    for place in thinned(way, MOST_PLACES, 0) {
         let mut nearest = [f64::INFINITY; DIRECTIONS as usize];
         for wall in walls {
             let off = wall - place;

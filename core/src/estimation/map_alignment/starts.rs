@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::thinned;
 use crate::association::{PointMatchConfig, PointMatching, match_points};
 use crate::estimation::measures::align;
 use crate::features::{PointFeature, PointKind};
 use crate::geom::{Pose2, PoseEstimate};
+use crate::points::thinned;
 use crate::registration::{ModesConfig, SearchConfig, modes};
 
 /// Places of the search that are matched from, at most.
@@ -25,7 +25,7 @@ pub(super) fn by_walls(loaded: &[Point2<f64>], drawn: &[Point2<f64>]) -> Vec<Pos
         true => (loaded, drawn),
         false => (drawn, loaded),
     };
-    let some = thinned(small, MOST_SEARCHED);
+    let some = thinned(small, MOST_SEARCHED, 0);
     // Turned about its middle it needs fewer turns.
     let sum: Vector2<f64> = some.iter().map(|p| p.coords).sum();
     let middle = sum / some.len().max(1) as f64;

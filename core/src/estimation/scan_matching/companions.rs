@@ -21,15 +21,13 @@ use super::odometry_watch::Believed;
 use super::seen::Seen;
 use super::tracking::{Tried, gain};
 use crate::geom::{Length, Pose2};
-use crate::points::Beam;
+use crate::points::{Beam, LINK, are_linked};
 use crate::registration::{Verdict, register};
 
 /// A match is surprising beyond this, m, ...
 const SURPRISE: f64 = 0.06;
 /// ... and this part of the way.
 const SURPRISE_PART: f64 = 0.25;
-/// Hits of one thing are nearer together, m; things stand before others by more.
-const LINK: f64 = 0.3;
 /// What is wider, m, does not walk.
 const WIDEST: f64 = 1.0;
 /// Things of fewer points are not judged.
@@ -114,11 +112,12 @@ fn faces(seen: &Seen, thing: &[usize], along: Vector2<f64>) -> bool {
 fn things(beams: &[Beam]) -> Vec<Vec<usize>> {
     let is_linked = |&a: &usize, &b: &usize| {
         let (a, b) = (&beams[a], &beams[b]);
-        a.is_hit == b.is_hit && (!a.is_hit || (a.end_in_robot - b.end_in_robot).length() < LINK)
+        a.is_hit == b.is_hit && (!a.is_hit || are_linked(a, b))
     };
     let all: Vec<usize> = (0..beams.len()).collect();
     let groups: Vec<&[usize]> = all.chunk_by(is_linked).collect();
-    // What is not seen there at all, may be as near.
+    // Things stand before others by more than their own points are apart; what is not seen there
+    // at all may be as near.
     let stands_before = |beam: &Beam, other: Option<&Beam>| {
         other.is_some_and(|other| !other.is_hit || beam.range + LINK < other.range)
     };

@@ -30,7 +30,7 @@ use super::super::submap::Indexed;
 use super::tracking::is_sure;
 use super::{ScanMatcher, TrackPoint};
 use crate::geom::{Length, Pose2, pose_cov};
-use crate::points::OrientedPoint;
+use crate::points::{OrientedPoint, thinned};
 use crate::registration::{Prior, Registration, Verdict, register};
 use crate::snapshot::snapshot;
 
@@ -117,7 +117,7 @@ impl ScanMatcher {
             submap,
             surfaces: seen
                 .enumerate()
-                .map(|(at, seen)| thinned(seen, at))
+                .map(|(at, seen)| thinned(seen, SURFACES, at))
                 .collect(),
             others: vec![],
             matched: 0,
@@ -302,14 +302,6 @@ impl ScanMatcher {
             self.trajectory[scan].submap_from_robot = after;
         }
     }
-}
-
-/// Of what keyframe number `at` saw, [`SURFACES`]. Each keyframe keeps those of other beams: always
-/// the same ones would see the same corners and gaps, and err alike.
-fn thinned(surfaces: &[OrientedPoint], at: usize) -> Vec<OrientedPoint> {
-    let step = surfaces.len().div_ceil(SURFACES).max(1);
-    let kept = surfaces.iter().skip(at % step).step_by(step);
-    kept.copied().collect()
 }
 
 /// The poses of keyframes that lie one after the other, where `places` have those from number

@@ -76,6 +76,18 @@ fn four<L: Lanes>(machine: L::Machine, column: &[f64], at: usize) -> L {
     L::load(machine, chunk.unwrap_or(&[0.0; LANES]))
 }
 
+/// Four points, and the neighbours that make their lines.
+const AROUND: usize = LANES + 2 * BESIDE;
+
+/// The numbers of a column about those from `at` on: looked up once, so that each load among them
+/// needs no check.
+#[inline(always)]
+fn around(column: &[f64], at: usize) -> &[f64; AROUND] {
+    let from = column.get(at.wrapping_sub(BESIDE)..);
+    let around = from.and_then(<[f64]>::first_chunk);
+    around.unwrap_or(&[0.0; AROUND])
+}
+
 /// The line through the neighbours of each point of a scan, by fours.
 struct OfScan<'a> {
     count: usize,
@@ -135,22 +147,26 @@ impl Kernel for OfScan<'_> {
     fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output {
         let [xs, ys] = self.columns;
         let steps = self.steps::<L>(machine);
-        let four = |column, at| four::<L>(machine, column, at);
+        let four = |column: &[f64; AROUND], at| four::<L>(machine, column, at);
         let splat = |value| L::splat(machine, value);
         let (zero, half, one) = (splat(0.0), splat(0.5), splat(1.0));
         // None twice, all round.
         let beside = BESIDE.min(self.count.saturating_sub(1) / 2);
         let mut surfaces = Vec::with_capacity(self.count.next_multiple_of(LANES));
         for at in (LANES..LANES + self.count).step_by(LANES) {
-            let (px, py) = (four(xs, at), four(ys, at));
+            let [xs, ys, steps] = [xs, ys, &steps].map(|column| around(column, at));
+            let (px, py) = (four(xs, BESIDE), four(ys, BESIDE));
             // Sums over the neighbours as seen from the point, which itself adds nothing.
             let (mut n, mut x, mut y) = (one, zero, zero);
             let (mut xx, mut xy, mut yy) = (zero, zero, zero);
             let (mut after, mut before) = (one, one);
-            for away in 1..=beside {
-                after = after * four(&steps, at + away - 1);
-                before = before * four(&steps, at - away);
-                for (other, is_near) in [(at + away, after), (at - away, before)] {
+            for away in 1..=BESIDE {
+                if away > beside {
+                    break;
+                }
+                after = after * four(steps, BESIDE + away - 1);
+                before = before * four(steps, BESIDE - away);
+                for (other, is_near) in [(BESIDE + away, after), (BESIDE - away, before)] {
                     let (dx, dy) = (four(xs, other) - px, four(ys, other) - py);
                     let (wx, wy) = (is_near * dx, is_near * dy);
                     n += is_near;
@@ -169,9 +185,9 @@ impl Kernel for OfScan<'_> {
             // The eigenvector of the larger eigenvalue is (spread + lean, xy) or (xy, spread -
             // lean): the longer one. The square of its length is 2 spread (spread + |lean|).
             let long = spread + lean.abs();
-            let length = ((spread + spread) * long).sqrt();
-            let tx = lean.where_greater(zero, long, xy) / length;
-            let ty = lean.where_greater(zero, xy, long) / length;
+            let per_length = one / ((spread + spread) * long).sqrt();
+            let tx = lean.where_greater(zero, long, xy) * per_length;
+            let ty = lean.where_greater(zero, xy, long) * per_length;
             // Towards the sensor.
             let sign = (ty * px - tx * py).where_greater(zero, one, zero - one);
             let (nx, ny) = (zero - ty * sign, tx * sign);

@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, Point2, Vector2};
 
+use super::NOTHING_OWED;
 use super::posterior::Posterior;
 
 pub(super) struct Smooth {
@@ -36,6 +37,9 @@ impl Smooth {
         variance: f64,
         lambda: f64,
     ) -> Option<f64> {
+        if owed.total < NOTHING_OWED {
+            return None;
+        }
         let count = start.len();
         let parts: Vec<f64> = owed.of_moving.iter().map(|owed| owed.part).collect();
         let mut system = self.kernel.clone();

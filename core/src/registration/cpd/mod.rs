@@ -24,7 +24,8 @@ mod tests;
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use self::posterior::Posterior;
+use self::posterior::{Posterior, Pulls};
+use self::rigid::Sums;
 use super::trace::{Correspondence, Iteration, Watch};
 use super::{AffineMap, first_too_far};
 use crate::bounds::config;
@@ -163,12 +164,12 @@ pub fn drift(
 }
 
 /// [`drift`], with somebody who looks.
-pub(super) fn drift_watched(
+pub(super) fn drift_watched<W: Watch>(
     moving: &[Point2<f64>],
     fixed: &[Point2<f64>],
     kind: CpdKind,
     config: &CpdConfig,
-    watch: &mut impl Watch,
+    watch: &mut W,
 ) -> Result<Drift, CpdError> {
     check(moving, "moving", kind)?;
     check(fixed, "fixed", kind)?;
@@ -184,14 +185,22 @@ pub(super) fn drift_watched(
     let (mut still, mut iterations, mut is_settled, mut failed) = (0, 0, false, false);
     while iterations < config.max_iterations {
         iterations += 1;
-        let owed = Posterior::of(&y, &x, variance, config, &mut near);
-        watch.see(|| normal.iteration(&y, &owed, variance, &motion));
-        if owed.total < 1e-9 {
-            failed = true;
-            break;
+        let owed = (W::LOOKS || kind == CpdKind::NonRigid)
+            .then(|| Posterior::of(&y, &x, variance, config, &mut near));
+        if let Some(owed) = &owed {
+            watch.see(|| normal.iteration(&y, owed, variance, &motion));
         }
         let before = variance;
-        let Some(after) = motion.fit(&start, &x, &owed, variance, config) else {
+        let after = match &mut motion {
+            Motion::Linear(linear) => {
+                let pulls = Pulls::of(&y, &x, variance, config, &mut near);
+                linear.go_on(&Sums::of(&y, &x, &pulls), config)
+            }
+            Motion::Smooth(smooth) => {
+                owed.and_then(|owed| smooth.fit(&start, &x, &owed, variance, config.lambda))
+            }
+        };
+        let Some(after) = after else {
             failed = true;
             break;
         };
@@ -333,60 +342,54 @@ fn mean_square(y: &[Point2<f64>], x: &[Point2<f64>]) -> f64 {
     0.5 * (x_square + y_square - 2.0 * x_mean.dot(&y_mean))
 }
 
+/// Of less than this, nothing is owed at all.
+const NOTHING_OWED: f64 = 1e-9;
+
 /// The motion so far.
 enum Motion {
-    /// x = B y + t; rigid where the flag says so.
-    Linear {
-        linear: Matrix2<f64>,
-        shift: Vector2<f64>,
-        is_rigid: bool,
-    },
+    Linear(Linear),
     /// y + G w.
     Smooth(displacement::Smooth),
+}
+
+/// x = B y + t; rigid where the flag says so.
+struct Linear {
+    linear: Matrix2<f64>,
+    shift: Vector2<f64>,
+    is_rigid: bool,
+}
+
+impl Linear {
+    /// The M step, `sums` being of the points as this took them there: one more linear motion goes
+    /// after it. σ² then.
+    fn go_on(&mut self, sums: &Sums, config: &CpdConfig) -> Option<f64> {
+        if sums.total < NOTHING_OWED {
+            return None;
+        }
+        let (by, shift, after) = match self.is_rigid {
+            true => sums.rigid(config.scales)?,
+            false => sums.affine()?,
+        };
+        (self.linear, self.shift) = (by * self.linear, by * self.shift + shift);
+        Some(after)
+    }
 }
 
 impl Motion {
     fn of(kind: CpdKind, start: &[Point2<f64>], config: &CpdConfig) -> Self {
         match kind {
-            CpdKind::Rigid | CpdKind::Affine => Self::Linear {
+            CpdKind::Rigid | CpdKind::Affine => Self::Linear(Linear {
                 linear: Matrix2::identity(),
                 shift: Vector2::zeros(),
                 is_rigid: kind == CpdKind::Rigid,
-            },
+            }),
             CpdKind::NonRigid => Self::Smooth(displacement::Smooth::of(start, config.beta)),
-        }
-    }
-
-    /// The M step; σ² after it.
-    fn fit(
-        &mut self,
-        start: &[Point2<f64>],
-        x: &[Point2<f64>],
-        owed: &Posterior,
-        variance: f64,
-        config: &CpdConfig,
-    ) -> Option<f64> {
-        match self {
-            Self::Linear {
-                linear,
-                shift,
-                is_rigid,
-            } => {
-                let fit = rigid::Sums::of(start, x, owed);
-                let (b, t, after) = match is_rigid {
-                    true => fit.rigid(config.scales)?,
-                    false => fit.affine()?,
-                };
-                (*linear, *shift) = (b, t);
-                Some(after)
-            }
-            Self::Smooth(smooth) => smooth.fit(start, x, owed, variance, config.lambda),
         }
     }
 
     fn apply(&self, start: &[Point2<f64>], y: &mut [Point2<f64>]) {
         match self {
-            Self::Linear { linear, shift, .. } => {
+            Self::Linear(Linear { linear, shift, .. }) => {
                 for (y, start) in y.iter_mut().zip(start) {
                     *y = Point2::from(linear * start.coords + shift);
                 }
@@ -397,7 +400,7 @@ impl Motion {
 
     fn linear(&self) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         match self {
-            Self::Linear { linear, shift, .. } => Some((*linear, *shift)),
+            Self::Linear(motion) => Some((motion.linear, motion.shift)),
             Self::Smooth(_) => None,
         }
     }

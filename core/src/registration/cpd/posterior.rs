@@ -1,25 +1,25 @@
 //! The E step: sums of (1.45) over fixed and moving points.
 //!
 //! p_mn = k_mn / (Σ_m k_mn + c) with k_mn = exp(-|x_n - y_m|² / 2σ²) and
-//! c = 2πσ² w/(1-w) M/N. What the M step needs of it: P1, P X and Pᵀ1.
+//! c = 2πσ² w/(1-w) M/N. What the M step needs of it: P1, P X and Pᵀ1 ([`Posterior`]). A linear
+//! motion needs less: of each fixed point, Σ p, Σ p d and Σ p d dᵀ of d = y_m - x_n ([`Pull`]). Its
+//! sums stay in registers, for the denominator is divided by when they are complete.
 //!
-//! Few points, and near ones, are taken pair by pair, in single precision: each exponential serves
-//! the denominator and then the sums. Which are near is kept while points move by next to nothing,
-//! as they do in most iterations. Many points that all hear each other go through the Gauss
-//! transform twice, (1.54) and (1.55).
+//! Few points, and near ones, are taken pair by pair, in single precision. Which are near is kept
+//! while points move by next to nothing, as they do in most iterations. Many points that all hear
+//! each other go through the Gauss transform twice, (1.54) and (1.55).
 
 use std::f64::consts::{LOG2_E, PI};
 use std::ops::Range;
 
-use nalgebra::{Point2, Vector2};
-use pulp::NullaryFnOnce;
+use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::super::gauss_transform::{Cells, Plan, TransformMethod, exp2_of_minus, gauss_transform};
+use super::super::gauss_transform::{
+    Cells, Plan, SINGLE_COST, TransformMethod, exp2_of_minus, gauss_transform,
+};
 use super::CpdConfig;
-use crate::lanes::widened;
+use crate::lanes::{self, EIGHT, Eight, Kernel, Lanes, total_of_eight};
 
-/// Moving points worked on side by side.
-const SIDE_BY_SIDE: usize = 8;
 /// Points are taken for near as if σ were so many times as wide: they may move a little, and stay
 /// so.
 const SPARE: f64 = 1.02;
@@ -27,8 +27,8 @@ const SPARE: f64 = 1.02;
 /// for anew.
 const MOST_SPARE: f64 = 1.1;
 
-/// Numbers of moving points side by side.
-type Group = [f32; SIDE_BY_SIDE];
+/// Numbers of moving points, worked on side by side.
+type Group = [f32; EIGHT];
 
 /// Which moving points are near which fixed ones.
 pub(super) struct Near {
@@ -57,8 +57,8 @@ impl Near {
         for fixed in x {
             let first = near.runs.len();
             for run in cells.near(fixed).filter(|run| !run.is_empty()) {
-                let start = run.start / SIDE_BY_SIDE;
-                let end = run.end.div_ceil(SIDE_BY_SIDE);
+                let start = run.start / EIGHT;
+                let end = run.end.div_ceil(EIGHT);
                 // Neighbours that share a group are joined.
                 match near.runs.get_mut(first..).and_then(<[_]>::last_mut) {
                     Some(last) if start <= last.end => last.end = last.end.max(end),
@@ -69,6 +69,15 @@ impl Near {
         }
         near.order = cells.order;
         near
+    }
+
+    /// The runs of a fixed point, the one before having ended at `begin`.
+    #[inline(always)]
+    fn of_fixed(&self, index: usize, begin: &mut usize) -> &[Range<usize>] {
+        let end = self.ends.get(index).copied().unwrap_or(*begin);
+        let runs = self.runs.get(*begin..end);
+        *begin = end;
+        runs.unwrap_or_default()
     }
 
     /// Whether all that is near is still among them, and not much else.
@@ -100,7 +109,51 @@ pub(super) struct Posterior {
     pub(super) total: f64,
 }
 
+/// How the sums are taken.
+enum Way<'a> {
+    Transform,
+    /// Over all pairs, or those that are near.
+    Pairs(Option<&'a Near>),
+}
+
+impl<'a> Way<'a> {
+    /// The way of least work; `near` is what was near before, and is now.
+    fn of(
+        y: &[Point2<f64>],
+        x: &[Point2<f64>],
+        sigma: f64,
+        config: &CpdConfig,
+        near: &'a mut Option<Near>,
+    ) -> Self {
+        if near.as_ref().is_some_and(|near| near.holds(y, sigma)) {
+            return Self::Pairs(near.as_ref());
+        }
+        *near = None;
+        let wider = SPARE * sigma;
+        match Plan::of(y, x, wider, config.error, SINGLE_COST) {
+            Plan::Chebyshev(_) => Self::Transform,
+            Plan::Direct => Self::Pairs(None),
+            Plan::Grid(cells) => Self::Pairs(Some(near.insert(Near::of(cells, y, x, wider)))),
+        }
+    }
+}
+
+/// c: what outliers have in each denominator.
+fn by_outliers(y: &[Point2<f64>], x: &[Point2<f64>], variance: f64, config: &CpdConfig) -> f64 {
+    let w = config.outliers.clamp(0.0, 0.999);
+    2.0 * PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64
+}
+
 impl Posterior {
+    fn of_sums(of_moving: Vec<Owed>, of_fixed: Vec<f64>) -> Self {
+        let total = of_fixed.iter().sum();
+        Self {
+            of_moving,
+            of_fixed,
+            total,
+        }
+    }
+
     pub(super) fn of(
         y: &[Point2<f64>],
         x: &[Point2<f64>],
@@ -108,30 +161,86 @@ impl Posterior {
         config: &CpdConfig,
         near: &mut Option<Near>,
     ) -> Self {
-        let w = config.outliers.clamp(0.0, 0.999);
-        let by_outliers = 2.0 * PI * variance * w / (1.0 - w) * y.len() as f64 / x.len() as f64;
-        let (sigma, scale) = (variance.sqrt(), 0.5 / variance);
-        let (of_moving, of_fixed) = match near {
-            Some(near) if near.holds(y, sigma) => by_pairs(y, x, Some(near), scale, by_outliers),
-            _ => {
-                *near = None;
-                let wider = SPARE * sigma;
-                match Plan::of(y, x, wider, config.error) {
-                    Plan::Chebyshev(_) => by_transform(y, x, sigma, by_outliers, config.error),
-                    Plan::Direct => by_pairs(y, x, None, scale, by_outliers),
-                    Plan::Grid(cells) => {
-                        let near = near.insert(Near::of(cells, y, x, wider));
-                        by_pairs(y, x, Some(near), scale, by_outliers)
-                    }
-                }
-            }
-        };
-        let total = of_fixed.iter().sum();
-        Self {
-            of_moving,
-            of_fixed,
-            total,
+        let by_outliers = by_outliers(y, x, variance, config);
+        let sigma = variance.sqrt();
+        match Way::of(y, x, sigma, config, near) {
+            Way::Transform => by_transform(y, x, sigma, by_outliers, config.error),
+            Way::Pairs(near) => by_pairs(y, x, near, 0.5 / variance, by_outliers),
         }
+    }
+}
+
+/// Where the moving points lie that a fixed one is owed to, as seen from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pull {
+    /// Σ p: a row of Pᵀ1.
+    pub(super) part: f64,
+    /// Σ p d.
+    pub(super) off: Vector2<f64>,
+    /// Σ p d dᵀ.
+    pub(super) spread: Matrix2<f64>,
+}
+
+/// The sums of one E step for a linear motion.
+pub(super) enum Pulls {
+    /// Of each fixed point.
+    OfFixed(Vec<Pull>),
+    /// Where the Gauss transform was taken.
+    OfBoth(Posterior),
+}
+
+impl Pulls {
+    pub(super) fn of(
+        y: &[Point2<f64>],
+        x: &[Point2<f64>],
+        variance: f64,
+        config: &CpdConfig,
+        near: &mut Option<Near>,
+    ) -> Self {
+        let by_outliers = by_outliers(y, x, variance, config);
+        let near = match Way::of(y, x, variance.sqrt(), config, near) {
+            Way::Transform => {
+                let owed = by_transform(y, x, variance.sqrt(), by_outliers, config.error);
+                return Self::OfBoth(owed);
+            }
+            Way::Pairs(near) => near,
+        };
+        let moving = Columns::of(y, near, 0.5 / variance);
+        Self::OfFixed(lanes::run(PullsOfPairs {
+            moving: &moving,
+            fixed: x,
+            near,
+            by_outliers: by_outliers as f32,
+        }))
+    }
+}
+
+/// Moving points by columns, times `root`, in the order of their cells where there are such.
+struct Columns {
+    x: Vec<Group>,
+    y: Vec<Group>,
+    root: f64,
+}
+
+impl Columns {
+    fn of(points: &[Point2<f64>], near: Option<&Near>, scale: f64) -> Self {
+        // exp(-d² scale) = 2^-(d root)².
+        let root = (scale * LOG2_E).sqrt();
+        // Whole groups, the last ones of points that are too far to be owed anything.
+        let groups = points.len().div_ceil(EIGHT);
+        let (mut x, mut y) = (vec![[FAR; EIGHT]; groups], vec![[FAR; EIGHT]; groups]);
+        let places = x.as_flattened_mut().iter_mut().zip(y.as_flattened_mut());
+        let put = |((x, y), point): ((&mut f32, &mut f32), &Point2<f64>)| {
+            (*x, *y) = ((root * point.x) as f32, (root * point.y) as f32);
+        };
+        match near {
+            None => places.zip(points).for_each(put),
+            Some(near) => {
+                let sorted = near.order.iter().filter_map(|at| points.get(*at as usize));
+                places.zip(sorted).for_each(put);
+            }
+        }
+        Self { x, y, root }
     }
 }
 
@@ -141,7 +250,7 @@ fn by_transform(
     sigma: f64,
     by_outliers: f64,
     error: f64,
-) -> (Vec<Owed>, Vec<f64>) {
+) -> Posterior {
     let way = Some(TransformMethod::Chebyshev);
     let ones = vec![[1.0]; y.len()];
     let sums = gauss_transform(y, &ones, x, sigma, error, way);
@@ -162,7 +271,7 @@ fn by_transform(
         part,
         place: Vector2::new(x, y),
     });
-    (of_moving.collect(), of_fixed)
+    Posterior::of_sums(of_moving.collect(), of_fixed)
 }
 
 fn by_pairs(
@@ -171,7 +280,14 @@ fn by_pairs(
     near: Option<&Near>,
     scale: f64,
     by_outliers: f64,
-) -> (Vec<Owed>, Vec<f64>) {
+) -> Posterior {
+    let moving = Columns::of(y, near, scale);
+    let (sums, of_fixed) = lanes::run(Pairs {
+        moving: &moving,
+        fixed: x,
+        near,
+        by_outliers: by_outliers as f32,
+    });
     let all: Vec<u32>;
     let order = match near {
         Some(near) => &near.order,
@@ -180,27 +296,6 @@ fn by_pairs(
             &all
         }
     };
-    let sorted = order.iter().filter_map(|index| y.get(*index as usize));
-    // Whole groups, the last ones of points that are too far to be owed anything.
-    let groups = y.len().div_ceil(SIDE_BY_SIDE);
-    let (mut xs, mut ys) = (
-        vec![[FAR; SIDE_BY_SIDE]; groups],
-        vec![[FAR; SIDE_BY_SIDE]; groups],
-    );
-    let places = xs.as_flattened_mut().iter_mut().zip(ys.as_flattened_mut());
-    // exp(-d² scale) = 2^-(d root)².
-    let root = (scale * LOG2_E).sqrt();
-    for ((x, y), point) in places.zip(sorted) {
-        (*x, *y) = ((root * point.x) as f32, (root * point.y) as f32);
-    }
-    let (sums, of_fixed) = widened(Pairs {
-        x: &xs,
-        y: &ys,
-        fixed: x,
-        near,
-        root,
-        by_outliers: by_outliers as f32,
-    });
     let mut of_moving = vec![Owed::default(); y.len()];
     let [parts, px, py] = sums.each_ref().map(|column| column.as_flattened());
     let sums = parts.iter().zip(px.iter().zip(py));
@@ -212,72 +307,68 @@ fn by_pairs(
             };
         }
     }
-    (of_moving, of_fixed)
+    Posterior::of_sums(of_moving, of_fixed)
 }
 
 /// Where nothing is: its exponential is as good as none.
-const FAR: f32 = 1e15;
+const FAR: f32 = 1e12;
 
 /// All pairs, or those that are near.
 struct Pairs<'a> {
-    /// Places of the moving points, times `root`.
-    x: &'a [Group],
-    y: &'a [Group],
+    moving: &'a Columns,
     fixed: &'a [Point2<f64>],
     near: Option<&'a Near>,
-    root: f64,
     by_outliers: f32,
 }
 
-impl NullaryFnOnce for Pairs<'_> {
+impl Kernel for Pairs<'_> {
     type Output = ([Vec<Group>; 3], Vec<f64>);
 
     #[inline(always)]
-    fn call(self) -> Self::Output {
-        let groups = self.x.len();
-        let nothing = || vec![[0.0; SIDE_BY_SIDE]; groups];
+    fn run<L: Lanes>(self, machine: L::Machine) -> Self::Output {
+        let Columns {
+            x: all_x,
+            y: all_y,
+            root,
+        } = self.moving;
+        let groups = all_x.len();
+        let nothing = || vec![[0.0; EIGHT]; groups];
         let (mut sums, mut values) = ([nothing(), nothing(), nothing()], nothing());
         let mut of_fixed = Vec::with_capacity(self.fixed.len());
         let all = 0..groups;
         let mut begin = 0;
+        let splat = |value| L::Eight::splat(machine, value);
+        let load = |numbers: &Group| L::Eight::load(machine, numbers);
         for (index, fixed) in self.fixed.iter().enumerate() {
             let runs = match self.near {
                 None => std::slice::from_ref(&all),
-                Some(near) => {
-                    let end = near.ends.get(index).copied().unwrap_or(begin);
-                    let runs = near.runs.get(begin..end);
-                    begin = end;
-                    runs.unwrap_or_default()
-                }
+                Some(near) => near.of_fixed(index, &mut begin),
             };
-            let (fx, fy) = ((self.root * fixed.x) as f32, (self.root * fixed.y) as f32);
-            let mut lanes = [0.0_f32; SIDE_BY_SIDE];
+            let place = [fixed.x, fixed.y].map(|along| splat((root * along) as f32));
+            let mut sum = splat(0.0);
             for run in runs {
                 let (Some(x), Some(y), Some(values)) = (
-                    self.x.get(run.clone()),
-                    self.y.get(run.clone()),
+                    all_x.get(run.clone()),
+                    all_y.get(run.clone()),
                     values.get_mut(run.clone()),
                 ) else {
                     continue;
                 };
                 for ((x, y), values) in x.iter().zip(y).zip(values) {
-                    *values = group(x, y, fx, fy);
-                    for at in 0..SIDE_BY_SIDE {
-                        lanes[at] += values[at];
-                    }
+                    let (_, k) = group::<L>(machine, [x, y], place);
+                    *values = k.to_array();
+                    sum += k;
                 }
             }
-            let mut sum = 0.0;
-            for lane in lanes {
-                sum += lane;
-            }
+            let sum = total_of_eight(sum);
             let all = sum + self.by_outliers;
             let share = if all > 0.0 { 1.0 / all } else { 0.0 };
             of_fixed.push(f64::from(sum * share));
             if share <= 0.0 {
                 continue;
             }
-            let (by_x, by_y) = (share * fixed.x as f32, share * fixed.y as f32);
+            let (by_x, by_y) = (splat(share * fixed.x as f32), splat(share * fixed.y as f32));
+            let share = splat(share);
             let [parts, px, py] = &mut sums;
             for run in runs {
                 let (Some(values), Some(parts), Some(px), Some(py)) = (
@@ -289,11 +380,10 @@ impl NullaryFnOnce for Pairs<'_> {
                     continue;
                 };
                 for (((values, part), x), y) in values.iter().zip(parts).zip(px).zip(py) {
-                    for at in 0..SIDE_BY_SIDE {
-                        part[at] += values[at] * share;
-                        x[at] += values[at] * by_x;
-                        y[at] += values[at] * by_y;
-                    }
+                    let k = load(values);
+                    *part = (load(part) + k * share).to_array();
+                    *x = (load(x) + k * by_x).to_array();
+                    *y = (load(y) + k * by_y).to_array();
                 }
             }
         }
@@ -301,13 +391,78 @@ impl NullaryFnOnce for Pairs<'_> {
     }
 }
 
-/// k_mn of moving points and a fixed one, all places times the root of the scale.
-#[inline(always)]
-fn group(x: &Group, y: &Group, fx: f32, fy: f32) -> Group {
-    let mut squares = [0.0; SIDE_BY_SIDE];
-    for at in 0..SIDE_BY_SIDE {
-        let (dx, dy) = (x[at] - fx, y[at] - fy);
-        squares[at] = dx * dx + dy * dy;
+/// The pulls of all pairs, or of those that are near.
+struct PullsOfPairs<'a> {
+    moving: &'a Columns,
+    fixed: &'a [Point2<f64>],
+    near: Option<&'a Near>,
+    by_outliers: f32,
+}
+
+impl Kernel for PullsOfPairs<'_> {
+    type Output = Vec<Pull>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, machine: L::Machine) -> Vec<Pull> {
+        let Columns {
+            x: all_x,
+            y: all_y,
+            root,
+        } = self.moving;
+        let all = 0..all_x.len();
+        let mut begin = 0;
+        let per_root = 1.0 / root;
+        let splat = |value| L::Eight::splat(machine, value);
+        let mut pulls = Vec::with_capacity(self.fixed.len());
+        for (index, fixed) in self.fixed.iter().enumerate() {
+            let runs = match self.near {
+                None => std::slice::from_ref(&all),
+                Some(near) => near.of_fixed(index, &mut begin),
+            };
+            let place = [fixed.x, fixed.y].map(|along| splat((root * along) as f32));
+            // Σ k, Σ k d and Σ k d dᵀ.
+            let nothing = splat(0.0);
+            let (mut sum, mut x_sum, mut y_sum) = (nothing, nothing, nothing);
+            let (mut xx, mut xy, mut yy) = (nothing, nothing, nothing);
+            for run in runs {
+                let (Some(x), Some(y)) = (all_x.get(run.clone()), all_y.get(run.clone())) else {
+                    continue;
+                };
+                for (x, y) in x.iter().zip(y) {
+                    let ([dx, dy], k) = group::<L>(machine, [x, y], place);
+                    let (kx, ky) = (k * dx, k * dy);
+                    sum += k;
+                    x_sum += kx;
+                    y_sum += ky;
+                    xx += kx * dx;
+                    xy += kx * dy;
+                    yy += ky * dy;
+                }
+            }
+            let sum = total_of_eight(sum);
+            let heard = f64::from(sum + self.by_outliers);
+            let share = if heard > 0.0 { 1.0 / heard } else { 0.0 };
+            let of = |numbers: L::Eight, by: f64| f64::from(total_of_eight(numbers)) * by;
+            let (once, twice) = (share * per_root, share * per_root * per_root);
+            let across = of(xy, twice);
+            pulls.push(Pull {
+                part: f64::from(sum) * share,
+                off: Vector2::new(of(x_sum, once), of(y_sum, once)),
+                spread: Matrix2::new(of(xx, twice), across, across, of(yy, twice)),
+            });
+        }
+        pulls
     }
-    exp2_of_minus(&squares)
+}
+
+/// From a fixed point to moving ones, and their k_mn, all places times the root of the scale.
+#[inline(always)]
+fn group<L: Lanes>(
+    machine: L::Machine,
+    moving: [&Group; 2],
+    fixed: [L::Eight; 2],
+) -> ([L::Eight; 2], L::Eight) {
+    let [x, y] = moving.map(|along| L::Eight::load(machine, along));
+    let (dx, dy) = (x - fixed[0], y - fixed[1]);
+    ([dx, dy], exp2_of_minus(machine, dx * dx + dy * dy))
 }

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::posterior::Posterior;
+use super::posterior::{Posterior, Pull, Pulls};
 
 /// What the closed forms are made of: (1.46).
 pub(super) struct Sums {
     /// N_P.
-    total: f64,
+    pub(super) total: f64,
     x_mean: Vector2<f64>,
     y_mean: Vector2<f64>,
     /// A = X̂ᵀ Pᵀ Ŷ.
@@ -22,22 +22,60 @@ pub(super) struct Sums {
 type Fit = (Matrix2<f64>, Vector2<f64>, f64);
 
 impl Sums {
-    pub(super) fn of(y: &[Point2<f64>], x: &[Point2<f64>], owed: &Posterior) -> Self {
+    /// Of moving points as they lie, and fixed ones.
+    pub(super) fn of(y: &[Point2<f64>], x: &[Point2<f64>], pulls: &Pulls) -> Self {
+        match pulls {
+            Pulls::OfFixed(pulls) => Self::of_fixed(x, pulls),
+            Pulls::OfBoth(owed) => Self::of_both(y, x, owed),
+        }
+    }
+
+    /// With y_m = x_n + d.
+    fn of_fixed(x: &[Point2<f64>], pulls: &[Pull]) -> Self {
+        let (mut total, mut x_square) = (0.0, 0.0);
+        let (mut x_sum, mut y_sum) = (Vector2::zeros(), Vector2::zeros());
+        let (mut across, mut y_spread) = (Matrix2::zeros(), Matrix2::zeros());
+        for (x, Pull { part, off, spread }) in x.iter().zip(pulls) {
+            let (x, own) = (x.coords, x.coords * *part);
+            let (own_square, by_off) = (own * x.transpose(), x * off.transpose());
+            total += part;
+            x_sum += own;
+            y_sum += own + off;
+            x_square += own_square.trace();
+            across += own_square + by_off;
+            y_spread += own_square + by_off + by_off.transpose() + spread;
+        }
+        Self::about_means(total, x_sum, y_sum, across, y_spread, x_square)
+    }
+
+    fn of_both(y: &[Point2<f64>], x: &[Point2<f64>], owed: &Posterior) -> Self {
         let total = owed.total;
-        let mut x_mean = Vector2::zeros();
+        let mut x_sum = Vector2::zeros();
         let mut x_square = 0.0;
         for (x, part) in x.iter().zip(&owed.of_fixed) {
-            x_mean += x.coords * *part;
+            x_sum += x.coords * *part;
             x_square += x.coords.norm_squared() * part;
         }
-        let (mut y_mean, mut across, mut y_spread) =
+        let (mut y_sum, mut across, mut y_spread) =
             (Vector2::zeros(), Matrix2::zeros(), Matrix2::zeros());
         for (y, owed) in y.iter().zip(&owed.of_moving) {
-            y_mean += y.coords * owed.part;
+            y_sum += y.coords * owed.part;
             across += owed.place * y.coords.transpose();
             y_spread += y.coords * y.coords.transpose() * owed.part;
         }
-        (x_mean, y_mean) = (x_mean / total, y_mean / total);
+        Self::about_means(total, x_sum, y_sum, across, y_spread, x_square)
+    }
+
+    /// Of sums that are not yet about the means.
+    fn about_means(
+        total: f64,
+        x_sum: Vector2<f64>,
+        y_sum: Vector2<f64>,
+        across: Matrix2<f64>,
+        y_spread: Matrix2<f64>,
+        x_square: f64,
+    ) -> Self {
+        let (x_mean, y_mean) = (x_sum / total, y_sum / total);
         Self {
             total,
             x_mean,

@@ -4,8 +4,7 @@ use nalgebra::{DMatrix, Matrix2, Point2, Vector2};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::posterior::{Near, Posterior};
-use super::rigid::Sums;
+use super::posterior::{Near, Posterior, Pulls};
 use super::*;
 use crate::geom::{Length, Pose2};
 
@@ -73,6 +72,23 @@ fn is_like_the_dense_matrix(
     for (column, share) in p.column_iter().zip(&found.of_fixed) {
         assert!((column.sum() - share).abs() < 1e-4, "{m} {variance}");
     }
+    let Pulls::OfFixed(pulls) = Pulls::of(y, x, variance, &config, near) else {
+        return;
+    };
+    for ((column, x), pull) in p.column_iter().zip(x).zip(&pulls) {
+        let (mut off, mut spread) = (Vector2::zeros(), Matrix2::zeros());
+        for (p, y) in column.iter().zip(y) {
+            off += (y - x) * *p;
+            spread += (y - x) * (y - x).transpose() * *p;
+        }
+        assert!((column.sum() - pull.part).abs() < 1e-4, "{m} {variance}");
+        // Of what is not near, so little is left out, but it lies up to 10 σ away.
+        let most = if near.is_some() { 10.0 } else { 1.0 };
+        let error = (off - pull.off).length() / variance.sqrt();
+        assert!(error < 1e-4 * most, "{m} {variance}: {error}");
+        let error = (spread - pull.spread).amax() / variance;
+        assert!(error < 1e-4 * most * most, "{m} {variance}: {error}");
+    }
 }
 
 #[test]
@@ -103,7 +119,9 @@ fn what_was_near_is_kept_while_points_hardly_move() {
 fn motions_are_those_of_the_closed_forms() {
     let (y, x) = (cloud(20, 3), cloud(25, 4));
     let config = CpdConfig::default();
-    let owed = Posterior::of(&y, &x, 0.3, &config, &mut None);
+    let both = Pulls::OfBoth(Posterior::of(&y, &x, 0.3, &config, &mut None));
+    let of_fixed = Pulls::of(&y, &x, 0.3, &config, &mut None);
+    assert!(matches!(of_fixed, Pulls::OfFixed(_)));
     let p = plain(&y, &x, 0.3, config.outliers);
     let matrix = |points: &[Point2<f64>]| DMatrix::from_fn(points.len(), 2, |i, k| points[i][k]);
     let (xs, ys) = (matrix(&x), matrix(&y));
@@ -123,25 +141,27 @@ fn motions_are_those_of_the_closed_forms() {
     let diagonal = |v: &[f64]| DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(v));
     let spread = yh.transpose() * diagonal(&by_y) * &yh;
     let square = (xh.transpose() * diagonal(&by_x) * &xh).trace();
-    let sums = Sums::of(&y, &x, &owed);
     // (1.47): R = U C Vᵀ.
     let svd = a.clone().svd(true, true);
     let (u, vt) = (svd.u.unwrap(), svd.v_t.unwrap());
     let c = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, (&u * &vt).determinant()]);
     let r = u * c * vt;
     let dense = |m: &DMatrix<f64>| Matrix2::new(m[(0, 0)], m[(0, 1)], m[(1, 0)], m[(1, 1)]);
-    let (linear, shift, variance) = sums.rigid(true).unwrap();
-    let s = (a.transpose() * &r).trace() / spread.trace();
-    assert!((linear - dense(&(&r * s))).length() < 1e-4);
-    let t = &mx - &r * s * &my;
-    assert!((shift - Vector2::new(t[0], t[1])).length() < 1e-4);
-    let expected = (square - s * (a.transpose() * &r).trace()) / (2.0 * total);
-    assert!((variance - expected).abs() < 1e-4);
-    let (linear, _, variance) = sums.affine().unwrap();
-    let b = &a * spread.clone().try_inverse().unwrap();
-    assert!((linear - dense(&b)).length() < 1e-4);
-    let expected = (square - (&a * b.transpose()).trace()) / (2.0 * total);
-    assert!((variance - expected).abs() < 1e-4);
+    for pulls in [both, of_fixed] {
+        let sums = Sums::of(&y, &x, &pulls);
+        let (linear, shift, variance) = sums.rigid(true).unwrap();
+        let s = (a.transpose() * &r).trace() / spread.trace();
+        assert!((linear - dense(&(&r * s))).length() < 1e-4);
+        let t = &mx - &r * s * &my;
+        assert!((shift - Vector2::new(t[0], t[1])).length() < 1e-4);
+        let expected = (square - s * (a.transpose() * &r).trace()) / (2.0 * total);
+        assert!((variance - expected).abs() < 1e-4);
+        let (linear, _, variance) = sums.affine().unwrap();
+        let b = &a * spread.clone().try_inverse().unwrap();
+        assert!((linear - dense(&b)).length() < 1e-4);
+        let expected = (square - (&a * b.transpose()).trace()) / (2.0 * total);
+        assert!((variance - expected).abs() < 1e-4);
+    }
 }
 
 /// Clouds that are copies come to lie on each other, to what single precision and the width at

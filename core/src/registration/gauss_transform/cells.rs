@@ -105,6 +105,18 @@ impl Cells {
         })
     }
 
+    /// Points and their weights in the sorted order.
+    pub(super) fn sorted<const K: usize>(
+        &self,
+        points: &[Point2<f64>],
+        weights: &[[f64; K]],
+    ) -> impl Iterator<Item = (Point2<f64>, [f64; K])> {
+        self.order.iter().filter_map(|index| {
+            let index = *index as usize;
+            Some((*points.get(index)?, *weights.get(index)?))
+        })
+    }
+
     /// How many pairs all of these targets have.
     pub(super) fn pairs(&self, targets: &[Point2<f64>]) -> f64 {
         let of = |target| self.near(target).map(|run| run.len()).sum::<usize>();

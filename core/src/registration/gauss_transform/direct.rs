@@ -36,11 +36,7 @@ pub(super) fn near<const K: usize>(
     scale: f64,
     cells: &Cells,
 ) -> Vec<[f64; K]> {
-    let sorted = cells.order.iter().filter_map(|index| {
-        let index = *index as usize;
-        Some((*sources.get(index)?, *weights.get(index)?))
-    });
-    let columns = Columns::of(sorted);
+    let columns = Columns::of(cells.sorted(sources, weights));
     widened(Sums {
         columns: &columns,
         cells: Some(cells),

@@ -7,6 +7,8 @@
 use std::f32::consts::LN_2;
 use std::f64::consts::LOG2_E;
 
+use crate::lanes::Eight;
+
 /// exp(x) for x ≤ 0, to a relative error of 1e-14.
 #[inline(always)]
 pub(super) fn exp_f64(x: f64) -> f64 {
@@ -40,36 +42,44 @@ pub(super) fn exp_f64(x: f64) -> f64 {
 }
 
 /// 2^-x for x ≥ 0, to a relative error of 3e-7: fewer steps than exp, where exponents can be scaled
-/// beforehand. Step by step for all of them, or compilers do not make it wide.
+/// beforehand.
 #[inline(always)]
-pub(in crate::registration) fn exp2_of_minus<const N: usize>(x: &[f32; N]) -> [f32; N] {
+pub(in crate::registration) fn exp2_of_minus<E: Eight>(machine: E::Machine, x: E) -> E {
     const ROUND: f32 = 12_582_912.0;
     /// 2^r = 1 + r (ln 2 + b r + …) for |r| ≤ ½: of all of this degree that begin so the one whose
     /// relative error, 1e-7, is least (Remez).
     const SERIES: [f32; 4] = [0.009_669_691, 0.055_505_585, 0.240_222_83, LN_2];
-    let (mut shifted, mut r) = ([0.0; N], [0.0; N]);
-    for at in 0..N {
-        let x = if x[at] > 125.0 { 125.0 } else { x[at] };
-        shifted[at] = ROUND - x;
-        r[at] = (ROUND - shifted[at]) - x;
-    }
-    let mut series = [0.001_330_059_4; N];
+    let splat = |value| E::splat(machine, value);
+    let x = x.or_lesser(splat(125.0));
+    let shifted = splat(ROUND) - x;
+    let r = (splat(ROUND) - shifted) - x;
+    let mut series = splat(0.001_330_059_4);
     for factor in SERIES {
-        for at in 0..N {
-            series[at] = series[at] * r[at] + factor;
-        }
+        series = series * r + splat(factor);
     }
-    let mut found = [0.0; N];
-    for at in 0..N {
-        let whole = f32::from_bits(shifted[at].to_bits().wrapping_add(127) << 23);
-        found[at] = (series[at] * r[at] + 1.0) * whole;
-    }
-    found
+    (series * r + splat(1.0)) * shifted.two_to_whole()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::{self, EIGHT, Kernel, Lanes};
+
+    struct Exp2([f32; EIGHT]);
+
+    impl Kernel for Exp2 {
+        type Output = [f32; EIGHT];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, machine: L::Machine) -> [f32; EIGHT] {
+            exp2_of_minus(machine, L::Eight::load(machine, &self.0)).to_array()
+        }
+    }
+
+    /// 2^-x.
+    fn exp2_of_minus_one(x: f32) -> f32 {
+        lanes::run(Exp2([x; EIGHT]))[0]
+    }
 
     #[test]
     fn agrees_with_the_libraries() {
@@ -79,15 +89,15 @@ mod tests {
             assert!((ours / true_value - 1.0).abs() < 1e-14, "{x}: {ours}");
             let x = -0.006_25 * f64::from(i);
             if x > -125.0 {
-                let single = f64::from(exp2_of_minus(&[-x as f32])[0]);
+                let single = f64::from(exp2_of_minus_one(-x as f32));
                 let true_value = libm::exp2(f64::from(x as f32));
                 assert!((single / true_value - 1.0).abs() < 3e-7, "{x}: {single}");
             }
         }
         assert_eq!(exp_f64(0.0), 1.0);
-        assert_eq!(exp2_of_minus(&[0.0]), [1.0]);
+        assert_eq!(exp2_of_minus_one(0.0), 1.0);
         assert!(exp_f64(-1e300) < 1e-303 && exp_f64(f64::NEG_INFINITY).is_normal());
-        let small = exp2_of_minus(&[1e30, f32::INFINITY]);
+        let small = [1e30, f32::INFINITY].map(exp2_of_minus_one);
         assert!(small.iter().all(|x| *x < 1e-37 && x.is_normal()));
     }
 }

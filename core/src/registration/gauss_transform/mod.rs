@@ -7,7 +7,8 @@
 //!
 //! - `direct`: every pair.
 //! - `grid`: only pairs nearer than R = σ √(2 ln 1/ε); each of the others has less than ε. It is
-//!   the best while σ is small.
+//!   the best while σ is small. Both are taken in single precision where the error that is allowed
+//!   is larger than what that adds.
 //! - `chebyshev`: the fast Gauss transform. Boxes of sources are summed up to polynomials, these
 //!   are translated to boxes of targets, and read there: O(M + N) while σ is large. In place of the
 //!   Hermite and Taylor series of Greengard & Strain, whose bound asks for twice as many terms in
@@ -21,13 +22,18 @@ mod cells;
 mod chebyshev;
 mod direct;
 mod exp;
+mod single;
 #[cfg(test)]
 mod tests;
 
 pub(super) use cells::Cells;
 pub(super) use exp::exp2_of_minus;
+pub(super) use single::COST as SINGLE_COST;
 
 use nalgebra::Point2;
+
+use self::single::Single;
+use crate::lanes;
 
 /// A way to take the sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,24 +80,39 @@ pub fn gauss_transform<const K: usize>(
     if sources.is_empty() || !scale.is_finite() {
         return vec![[0.0; K]; targets.len()];
     }
+    let single = Single::of(sources, weights, targets, scale, error);
     let plan = match method {
-        None => Plan::of(sources, targets, sigma, error),
+        None => {
+            let pair = if single.is_some() { SINGLE_COST } else { 1.0 };
+            Plan::of(sources, targets, sigma, error, pair)
+        }
         Some(TransformMethod::Direct) => Plan::Direct,
-        Some(TransformMethod::Grid) => Plan::Grid(Cells::of(sources, reach(scale, error))),
+        Some(TransformMethod::Grid) => Plan::Grid(Cells::of(sources, near_reach(scale, error))),
         Some(TransformMethod::Chebyshev) => {
             Plan::Chebyshev(chebyshev::Plan::of(sources, targets, sigma, error))
         }
     };
-    match plan {
-        Plan::Direct => direct::all(sources, weights, targets, scale),
-        Plan::Grid(cells) => direct::near(sources, weights, targets, scale, &cells),
-        Plan::Chebyshev(plan) => chebyshev::transform(sources, weights, targets, sigma, &plan),
+    let all = || sources.iter().copied().zip(weights.iter().copied());
+    match (plan, single) {
+        (Plan::Direct, Some(single)) => lanes::run(single::Pairs::of(all(), targets, single, None)),
+        (Plan::Grid(cells), Some(single)) => {
+            let sorted = cells.sorted(sources, weights);
+            lanes::run(single::Pairs::of(sorted, targets, single, Some(&cells)))
+        }
+        (Plan::Direct, None) => direct::all(sources, weights, targets, scale),
+        (Plan::Grid(cells), None) => direct::near(sources, weights, targets, scale, &cells),
+        (Plan::Chebyshev(plan), _) => chebyshev::transform(sources, weights, targets, sigma, &plan),
     }
 }
 
 /// The radius beyond which a pair has less than `error`, m.
 pub(super) fn reach(scale: f64, error: f64) -> f64 {
     (-libm::log(error) / scale).sqrt()
+}
+
+/// The radius of the pairs that are taken: it leaves room for the error of single precision.
+fn near_reach(scale: f64, error: f64) -> f64 {
+    reach(scale, (1.0 - single::SHARE) * error)
 }
 
 /// The way that takes the least work, with what was made to find that out.
@@ -102,22 +123,23 @@ pub(super) enum Plan {
 }
 
 impl Plan {
-    /// In multiples of what one pair costs.
+    /// In multiples of what one pair costs in double precision; `pair` is what it costs here.
     pub(super) fn of(
         sources: &[Point2<f64>],
         targets: &[Point2<f64>],
         sigma: f64,
         error: f64,
+        pair: f64,
     ) -> Self {
         /// Of one point that is sorted into cells.
         const SORTED: f64 = 8.0;
-        let all = sources.len() as f64 * targets.len() as f64;
+        let all = pair * sources.len() as f64 * targets.len() as f64;
         let boxes = chebyshev::Plan::of(sources, targets, sigma, error);
         let fewer = boxes.work.min(all);
         let sorting = SORTED * (sources.len() + targets.len()) as f64;
         if sorting < fewer {
-            let cells = Cells::of(sources, reach(0.5 / (sigma * sigma), error));
-            if cells.pairs(targets) + sorting < fewer {
+            let cells = Cells::of(sources, near_reach(0.5 / (sigma * sigma), error));
+            if pair * cells.pairs(targets) + sorting < fewer {
                 return Self::Grid(cells);
             }
         }

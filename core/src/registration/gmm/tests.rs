@@ -25,7 +25,10 @@ fn the_distance_is_the_integral_of_the_squared_difference() {
     let (y, x, width) = (cloud(5, 1), cloud(7, 2), 0.3);
     for parameters in PARAMETERS {
         let problem = Mixtures::of(&y, &x, width, 1e-12);
-        let (value, _) = problem.value(parameters);
+        let (mut value, _) = problem.value(parameters);
+        if parameters.len() == 3 {
+            value += problem.own(&y);
+        }
         let (linear, shift) = linear(parameters);
         let moved: Vec<_> = y
             .iter()
@@ -73,6 +76,43 @@ fn the_gradient_is_that_of_differences() {
             }
         }
     }
+}
+
+#[test]
+fn the_hessian_is_that_of_differences_and_the_parabola_lies_above() {
+    // Some points are in both clouds, so that f has a least value where they lie on each other.
+    let y = cloud(20, 3);
+    let mut x = y.clone();
+    x.extend(cloud(10, 4));
+    let mut bends_up = [false; 2];
+    for width in [0.1, 0.5, 2.0] {
+        for at in [[0.1, -0.2, 0.3], [0.9, 0.4, -2.0], [0.0, 0.0, 0.0]] {
+            let problem = Mixtures::of(&y, &x, width, 1e-12);
+            let [hessian, above] = problem.hessians(&at).unwrap();
+            for column in 0..3 {
+                let gradient = |by: f64| {
+                    let mut moved = at;
+                    moved[column] += by;
+                    problem.value(&moved).1
+                };
+                let (more, less) = (gradient(1e-5), gradient(-1e-5));
+                for row in 0..3 {
+                    let numeric = (more[row] - less[row]) / 2e-5;
+                    let off = hessian[(row, column)] - numeric;
+                    assert!(off.abs() < 1e-6, "{width} {row} {column}: {off}");
+                }
+            }
+            // The inverse that is used always leads down.
+            let inverse = problem.inverse_hessian(&at).unwrap();
+            assert!(inverse.cholesky().is_some(), "{width} {at:?}");
+            let up = hessian.cholesky().is_some();
+            bends_up[usize::from(up)] = true;
+            // The shift enters p as it is: there the parabola is above in the plain sense.
+            let over = (above - hessian).fixed_view::<2, 2>(0, 0).into_owned();
+            assert!(over.symmetric_eigenvalues().min() > -1e-9, "{width} {at:?}");
+        }
+    }
+    assert_eq!(bends_up, [true, true]);
 }
 
 #[test]

@@ -108,8 +108,9 @@ fn glazing_along_y(world: World, x: f64, y0: f64, y1: f64) -> World {
     })
 }
 
-/// What the gaps leave of the way from `first` to `last`.
-fn solid_parts(first: f64, last: f64, gaps: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
+/// What gaps (from, to), in ascending order, leave of the way from `first` to `last`: where the
+/// wall of a partition with doors stands.
+pub fn solid_parts(first: f64, last: f64, gaps: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
     let begins = std::iter::once(first).chain(gaps.iter().map(|g| g.1));
     let ends = gaps.iter().map(|g| g.0).chain(std::iter::once(last));
     begins.zip(ends)

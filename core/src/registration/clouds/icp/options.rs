@@ -113,11 +113,11 @@ config! {
         pub min_cosine: f64 = 0.5,
         /// Most iterations. Default 50.
         pub max_iterations: usize = 50,
-        /// After a step smaller than this the next one is nothing, m. Default 1e-3: steps on lines
-        /// are a tenth of the one before or less, and what noise leaves is as large.
-        pub shift_tolerance: f64 = 1e-3,
-        /// The same, rad. Default 3e-4.
-        pub turn_tolerance: f64 = 3e-4,
+        /// After a step smaller than this the next one is nothing, m. Default 2e-3: steps on lines
+        /// are a tenth of the one before or less, and what noise leaves is as large as that.
+        pub shift_tolerance: f64 = 2e-3,
+        /// The same, rad. Default 6e-4.
+        pub turn_tolerance: f64 = 6e-4,
     }
 }
 

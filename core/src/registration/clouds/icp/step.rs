@@ -53,16 +53,16 @@ pub(super) fn iteration(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpCo
         Some(Correspondence {
             from,
             to: from - pair.off,
-            weight: weight(pair, residual, scale, config),
+            weight: weight(pair, residual, 1.0 / scale, config),
         })
     };
     Iteration::of(*pose, scale, pairs.iter().filter_map(correspondence))
 }
 
-/// What a pair weighs, so far apart, m.
+/// What a pair weighs, so far apart, m; `per_scale` is 1 over the scale of the kernel.
 #[inline(always)]
-fn weight(pair: &Pair, residual: f64, scale: f64, config: &IcpConfig) -> f64 {
-    let parts = residual / scale;
+fn weight(pair: &Pair, residual: f64, per_scale: f64, config: &IcpConfig) -> f64 {
+    let parts = residual * per_scale;
     let by_kernel = match config.kernel {
         RobustKernel::None => 1.0,
         RobustKernel::Huber => 1.0 / parts.abs().max(1.0),
@@ -74,7 +74,7 @@ fn weight(pair: &Pair, residual: f64, scale: f64, config: &IcpConfig) -> f64 {
             [Some(a), Some(b)] => a.dot(&b).abs(),
             _ => 0.5,
         },
-        Weighting::ByDistance => 1.0 - pair.square.sqrt() / (config.max_scales * scale),
+        Weighting::ByDistance => 1.0 - pair.square.sqrt() * per_scale / config.max_scales,
     };
     by_kernel * by_weighting
 }
@@ -89,7 +89,8 @@ pub(super) fn step(
     if pairs.len() < FEWEST_PAIRS {
         return None;
     }
-    let weight = |pair: &Pair, residual: f64| weight(pair, residual, scale, config);
+    let per_scale = 1.0 / scale;
+    let weight = |pair: &Pair, residual: f64| weight(pair, residual, per_scale, config);
     // One row for each metric.
     match config.metric {
         Metric::PointToPoint => rigid_fit(pairs, pose, weight),
@@ -161,7 +162,7 @@ fn least(sums: Sums) -> Option<Vector3<f64>> {
 pub(super) struct Lines<'a> {
     sums: LineSums,
     count: usize,
-    scale: f64,
+    per_scale: f64,
     config: &'a IcpConfig,
 }
 
@@ -171,7 +172,7 @@ impl<'a> Lines<'a> {
         Self {
             sums: LineSums::default(),
             count: 0,
-            scale,
+            per_scale: 1.0 / scale,
             config,
         }
     }
@@ -182,7 +183,7 @@ impl<'a> Lines<'a> {
             return;
         };
         let residual = pair.across(&normal);
-        let weight = weight(pair, residual, self.scale, self.config);
+        let weight = weight(pair, residual, self.per_scale, self.config);
         self.sums.add(&normal, &pair.arm, residual, weight);
         self.count += 1;
     }
