@@ -29,6 +29,7 @@ pub enum NoLink {
 
 /// What a link begins with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[tsify(missing_as_null)]
 pub struct LinkStart {
     /// The setup.
     pub setup: Setup,

@@ -211,7 +211,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },

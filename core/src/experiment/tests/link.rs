@@ -132,8 +132,8 @@ fn what_is_wrong_is_named() {
         ),
         (&format!("{whole}&set=ekf.gate"), "`set` is `ekf.gate`"),
         (&format!("{whole}&set=ekf.gates:3"), "ekf.gates"),
-        (&format!("{whole}&set=ekf.gate:-3"), "ekf.gate"),
-        (&format!("{whole}&set=ekf.gate:NaN"), "ekf.gate"),
+        (&format!("{whole}&set=ekf.gate:-3"), "Gate of a match is -3"),
+        (&format!("{whole}&set=ekf.gate:NaN"), "Gate of a match"),
         (&format!("{whole}&do=5"), "`do` is `5`"),
         (&format!("{whole}&do=5:goto,1"), "`do` is `5:goto,1`"),
         (

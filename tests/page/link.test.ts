@@ -1,0 +1,81 @@
+// An experiment in a link: done again by somebody else, to the bit.
+import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+
+const copied = async (lab: Lab): Promise<string> => {
+  const before = lab.page.url();
+  await lab.show('run');
+  await lab.at('copy-link').click();
+  await expect.poll(() => lab.page.url(), 'the address is the link').not.toBe(before);
+  return lab.page.url();
+};
+
+test('a run with all that was done in it is done again by its link, in another browser', { tag: '@phone' }, async ({ lab, page, browser, isMobile }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.enter('doors');
+  await lab.speed('4');
+  await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(20);
+  await lab.at('mode-goto').click();
+  await lab.pointAt(0.6, 0.1, !!isMobile);
+  await lab.watch((s) => s.mode, 'it drives to the goal').toBe('goto');
+  const scans = (await lab.status()).scans;
+  await lab.watch((s) => s.scans, 'for a while').toBeGreaterThan(scans + 10);
+  await lab.at('mode-explore').click();
+  await lab.watch((s) => s.scans, 'and goes on').toBeGreaterThan(scans + 30);
+  await lab.pause();
+  const address = await copied(lab);
+  expect(address).toMatch(/#run&world=doors&sensor=lidar&method=line-ekf&seed=\d+&do=\d+:goto,.*&until=\d+&hash=[0-9a-f]{16}$/);
+  const { hash } = await lab.state();
+  expect(address.endsWith(hash), 'the hash is that of the state').toBe(true);
+
+  const other = await browser.newContext();
+  await other.addInitScript(() => localStorage.setItem('slamlab-visited', '1'));
+  const theirs = await other.newPage();
+  await theirs.goto(address);
+  await theirs.getByTestId('speed').selectOption('Infinity');
+  const noted = (): Promise<string[]> => theirs.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
+  await expect.poll(noted, { message: 'it comes to the same state', timeout: 60_000 }).toContainEqual(expect.stringContaining('The same state as the link'));
+  await other.close();
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+});
+
+test('a link that is wrong is refused in words, and what was there stays', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(3);
+  for (const [link, words] of [
+    ['run&world=moon&sensor=lidar&method=line-ekf&seed=7', 'world is `moon`'],
+    ['run&world=office', 'no `sensor`'],
+    ['run&world=%3Cimg%20src=x%20onerror=alert(1)%3E&sensor=lidar&method=line-ekf&seed=7', 'expected one of'],
+    [`run&world=office&sensor=lidar&method=line-ekf&seed=7&do=1:${'goto,1'.repeat(20)}`, '`do` is'],
+    [`run&${'x'.repeat(70_000)}`, 'bytes long'],
+    ['run&world=office&sensor=lidar&method=line-ekf&seed=99999999999', 'at most 4294967295'],
+  ] as const) {
+    await page.evaluate((link) => (location.hash = link), link);
+    await expect(lab.at('toast')).toContainText(words);
+    expect((await lab.state()).setup.world).toBe('office');
+  }
+  const { scans } = await lab.status();
+  await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
+});
+
+test('a run that no list of actions can tell makes no link, and says why', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await lab.watch((s) => s.scans, 'it maps').toBeGreaterThan(10);
+  await lab.hidePanels();
+  await page.keyboard.press('e');
+  await lab.pointAt(0.5, 0.5, false);
+  await lab.pointAt(1, 1, false);
+  await lab.show('run');
+  await lab.at('copy-link').click();
+  await expect(lab.at('toast')).toContainText('the map was changed by hand');
+});
+
+test('another result than the link tells is said', async ({ page, lab }) => {
+  await page.goto('/#run&world=arena&sensor=lidar&method=line-ekf&seed=7&until=40&hash=0123456789abcdef');
+  const noted = (): Promise<string[]> => page.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
+  await expect.poll(noted, { timeout: 30_000 }).toContainEqual(expect.stringContaining('Not the state that the link tells'));
+  expect((await lab.state()).setup.world).toBe('arena');
+});
