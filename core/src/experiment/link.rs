@@ -36,7 +36,7 @@ const MOST_BYTES: usize = 64_000;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LinkError {
-    /// Longer than [`MOST_BYTES`].
+    /// Longer than browsers take.
     #[error("the link is {0} bytes long, at most {MOST_BYTES}")]
     TooLong(usize),
     /// Not begun by `run&`.

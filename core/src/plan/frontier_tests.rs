@@ -117,8 +117,8 @@ fn a_border_all_round_is_cut_into_pieces_that_hold_all_of_it() {
     }
 }
 
-/// A floor of 2 m x 2 m, and beams that go on from it to the east, each a cell wide with two unknown
-/// cells between.
+/// A floor of 2 m x 2 m, and beams that go on from it to the east, each a cell wide with two
+/// unknown cells between.
 #[test]
 fn far_beams_are_no_edge_of_the_floor() {
     let mut grid = Grid::new(GridConfig {

@@ -1,5 +1,5 @@
-// What is computed only while it is shown: the filter's state, rooms, points of the scan, the map by
-// the wheels alone, a field of the grid.
+// What is computed only while it is shown: the filter's state, rooms, points of the scan, the map
+// by the wheels alone, a field of the grid.
 
 import type { Command } from "../protocol.js";
 import type { Requested } from "../protocol/frame.js";
