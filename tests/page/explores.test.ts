@@ -34,6 +34,32 @@ test('arena is explored to the end, with the same bits as natively', async ({ la
   expect(native.sim_seconds).toBeCloseTo(status.time, 9);
 });
 
+test('a run that is over begins once more, with another seed', async ({ lab }) => {
+  await lab.open();
+  await lab.enter('arena');
+  await lab.watch((s) => s.finished, 'exploration ends by itself', 60_000).toBe(true);
+  const { seed } = (await lab.state()).setup;
+  await lab.at('play-again').click();
+  await lab.watch((s) => s.finished, 'another run begins').toBe(false);
+  const { setup } = await lab.state();
+  expect(setup.world).toBe('arena');
+  expect(setup.seed).not.toBe(seed);
+});
+
+test('a robot that was stopped is said to be stopped, until it is asked for something else', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(0.3);
+  await lab.at('stop').click();
+  await expect(lab.at('caption')).toContainText('Stopped');
+  await page.keyboard.down('ArrowUp');
+  await expect(lab.at('caption')).toContainText('You drive');
+  await page.keyboard.up('ArrowUp');
+  await page.keyboard.press('Escape');
+  await expect(lab.at('caption')).toContainText('Stopped');
+  await lab.at('mode-explore').click();
+  await expect(lab.at('caption')).toContainText('Exploring');
+});
+
 interface Figures {
   state_hash: string;
   sim_seconds: number;

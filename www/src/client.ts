@@ -291,7 +291,7 @@ export class Client {
   }
 
   #order(command: Command): void {
-    this.store.set("run", { aiming: false });
+    this.store.set("run", { aiming: false, isStopped: false });
     this.send(command);
     this.#wake();
   }
@@ -315,11 +315,13 @@ export class Client {
 
   drive(forward: number, turn: number): void {
     this.send({ kind: "drive", forward, turn });
-    if (forward !== 0 || turn !== 0) this.#wake();
+    if (forward === 0 && turn === 0) return;
+    if (this.store.isStopped) this.store.set("run", { isStopped: false });
+    this.#wake();
   }
 
   stop(): void {
-    this.store.set("run", { aiming: false });
+    this.store.set("run", { aiming: false, isStopped: true });
     // Past the worker that maps, which may be busy.
     this.#ports.stop(false);
     const { source, reading } = this.store;

@@ -131,6 +131,8 @@ export class Store {
   method: MethodName = this.setup.method;
   /** Go to is chosen, and the next click on the map says where. */
   aiming = false;
+  /** Stop was pressed, and nothing else was asked of the robot since. */
+  isStopped = false;
   follow = false;
   gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
@@ -212,7 +214,7 @@ export class Store {
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     const isBegun = method === "scan-matching";
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
-    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, editing: null, loading: "" });
+    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, loading: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn", "submaps"] as const) this.notify(topic);
     this.started = { ...this.setup };
   }

@@ -38,6 +38,7 @@ export function caption(store: Store): Caption {
   const known = Number.isFinite(status.explored) ? `${percent(status.explored)} known` : "";
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: [worthOf(store), known].filter(Boolean).join(" · ") };
   if (store.aiming) return AIMING;
+  if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: [known, `${matchMedia("(pointer: coarse)").matches ? "tap" : "click"} the map, explore again, or drive`].filter(Boolean).join(" · ") };
   if (doubt && playing) return { doing: doubt, more: known };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? byHand() : "";

@@ -4,6 +4,7 @@ import { css, html, type TemplateResult } from "lit";
 import { SAVED } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
+import { anySeed } from "../seed.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
@@ -88,7 +89,7 @@ export class SlamSetup extends SlamElement {
         <label><span class="muted">&nbsp;</span>
           <span class="seed">
             <button ?hidden=${recorded} class="icon" title="Another seed" aria-label="Another seed" data-testid="dice"
-              @click=${() => this.#restart({ seed: Math.floor(Math.random() * 100_000) })}>${icons.dice}</button>
+              @click=${() => this.#restart({ seed: anySeed() })}>${icons.dice}</button>
             <button ?hidden=${recorded} class="icon" title="Copy the link of this run: what it starts from, and all that you did (K)" aria-label="Copy the link of this run" data-testid="copy-link"
               @click=${() => this.client.copyLink()}>${icons.link}</button>
             <button data-testid="restart" title="Start again (R)" @click=${() => this.client.again()}>${icons.again} Restart</button>

@@ -2,6 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import type { Mode } from "../protocol/module.js";
+import { anySeed } from "../seed.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -62,9 +63,11 @@ export class SlamTransport extends SlamElement {
     const finished = store.status?.finished ?? false;
     return html`
       ${store.source === "bridge" ? this.#lease() : html`<div class="time" role="group" aria-label="Time">
-        <button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
-          ?disabled=${finished}
-          @click=${this.press(() => client.send({ kind: store.playing ? "pause" : "play" }))}>${store.playing ? icons.pause : icons.play}</button>
+        ${finished && !store.reading
+          ? html`<button class="play" data-testid="play-again" aria-label="Once more" title=${store.source === "sim" ? "Once more, with another seed: the same building, other errors" : "Once more, from its beginning (R)"}
+              @click=${this.press(() => this.#again())}>${icons.again}</button>`
+          : html`<button class="play" data-testid="play" aria-label=${store.playing ? "Pause" : "Play"} title="${store.playing ? "Pause" : "Play"} (P)"
+              @click=${this.press(() => client.send({ kind: store.playing ? "pause" : "play" }))}>${store.playing ? icons.pause : icons.play}</button>`}
         <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
           @click=${this.press(() => client.send({ kind: "step" }))}>${icons.step}</button>
         <select data-testid="speed" aria-label="Speed" title="Speed ([ and ])"
@@ -75,6 +78,12 @@ export class SlamTransport extends SlamElement {
       ${store.source !== "replay" && !store.reading ? this.#modes() : this.#progress()}
       <button class="stop" data-testid="stop" title="Stop the robot (Esc or space)" @click=${this.press(() => client.stop())}>${icons.stop} STOP</button>
     `;
+  }
+
+  /** What is over begins once more. The same seed would give the same run. */
+  #again(): void {
+    if (this.store.source === "sim") this.client.start({ mode: "explore", seed: anySeed() });
+    else this.client.again();
   }
 
   /** One speed up or down. */
