@@ -59,6 +59,13 @@ test('a link that is wrong is refused in words, and what was there stays', async
   await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
 });
 
+test('a page that is opened by a link that is wrong says so, and has a robot all the same', async ({ lab, page }) => {
+  await page.goto('/#run&world=moon&sensor=lidar&method=line-ekf&seed=7');
+  await expect(lab.at('toast')).toContainText('world is `moon`');
+  await lab.watch((s) => s.scans, 'the office').toBeGreaterThan(1);
+  expect(page.url()).not.toContain('moon');
+});
+
 test('a run that no list of actions can tell makes no link, and says why', async ({ lab, page }) => {
   await lab.open();
   await lab.show('run');

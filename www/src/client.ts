@@ -565,6 +565,11 @@ export class Client {
       this.store.set("run", { loading: "" });
       this.#note("warn", text);
       this.#warn(text);
+      // A link that is wrong leaves nothing to look at.
+      if (this.#run !== 0 || !isLink(location.hash)) return;
+      history.replaceState(null, "", location.pathname + location.search);
+      this.#skipped = text;
+      this.start();
     },
   };
 

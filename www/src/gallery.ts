@@ -3,6 +3,7 @@
 import type { Client } from "./client.js";
 import type { Setup } from "./protocol/module.js";
 import type { Store, Tab } from "./store.js";
+import { type Place, ROUND_THE_RING } from "./itinerary.js";
 import type { LayerName } from "./view/scene.js";
 
 export interface Exhibit {
@@ -18,6 +19,8 @@ export interface Exhibit {
   readonly speed: number;
   readonly layers?: Partial<Record<LayerName, boolean>>;
   readonly tab?: Tab;
+  /** Where the robot is sent when its run is over, so that it is surely seen. */
+  readonly after?: readonly Place[];
   /** Whether the view stays with the robot. */
   readonly follow?: boolean;
 }
@@ -25,7 +28,7 @@ export interface Exhibit {
 export const EXHIBITS: readonly Exhibit[] = [
   {
     name: "loop", title: "A loop closes", about: "What was far away for the map is found to be here",
-    setup: { world: "loop", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 10, layers: { truth: false, graph: true, closures: true, wheels: false },
+    setup: { world: "loop", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 10, layers: { truth: false, graph: true, closures: true, wheels: false }, after: ROUND_THE_RING,
     watch: "Circles are the pieces that the map is made of, each joined to the next. All round the ring errors add up. Once the robot sees again where it began, a green line joins both ends, and the whole chain gives way a little.",
     then: "A click on a green line says how far off the ends were, and why the loop was believed.",
   },
@@ -38,7 +41,7 @@ export const EXHIBITS: readonly Exhibit[] = [
   {
     name: "corridor", title: "A corridor without a feature", about: "Sure across, unsure along",
     setup: { world: "corridor", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 4, layers: { truth: true, robot: true }, follow: true,
-    watch: "The walls say exactly how far away they are, and nothing of how far along them the robot has come: there only the wheels count. The ellipse is drawn out along the corridor until an end comes in sight.",
+    watch: "The walls say exactly how far away they are, and nothing of how far along them the robot has come: there only the wheels count. So the ellipse grows along the corridor, and across it by the little that is not known of the heading, of which a long way makes much, until an end comes in sight.",
     then: "The registration lab (L) shows the same for two scans: it calls such a match degenerate, and names the direction.",
   },
   {
@@ -56,7 +59,7 @@ export const EXHIBITS: readonly Exhibit[] = [
   {
     name: "look-alikes", title: "Ten rooms, all alike", about: "Where am I, if everything looks the same?",
     setup: { world: "look-alikes", sensor: "lidar", method: "particle-localisation", seed: 7 }, speed: 2, layers: { hypotheses: true, priorMap: true, truth: true },
-    watch: "Press Kidnap, under Run. Every one of the rooms explains what is seen, so there is a hypothesis in each, and the robot says that it is not sure. Only what differs decides, and it has to go there to see it.",
+    watch: "Press Kidnap, under Run. Every one of the rooms explains what is seen, so there is a hypothesis in each, and the robot says that it is not sure. Only what differs decides; as long as nothing does it stays unsure, and what it draws meanwhile is worth nothing.",
     then: "By scan matching the same building is mapped without a map to start from: no room is taken for another.",
   },
   {
@@ -98,7 +101,7 @@ export const EXHIBITS: readonly Exhibit[] = [
 ];
 
 /** What stays of one while it runs. */
-export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup">;
+export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "after">;
 
 /** Whether the run that is shown, or being loaded, is that of an experiment. */
 export function isOf({ setup: { world, method, seed } }: Shown, store: Store): boolean {
@@ -108,12 +111,12 @@ export function isOf({ setup: { world, method, seed } }: Shown, store: Store): b
 }
 
 /** Begins an experiment. */
-export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, speed, layers, tab, follow = false }: Exhibit): void {
+export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, after = [], speed, layers, tab, follow = false }: Exhibit): void {
   const { world, sensor, method, seed, settings = {}, cycle = false } = setup;
   store.set("view", { layers: { ...store.layers, ...layers } });
   if (tab !== undefined) store.set("tab", { tab });
   client.setSpeed(speed);
   client.start({ world, sensor, method, seed, settings, cycle, worldJson: null, mode: "explore", calibration: null, priorMap: null });
   dispatchEvent(new CustomEvent("show-robot", { detail: follow }));
-  store.set("exhibit", { exhibit: { name, title, watch, then, setup } });
+  store.set("exhibit", { exhibit: { name, title, watch, then, setup, after } });
 }

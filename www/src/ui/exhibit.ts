@@ -2,6 +2,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { isOf } from "../gallery.js";
+import { Itinerary } from "../itinerary.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { story } from "./story_card.js";
@@ -12,9 +13,15 @@ export class SlamExhibit extends SlamElement {
   `];
 
   protected override readonly topics = ["exhibit", "tour"] as const;
+  readonly #itinerary = new Itinerary();
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.store.on("exhibit", () => this.#itinerary.begin());
+    this.store.on("frame", () => {
+      const { exhibit, status } = this.store;
+      if (exhibit && status) this.#itinerary.follow(exhibit.after ?? [], status, this.client);
+    });
     // Another run is another story.
     this.store.on("run", () => {
       const { exhibit } = this.store;

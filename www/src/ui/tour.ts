@@ -2,6 +2,7 @@
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
+import { Itinerary, ROUND_THE_RING } from "../itinerary.js";
 import { go, isOwnRun, STEPS, type TourStep } from "../tour.js";
 import { SlamElement } from "./element.js";
 import { length } from "./format.js";
@@ -19,6 +20,7 @@ export class SlamTour extends SlamElement {
   static override styles = [story, css`
     .key { display: inline-block; width: 22px; height: 10px; margin-right: 2px; border-radius: 3px; vertical-align: -1px; }
     .seen { background: var(--map-free); border: 1px solid var(--line-strong); }
+    .walls { height: 4px; vertical-align: 2px; background: var(--map-occupied); }
     .wheels { background: var(--map-odometry); }
     .ellipse { border-radius: 50%; border: 2px solid var(--map-estimate); background: color-mix(in srgb, var(--map-estimate) 25%, transparent); }
     figure { margin: 0 0 10px; }
@@ -37,8 +39,10 @@ export class SlamTour extends SlamElement {
 
   protected override readonly topics = ["tour", "frame", "view"] as const;
   readonly #history = new DoubtHistory();
+  readonly #itinerary = new Itinerary();
   /** What the doubt shrank from and to, when a loop was closed. */
   #collapse: { from: number; to: number } | null = null;
+  #time = 0;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -47,12 +51,17 @@ export class SlamTour extends SlamElement {
       if (this.store.tour && !isOwnRun(this.store)) go(this.store, null);
     });
     this.store.on("frame", () => this.#follow());
+    this.store.on("tour", () => this.store.tour === STEPS[0] && this.#itinerary.begin());
   }
 
   #follow(): void {
     const { status, tour } = this.store;
     if (!tour || !status) return;
+    if (status.time < this.#time) this.#collapse = null;
+    this.#time = status.time;
     const collapse = this.#history.add(status.time, doubtOf(status));
+    // Exploration may be over just before the loop is closed.
+    if (!this.#collapse && !collapse) this.#itinerary.follow(ROUND_THE_RING, status, this.client);
     if (!collapse || this.#collapse) return;
     this.#collapse = collapse;
     if (tour === "doubt") go(this.store, "loop");
@@ -80,11 +89,11 @@ export class SlamTour extends SlamElement {
     const off = length(status?.odometryError ?? NaN);
     switch (step) {
       case "unknown":
-        return html`<p><i class="key seen"></i> is what it has seen so far, dark lines are walls, and of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>.</p>`;
+        return html`<p><i class="key seen"></i> is what it has seen so far, <i class="key walls"></i> are walls, and of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>.</p>`;
       case "wheels":
         return html`<p><i class="key wheels"></i> is what it would draw by its wheels alone. They slip a little at every turn, errors add up, and by now they are wrong by <b>${off.value} ${off.unit}</b>. What the sensor sees of walls that it knows puts it right.</p>`;
       case "doubt":
-        return html`<p>It is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows, and no driving on makes it smaller, until it comes to a place that it has seen before.</p>${this.#doubt()}`;
+        return html`<p>It is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows, a little more with every metre. Only a place that it has seen before makes it small again.</p>${this.#doubt()}`;
       case "loop": {
         const [from, to] = this.#collapse ? [length(this.#collapse.from), length(this.#collapse.to)] : [];
         const what = from && to
