@@ -87,11 +87,18 @@ impl Things {
         let (round, flat): (Vec<_>, Vec<_>) =
             solid.partition(|o| matches!(o.shape, Shape::Circle { .. }));
         let sides: Vec<Segment> = flat.iter().flat_map(|o| o.shape.segments()).collect();
-        let rings: Vec<Vec<Point2<f64>>> = (flat.iter())
+        let rings: Vec<(Extent, Vec<Point2<f64>>)> = (flat.iter())
             .map(|o| o.shape.segments().iter().map(|side| side.a).collect())
+            .map(|ring: Vec<Point2<f64>>| (Extent::of(&ring), ring))
             .collect();
         let mut corners = corners(&sides);
-        corners.retain(|corner| !rings.iter().any(|ring| is_inside(ring, *corner)));
+        corners.retain(|corner| {
+            let at = Extent::of(&[*corner]);
+            let near = rings.iter().filter(|(extent, _)| extent.meets(&at));
+            !near
+                .map(|(_, ring)| ring)
+                .any(|ring| is_inside(ring, *corner))
+        });
         let middles = round.iter().filter_map(|o| match o.shape {
             Shape::Circle { centre, .. } => Some(centre),
             _ => None,
@@ -156,6 +163,32 @@ impl Things {
     }
 }
 
+/// The upright rectangle around some places.
+struct Extent {
+    low: Point2<f64>,
+    high: Point2<f64>,
+}
+
+impl Extent {
+    fn of(places: &[Point2<f64>]) -> Self {
+        let far = f64::INFINITY;
+        let nothing = (Point2::new(far, far), Point2::new(-far, -far));
+        let (low, high) = (places.iter()).fold(nothing, |(low, high), place| {
+            (low.inf(place), high.sup(place))
+        });
+        Self { low, high }
+    }
+
+    /// Whether two have a place in common, or nearly.
+    fn meets(&self, other: &Self) -> bool {
+        let near = 10.0 * TOUCH;
+        self.low.x <= other.high.x + near
+            && other.low.x <= self.high.x + near
+            && self.low.y <= other.high.y + near
+            && other.low.y <= self.high.y + near
+    }
+}
+
 /// Ends of all sides, and where one side meets another: what shapes that overlap leave to be seen.
 /// Each place once.
 fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
@@ -169,13 +202,16 @@ fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
         .iter()
         .flat_map(|side| [side.a, side.b])
         .for_each(&mut add);
-    for (i, a) in sides.iter().enumerate() {
+    let extents: Vec<Extent> = sides.iter().map(|s| Extent::of(&[s.a, s.b])).collect();
+    for (i, (a, extent)) in sides.iter().zip(&extents).enumerate() {
         let along = a.b - a.a;
         let (length, way) = (along.length(), along / along.length());
         // A little before its end, so that a side that only touches is met.
         let from = a.a - way * TOUCH;
-        let others = sides.iter().enumerate().filter(|(j, _)| *j != i);
-        let met = others.filter_map(|(_, b)| b.hit_by_ray(from, way));
+        let others = sides.iter().zip(&extents).enumerate();
+        // Large worlds have thousands of sides, and most are far from each other.
+        let near = others.filter(|(j, (_, other))| *j != i && extent.meets(other));
+        let met = near.filter_map(|(_, (b, _))| b.hit_by_ray(from, way));
         let within = met.filter(|distance| *distance <= length + 2.0 * TOUCH);
         within.for_each(|distance| add(from + way * distance));
     }
@@ -263,6 +299,41 @@ mod tests {
         assert!(!things.corners.is_empty());
         let far = Point2::new(500.0, 0.0);
         assert_eq!(things.of_point(&pose, far, true, 0.1), None);
+    }
+
+    /// Against all sides and outlines, near or not.
+    #[test]
+    fn what_is_far_is_passed_over_without_loss() {
+        for name in ["office", "warehouse", "lab"] {
+            let world = worlds::builtin(name).unwrap();
+            let solid = (world.obstacles.iter()).filter(|o| o.material != Material::Glass);
+            let flat: Vec<_> = solid
+                .filter(|o| !matches!(o.shape, Shape::Circle { .. }))
+                .collect();
+            let sides: Vec<Segment> = flat.iter().flat_map(|o| o.shape.segments()).collect();
+            let mut ends: Vec<Point2<f64>> = sides.iter().flat_map(|s| [s.a, s.b]).collect();
+            for a in &sides {
+                let way = a.vector() / a.vector().length();
+                let from = a.a - way * TOUCH;
+                let others = sides.iter().filter(|b| *b != a);
+                let met = others.filter_map(|b| b.hit_by_ray(from, way));
+                let within = met.filter(|d| *d <= a.vector().length() + 2.0 * TOUCH);
+                ends.extend(within.map(|d| from + way * d));
+            }
+            ends.retain(|end| {
+                !flat.iter().any(|o| {
+                    let ring: Vec<_> = o.shape.segments().iter().map(|side| side.a).collect();
+                    is_inside(&ring, *end)
+                })
+            });
+            let things = Things::of(&world);
+            let has = |list: &[Point2<f64>], at: &Point2<f64>| {
+                list.iter().any(|other| (other - at).length() < 2.0 * TOUCH)
+            };
+            assert!(!things.corners.is_empty());
+            assert!(ends.iter().all(|end| has(&things.corners, end)), "{name}");
+            assert!(things.corners.iter().all(|at| has(&ends, at)), "{name}");
+        }
     }
 
     #[test]
