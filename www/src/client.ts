@@ -80,7 +80,7 @@ export class Client {
     const { store } = this;
     store.set("run", { setup: { ...store.setup, cycle: on } });
     // The stages speak of the lines of a scan: they are worth seeing.
-    store.set("view", { layers: { ...store.layers, found: on } });
+    store.setLayers({ found: on });
     this.send({ kind: "cycle", on });
     if (on && store.source === "sim" && store.status?.mode === "manual") this.explore();
     else this.#wake();
@@ -240,7 +240,7 @@ export class Client {
   hideSubmaps(hidden: ReadonlySet<number>): void {
     const { store, scene } = this;
     store.set("submaps", { hiddenSubmaps: hidden });
-    store.set("view", { layers: { ...store.layers, submaps: hidden.size < scene.submaps.count } });
+    store.setLayers({ submaps: hidden.size < scene.submaps.count });
   }
 
   /** Puts back the submap that was taken out last. */

@@ -1,15 +1,11 @@
 // How surely a robot knows where it is, as one length.
 
 import type { Status } from "./protocol/frame.js";
-
-/** The square of a normal distribution's radius in two dimensions that holds 95 % (χ², 2 degrees of
-    freedom). */
-const CHI2_95 = 5.991;
+import { ellipseOf } from "./view/layers/robot.js";
 
 /** The longer half axis of the ellipse in which the robot is with 95 % probability, m. */
 export function doubtOf({ covXx, covXy, covYy }: Pick<Status, "covXx" | "covXy" | "covYy">): number {
-  const [mean, half] = [(covXx + covYy) / 2, (covXx - covYy) / 2];
-  return Math.sqrt(CHI2_95 * Math.max(mean + Math.hypot(half, covXy), 0));
+  return ellipseOf(covXx, covXy, covYy).major;
 }
 
 /** What became of it over a run. */

@@ -111,9 +111,9 @@ export function isOf({ setup: { world, method, seed } }: Shown, store: Store): b
 }
 
 /** Begins an experiment. */
-export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, after = [], speed, layers, tab, follow = false }: Exhibit): void {
+export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, after = [], speed, layers = {}, tab, follow = false }: Exhibit): void {
   const { world, sensor, method, seed, settings = {}, cycle = false } = setup;
-  store.set("view", { layers: { ...store.layers, ...layers } });
+  store.setLayers(layers);
   if (tab !== undefined) store.set("tab", { tab });
   client.setSpeed(speed);
   client.start({ world, sensor, method, seed, settings, cycle, worldJson: null, mode: "explore", calibration: null, priorMap: null });

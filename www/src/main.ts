@@ -200,7 +200,7 @@ startKeyboard({
     k: () => store.source === "sim" && client.copyLink(),
     l: () => void showLab(),
     t: () => switchTheme(store),
-    x: () => store.source === "sim" && store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } }),
+    x: () => store.source === "sim" && store.toggleLayer("truth"),
     "?": () => help.show(),
   },
 });

@@ -239,6 +239,15 @@ export class Store {
     }
   }
 
+  /** Shows and hides layers; others stay as they are. */
+  setLayers(patch: Partial<Record<LayerName, boolean>>): void {
+    this.set("view", { layers: { ...this.layers, ...patch } });
+  }
+
+  toggleLayer(name: LayerName): void {
+    this.setLayers({ [name]: !this.layers[name] });
+  }
+
   point(spot: Partial<Spot>): void {
     this.set("spot", { spot: { ...this.spot, ...spot } });
   }

@@ -24,7 +24,7 @@ export function greet(store: Store, client: Client): boolean {
 export function begin(store: Store, client: Client): void {
   noteVisit();
   // The answer is not given away, and nothing is shown that the steps do not speak of.
-  store.set("view", { layers: { ...store.layers, truth: false, wheels: false, frontiers: false, path: false, closures: false } });
+  store.setLayers({ truth: false, wheels: false, frontiers: false, path: false, closures: false });
   client.setSpeed(SPEED);
   client.start(RUN);
   store.set("tour", { tour: STEPS[0] });
@@ -38,7 +38,7 @@ export function isOwnRun({ source, setup, loading }: Store): boolean {
 /** To a step, or out of the tour. */
 export function go(store: Store, step: TourStep | null): void {
   const patch = step === null ? { frontiers: true, path: true, closures: true } : step === "wheels" ? { wheels: true } : {};
-  store.set("view", { layers: { ...store.layers, ...patch } });
+  store.setLayers(patch);
   store.set("tour", { tour: step });
   dispatchEvent(new CustomEvent("show-robot", { detail: step === "doubt" }));
 }

@@ -1,6 +1,7 @@
-// How a window over the page looks.
+// A window over the page: how it looks, opens and closes.
 
 import { css } from "lit";
+import { SlamElement } from "./element.js";
 
 export const dialog = css`
   dialog { width: min(680px, calc(100vw - 24px)); max-height: calc(100dvh - 40px); padding: 26px 30px 30px; color: var(--ink); background: var(--surface); border: 1px solid var(--line); border-radius: 20px; box-shadow: var(--shadow); }
@@ -10,3 +11,22 @@ export const dialog = css`
   p { margin: 0 0 12px; max-width: 62ch; line-height: 1.55; }
   @media (max-width: 760px) { dialog { padding: 18px; } }
 `;
+
+/** A component that is one dialog. */
+export abstract class SlamDialog extends SlamElement {
+  show(): void {
+    this.#dialog()?.showModal();
+  }
+
+  close(): void {
+    this.#dialog()?.close();
+  }
+
+  get shown(): boolean {
+    return this.#dialog()?.open ?? false;
+  }
+
+  #dialog(): HTMLDialogElement | null {
+    return this.renderRoot.querySelector("dialog");
+  }
+}

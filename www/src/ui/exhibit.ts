@@ -1,6 +1,6 @@
 // What to watch in the experiment that is shown.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { isOf } from "../gallery.js";
 import { Itinerary } from "../itinerary.js";
 import { SlamElement } from "./element.js";
@@ -8,9 +8,7 @@ import { icons } from "./icons.js";
 import { story } from "./story_card.js";
 
 export class SlamExhibit extends SlamElement {
-  static override styles = [story, css`
-    details summary { min-height: 30px; }
-  `];
+  static override styles = story;
 
   protected override readonly topics = ["exhibit", "tour"] as const;
   readonly #itinerary = new Itinerary();

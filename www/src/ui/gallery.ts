@@ -2,11 +2,10 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
-import { dialog } from "./dialog.js";
-import { SlamElement } from "./element.js";
+import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
-export class SlamGallery extends SlamElement {
+export class SlamGallery extends SlamDialog {
   static override styles = [dialog, css`
     dialog { width: min(940px, calc(100vw - 24px)); }
     ul { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(260px, 100%), 1fr)); gap: 10px; margin: 6px 0 0; padding: 0; list-style: none; }
@@ -39,22 +38,6 @@ export class SlamGallery extends SlamElement {
   #begin(each: Exhibit): void {
     this.close();
     exhibit(this.store, this.client, each);
-  }
-
-  show(): void {
-    this.#dialog()?.showModal();
-  }
-
-  close(): void {
-    this.#dialog()?.close();
-  }
-
-  get shown(): boolean {
-    return this.#dialog()?.open ?? false;
-  }
-
-  #dialog(): HTMLDialogElement | null {
-    return this.renderRoot.querySelector("dialog");
   }
 }
 

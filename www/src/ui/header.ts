@@ -55,7 +55,7 @@ export class SlamHeader extends SlamElement {
         <button class="icon" aria-label="Registration lab" title="Registration lab: two scans on each other (L)" data-testid="registration"
           @click=${() => this.dispatchEvent(new CustomEvent("show-registration", { bubbles: true, composed: true }))}>${icons.scans}</button>
         ${store.source === "sim" ? html`<button class="icon" aria-label="Truth" aria-pressed=${store.layers.truth} title="${store.layers.truth ? "Hide" : "Show"} the truth: the real walls and the real pose (X)" data-testid="peek"
-          @click=${this.press(() => store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } }))}>${store.layers.truth ? icons.eye : icons.hidden}</button>` : ""}
+          @click=${this.press(() => store.toggleLayer("truth"))}>${store.layers.truth ? icons.eye : icons.hidden}</button>` : ""}
         <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title="${dark ? "Light" : "Dark"} theme (T)" data-testid="theme"
           @click=${this.press(() => switchTheme(store))}>${dark ? icons.sun : icons.moon}</button>
         <button class="icon" aria-label="Help" title="Help (?)" data-testid="help"

@@ -2,8 +2,7 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { begin } from "../tour.js";
-import { dialog } from "./dialog.js";
-import { SlamElement } from "./element.js";
+import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
 const KEYS: readonly (readonly [string, string])[] = [
@@ -31,7 +30,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["?", "this page"],
 ];
 
-export class SlamHelp extends SlamElement {
+export class SlamHelp extends SlamDialog {
   static override styles = [dialog, css`
     h2 { margin: 20px 0 8px; }
     dl { display: grid; grid-template-columns: auto 1fr; gap: 5px 18px; margin: 0; font-size: 13.5px; }
@@ -52,25 +51,9 @@ export class SlamHelp extends SlamElement {
     </dialog>`;
   }
 
-  show(): void {
-    this.#dialog()?.showModal();
-  }
-
-  close(): void {
-    this.#dialog()?.close();
-  }
-
-  get shown(): boolean {
-    return this.#dialog()?.open ?? false;
-  }
-
   #tour(): void {
     this.close();
     begin(this.store, this.client);
-  }
-
-  #dialog(): HTMLDialogElement | null {
-    return this.renderRoot.querySelector("dialog");
   }
 }
 

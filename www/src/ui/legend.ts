@@ -139,7 +139,7 @@ export class SlamLegend extends SlamElement {
         ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
           (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
-            <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => this.toggle(e.name)}>
+            <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
             <small>${e.meaning}</small></label></li>`,
         )}
         ${store.source === "sim" && store.layers.truth ? MATERIALS.filter((m) => m.has(this.scene)).map((m) => html`<li class="material" title=${m.meaning} data-testid="material-${m.label}"><div><svg viewBox="0 0 28 18" aria-hidden="true">${m.sign}</svg><span>${m.label}</span><small>${m.meaning}</small></div></li>`) : ""}
@@ -160,10 +160,6 @@ export class SlamLegend extends SlamElement {
     const [low, high] = chosen.ends;
     const most = `${fixed(MOST_CELLS * this.scene.tiles.resolution, 1)} m`;
     return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high.replace("{most}", most)}</span><small>${chosen.meaning}</small></div>`;
-  }
-
-  toggle(name: LayerName): void {
-    this.store.set("view", { layers: { ...this.store.layers, [name]: !this.store.layers[name] } });
   }
 }
 

@@ -100,15 +100,10 @@ export class SlamTour extends SlamElement {
           ? html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>, and the whole way round was put straight.`
           : html`Once it comes round to a place that it knows, its doubt falls at once, and the whole way between is put straight.`;
         const touch = matchMedia("(pointer: coarse)").matches;
-        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.#peek()}>${icons.eye} ${this.store.layers.truth ? "Hide" : "Compare with"} the truth</button></p>
+        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${this.store.layers.truth ? "Hide" : "Compare with"} the truth</button></p>
           <p class="muted">${touch ? "Tap" : "Click"} the map and the robot drives there. ${touch ? "Open" : "Drop"} a recorded log, and a real building is mapped.</p>`;
       }
     }
-  }
-
-  #peek(): void {
-    const { store } = this;
-    store.set("view", { layers: { ...store.layers, truth: !store.layers.truth } });
   }
 
   /** How the doubt grew and shrank. */
