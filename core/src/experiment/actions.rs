@@ -115,28 +115,16 @@ impl Experiment {
     /// Does what is due.
     pub(super) fn act_as_told(&mut self) {
         while let Some(action) = self.actions.next_due(self.has_decided) {
-            // Where it was refused when it was done first, it is not in the list.
-            let _is_done = match action {
-                Action::SetMode(mode) => {
-                    self.set_mode(mode);
-                    true
-                }
-                Action::Drive([forward, turn]) => {
-                    self.drive(forward, turn);
-                    true
-                }
-                Action::Stop => {
-                    self.stop();
-                    true
-                }
-                Action::Kidnap => self.kidnap(None).is_ok(),
-                Action::SetDoor { door, open } => self.set_door(door, open).is_ok(),
-                Action::SetCycle(cycle) => {
-                    self.set_cycle(cycle);
-                    true
-                }
-                Action::Configure(settings) => self.reconfigure(&settings).is_ok(),
-            };
+            match action {
+                Action::SetMode(mode) => self.set_mode(mode),
+                Action::Drive([forward, turn]) => self.drive(forward, turn),
+                Action::Stop => self.stop(),
+                Action::SetCycle(cycle) => self.set_cycle(cycle),
+                // What was refused then is refused now, and nothing has changed.
+                Action::Kidnap => drop(self.kidnap(None)),
+                Action::SetDoor { door, open } => drop(self.set_door(door, open)),
+                Action::Configure(settings) => drop(self.reconfigure(&settings)),
+            }
         }
     }
 }
