@@ -21,6 +21,7 @@
 
 mod around;
 mod blocked;
+mod closing;
 mod config;
 mod cycle;
 mod errand;
@@ -37,6 +38,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::control::{
     SafeConfig, Speeds, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
 };
+use crate::estimation::PoseGraph;
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Route};
@@ -56,6 +58,8 @@ pub struct Situation<'a> {
     pub estimate: &'a PoseEstimate,
     /// The map.
     pub grid: &'a Grid,
+    /// The pose graph of a map that is made by one, map frame.
+    pub graph: Option<&'a PoseGraph>,
     /// What stands around, robot frame at the stamp of the last scan: its points, and what is too
     /// near to be seen ([`crate::slam::Slam::obstacles`]).
     pub points: Option<&'a Points>,
@@ -231,7 +235,12 @@ impl Pilot {
 
     /// Whether there is no other goal to turn to.
     fn has_one_goal(&self) -> bool {
-        matches!(self.mode, Mode::GoTo(_)) || self.is_homeward()
+        !matches!(self.mode, Mode::Manual) && !self.goes_for_frontiers()
+    }
+
+    /// Whether it drives to what is unknown.
+    fn goes_for_frontiers(&self) -> bool {
+        self.mode == Mode::Explore && !self.is_homeward() && !self.is_closing_loop()
     }
 
     /// Whether all is explored, and the robot on its way back to where it began.

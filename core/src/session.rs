@@ -207,6 +207,7 @@ impl Session {
             stamp: self.now,
             estimate: &self.slam.estimate(),
             grid: self.slam.grid(),
+            graph: self.slam.view().graph,
             points: self.slam.obstacles(),
             walkers: self.slam.walkers(),
             bumpers,

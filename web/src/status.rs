@@ -126,6 +126,7 @@ impl Task {
         let status = pilot.status();
         let (state, level) = match status {
             Status::Idle => (TaskState::Idle, Level::Info),
+            Status::Driving if pilot.is_closing_loop() => (TaskState::Closing, Level::Info),
             Status::Driving if pilot.is_homeward() => (TaskState::Homeward, Level::Info),
             Status::Driving => (TaskState::Driving, Level::Info),
             Status::Scanning => (TaskState::Scanning, Level::Info),

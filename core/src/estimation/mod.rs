@@ -51,7 +51,9 @@ pub use particles::{
     Bin, HistogramConfig, HistogramLocaliser, Hypothesis, JudgementConfig, KldConfig, Localisation,
     MonteCarlo, MonteCarloConfig, Particle, PoseQuality, RecentConfig,
 };
-pub use pose_graph::{Edge, EdgeId, Marginals, Optimization, PoseGraph, information_at_end};
+pub use pose_graph::{
+    Edge, EdgeId, Marginals, OpenLoop, Optimization, PoseGraph, information_at_end,
+};
 pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
 pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;

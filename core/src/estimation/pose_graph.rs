@@ -19,6 +19,7 @@
 mod edge;
 mod linear;
 mod marginals;
+mod open_loops;
 mod optimize;
 mod saved;
 #[cfg(test)]
@@ -33,6 +34,7 @@ use crate::geom::{Length, Pose2, wrap};
 
 pub use self::edge::{Edge, information_at_end};
 pub use self::marginals::Marginals;
+pub use self::open_loops::OpenLoop;
 pub use self::optimize::Optimization;
 
 /// Poses and motions between them.

@@ -4,6 +4,7 @@ use nalgebra::Point2;
 
 use super::around::Detour;
 use super::blocked::{disc_fits, is_blocked, outline_is_blocked};
+use super::closing::Closing;
 use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Homecoming, Mode, Pilot, Situation, Status};
 use crate::control::{Follower, ProgressWatch};
@@ -35,10 +36,14 @@ pub(super) struct Errand {
     changes_of_mind: u32,
     /// Standing at an exploration goal since.
     pub(super) arrived: Option<Stamp>,
+    /// The loop that is being closed.
+    pub(super) closing: Option<Closing>,
+    /// Where the gaps of loops are that a drive went through, map frame.
+    pub(super) tried_gaps: Vec<Point2<f64>>,
     /// What stays unknown, reported once the robot is home again.
     pub(super) homeward: Option<Remaining>,
-    empty_scans: usize,
-    failed_plans: usize,
+    pub(super) empty_scans: usize,
+    pub(super) failed_plans: usize,
     last_scan: Option<Stamp>,
 }
 
@@ -84,7 +89,7 @@ const HOME: Point2<f64> = Point2::new(0.0, 0.0);
 /// From so near it need not go home, m.
 const HOME_IS_NEAR: f64 = 0.2;
 /// Ways that fail for reasons that may pass are tried so often.
-const PLAN_ATTEMPTS: usize = 4;
+pub(super) const PLAN_ATTEMPTS: usize = 4;
 
 /// After how many periods it is asked again, by how often it has changed its mind.
 fn choice_periods(changes_of_mind: u32) -> u32 {
@@ -142,7 +147,7 @@ impl Pilot {
                 self.errand.drop_route();
             }
         }
-        if self.mode == Mode::Explore && !self.is_homeward() {
+        if self.goes_for_frontiers() {
             self.errand.explorer.pass(here);
             if self.errand.explorer.target_has_vanished(now.grid) {
                 self.errand.drop_route();
@@ -155,8 +160,7 @@ impl Pilot {
     /// Other frontiers may have come in sight: is the one that it drives to still the first of the
     /// tour?
     fn reconsider(&mut self, now: &Situation) {
-        let is_touring = self.mode == Mode::Explore
-            && !self.is_homeward()
+        let is_touring = self.goes_for_frontiers()
             && self.config.frontier.choice == FrontierChoice::ShortestTour;
         let Some(goal) = self.errand.explorer.target.as_ref().and_then(|t| t.goal) else {
             return;
@@ -194,6 +198,10 @@ impl Pilot {
                     return;
                 }
                 self.status = Status::Scanning;
+                if self.is_closing_loop() {
+                    self.close_further();
+                    return;
+                }
                 self.errand.arrived = Some(now.stamp);
                 self.errand.next_review = now.stamp.plus(REVIEW_PERIOD);
             }
@@ -233,6 +241,9 @@ impl Pilot {
             return self.plan_to(HOME, now);
         }
         self.status = Status::Scanning;
+        if self.is_closing_loop() {
+            return self.plan_closing(now);
+        }
         if let Some(since) = self.errand.arrived {
             if now.stamp.since(since) < DWELL {
                 return false;
@@ -280,7 +291,7 @@ impl Pilot {
 
     /// The map says that the robot is enclosed where it stands: an error of pose or map that
     /// backing off and the next scans may mend.
-    fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
+    pub(super) fn wriggle_free(&mut self, reason: NoPath, now: &Situation) {
         self.errand.failed_plans += 1;
         self.errand.backing_until = Some(now.stamp.plus(BACK_OFF));
         if self.errand.failed_plans >= 2 * PLAN_ATTEMPTS {
@@ -323,7 +334,7 @@ impl Pilot {
         let is_news = scan.is_some() && scan != self.errand.last_scan;
         self.errand.last_scan = scan;
         self.errand.empty_scans += usize::from(is_news);
-        if self.errand.empty_scans >= LAST_SCANS {
+        if self.errand.empty_scans >= LAST_SCANS && !self.begin_closing(now) {
             let explorer = &self.errand.explorer;
             let remaining = Remaining {
                 unreached: explorer.remaining(Reason::NoWay),
@@ -347,7 +358,7 @@ impl Pilot {
         matches!(self.mode, Mode::GoTo(_)) && !is_disc && !now.scans_on_command
     }
 
-    fn route_to(
+    pub(super) fn route_to(
         &mut self,
         goal: Point2<f64>,
         unknown: Unknown,
@@ -412,8 +423,10 @@ impl Pilot {
             return;
         }
         let attempts = std::mem::take(&mut self.errand.stuck) - 1;
-        if self.mode == Mode::Explore && !self.is_homeward() {
+        if self.goes_for_frontiers() {
             self.errand.explorer.give_up(Reason::NoWay);
+        } else if self.is_closing_loop() {
+            self.end_closing();
         } else {
             let at = now.estimate.pose.position();
             self.give_up_errand(Failure::Stuck { at, attempts });

@@ -24,6 +24,7 @@ struct Toy {
     nearest: f64,
     driven: f64,
     tick: u64,
+    graph: Option<PoseGraph>,
 }
 
 impl Toy {
@@ -39,6 +40,7 @@ impl Toy {
             nearest: f64::INFINITY,
             driven: 0.0,
             tick: 0,
+            graph: None,
         };
         toy.scan();
         toy
@@ -98,6 +100,7 @@ impl Toy {
             stamp: self.stamp(),
             estimate,
             grid: &self.grid,
+            graph: self.graph.as_ref(),
             points: Some(&self.points),
             walkers: &[],
             motion_since_scan: self.scanned_at.delta_to(&self.pose),
@@ -271,6 +274,7 @@ fn a_leg_ends_where_the_heading_is_no_longer_known_and_a_scan_follows() {
             pilot.steer(&Situation {
                 stamp: points.stamp,
                 estimate: &estimate,
+                graph: None,
                 grid: &toy.grid,
                 points: Some(&points),
                 walkers: &[],

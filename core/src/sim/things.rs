@@ -7,6 +7,8 @@
 //!
 //! Doors and people are nothing that features are of: they do not stay.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Point2, Vector2};
 
 use super::world::{Material, Shape, Wall, World};
@@ -18,6 +20,8 @@ const BEFORE: f64 = 0.3;
 const SLANT: f64 = 0.2;
 /// Sides that miss each other by less do meet, m.
 const TOUCH: f64 = 1e-4;
+/// Extents that miss each other by less are compared, m.
+const NEAR: f64 = 10.0 * TOUCH;
 /// Walls on one line are parallel to this sine, and apart by less than so much, m.
 const PARALLEL: f64 = 1e-3;
 const ONE_LINE: f64 = 0.01;
@@ -181,41 +185,86 @@ impl Extent {
 
     /// Whether two have a place in common, or nearly.
     fn meets(&self, other: &Self) -> bool {
-        let near = 10.0 * TOUCH;
-        self.low.x <= other.high.x + near
-            && other.low.x <= self.high.x + near
-            && self.low.y <= other.high.y + near
-            && other.low.y <= self.high.y + near
+        self.reaches(other.low.x)
+            && other.reaches(self.low.x)
+            && self.low.y <= other.high.y + NEAR
+            && other.low.y <= self.high.y + NEAR
+    }
+
+    /// Whether it goes on to the right as far as this, or nearly.
+    fn reaches(&self, x: f64) -> bool {
+        x <= self.high.x + NEAR
     }
 }
 
 /// Ends of all sides, and where one side meets another: what shapes that overlap leave to be seen.
 /// Each place once.
 fn corners(sides: &[Segment]) -> Vec<Point2<f64>> {
-    let mut found: Vec<Point2<f64>> = vec![];
-    let mut add = |at: Point2<f64>| {
-        if !found.iter().any(|known| (known - at).length() < TOUCH) {
-            found.push(at);
-        }
-    };
-    sides
-        .iter()
-        .flat_map(|side| [side.a, side.b])
-        .for_each(&mut add);
-    let extents: Vec<Extent> = sides.iter().map(|s| Extent::of(&[s.a, s.b])).collect();
-    for (i, (a, extent)) in sides.iter().zip(&extents).enumerate() {
+    let mut found = Places::default();
+    for side in sides {
+        found.add(side.a);
+        found.add(side.b);
+    }
+    for (a, near) in sides.iter().zip(near_each_other(sides)) {
         let along = a.b - a.a;
         let (length, way) = (along.length(), along / along.length());
         // A little before its end, so that a side that only touches is met.
         let from = a.a - way * TOUCH;
-        let others = sides.iter().zip(&extents).enumerate();
-        // Large worlds have thousands of sides, and most are far from each other.
-        let near = others.filter(|(j, (_, other))| *j != i && extent.meets(other));
-        let met = near.filter_map(|(_, (b, _))| b.hit_by_ray(from, way));
+        let met = near
+            .into_iter()
+            .filter_map(|b| sides[b].hit_by_ray(from, way));
         let within = met.filter(|distance| *distance <= length + 2.0 * TOUCH);
-        within.for_each(|distance| add(from + way * distance));
+        within.for_each(|distance| found.add(from + way * distance));
     }
-    found
+    found.list
+}
+
+/// Of each side the others whose extents have a place in common with its own, in their order. Large
+/// worlds have thousands of sides, and most are far from each other: they are swept from left to
+/// right, and compared while they lie above one another.
+fn near_each_other(sides: &[Segment]) -> Vec<Vec<usize>> {
+    let extents: Vec<Extent> = sides.iter().map(|s| Extent::of(&[s.a, s.b])).collect();
+    let mut order: Vec<usize> = (0..sides.len()).collect();
+    order.sort_by(|&a, &b| extents[a].low.x.total_cmp(&extents[b].low.x));
+    let mut near = vec![vec![]; sides.len()];
+    let mut open: Vec<usize> = vec![];
+    for this in order {
+        open.retain(|&other| extents[other].reaches(extents[this].low.x));
+        for &other in &open {
+            if extents[this].meets(&extents[other]) {
+                near[this].push(other);
+                near[other].push(this);
+            }
+        }
+        open.push(this);
+    }
+    near.iter_mut().for_each(|others| others.sort_unstable());
+    near
+}
+
+/// Places, each once: those nearer than [`TOUCH`] to one are the same.
+#[derive(Default)]
+struct Places {
+    list: Vec<Point2<f64>>,
+    /// Which of them lie in a square of that size.
+    by_square: BTreeMap<(i64, i64), Vec<usize>>,
+}
+
+impl Places {
+    fn add(&mut self, at: Point2<f64>) {
+        let [col, row] = [at.x, at.y].map(|v| libm::floor(v / TOUCH) as i64);
+        let beside = |square: i64| [square.saturating_sub(1), square, square.saturating_add(1)];
+        let is_known = (beside(col).into_iter())
+            .flat_map(|col| beside(row).map(|row| (col, row)))
+            .filter_map(|square| self.by_square.get(&square))
+            .flatten()
+            .any(|&known| (self.list[known] - at).length() < TOUCH);
+        if !is_known {
+            let square = self.by_square.entry((col, row)).or_default();
+            square.push(self.list.len());
+            self.list.push(at);
+        }
+    }
 }
 
 /// Whether a place is within an outline, and not on its border: where the end of a wall stands in
@@ -237,8 +286,59 @@ fn on_one_line(wall: &Segment, other: &Segment) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::sim::worlds;
+
+    /// Every side with every other, and every place with all before it.
+    fn corners_by_all_pairs(sides: &[Segment]) -> Vec<Point2<f64>> {
+        let ends = sides.iter().flat_map(|side| [side.a, side.b]);
+        let met = sides.iter().enumerate().flat_map(|(i, a)| {
+            let way = (a.b - a.a) / a.vector().length();
+            let from = a.a - way * TOUCH;
+            let others = sides.iter().enumerate().filter(move |(j, _)| *j != i);
+            others.filter_map(move |(_, b)| {
+                let distance = b.hit_by_ray(from, way)?;
+                (distance <= a.vector().length() + 2.0 * TOUCH).then(|| from + way * distance)
+            })
+        });
+        let mut found: Vec<Point2<f64>> = vec![];
+        for at in ends.chain(met) {
+            if !found.iter().any(|known| (known - at).length() < TOUCH) {
+                found.push(at);
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn corners_of_every_world_are_those_that_all_pairs_have() {
+        for name in ["office", "warehouse", "look-alikes"] {
+            let world = worlds::builtin(name).unwrap();
+            let shapes = world.obstacles.iter().flat_map(|o| o.shape.segments());
+            let sides: Vec<Segment> = shapes.collect();
+            assert!(
+                !sides.is_empty() && corners(&sides) == corners_by_all_pairs(&sides),
+                "{name}"
+            );
+        }
+    }
+
+    proptest! {
+        /// On a raster, so that sides touch, cross and lie on one another.
+        #[test]
+        fn corners_are_those_that_all_pairs_have(
+            ends in prop::collection::vec(((-5..5, -5..5), (-5..5, -5..5)), 0..40)
+        ) {
+            let at = |(x, y): (i32, i32)| Point2::new(f64::from(x), f64::from(y)) * 0.7;
+            let sides: Vec<Segment> = (ends.into_iter())
+                .filter(|(a, b)| a != b)
+                .map(|(a, b)| Segment::new(at(a), at(b)))
+                .collect();
+            prop_assert_eq!(corners(&sides), corners_by_all_pairs(&sides));
+        }
+    }
 
     #[test]
     fn what_lies_on_a_wall_is_of_that_wall_from_any_pose() {

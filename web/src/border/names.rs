@@ -59,7 +59,7 @@ names! {
     Mode of slamlab_core::pilot::Mode { Manual = "manual", GoTo = "goto", Explore = "explore" }
     /// What the pilot is doing, or how its task ended.
     TaskState {
-        Idle = "idle", Driving = "driving", Homeward = "homeward", Scanning = "scanning", Waiting = "waiting",
+        Idle = "idle", Driving = "driving", Closing = "closing", Homeward = "homeward", Scanning = "scanning", Waiting = "waiting",
         Finished = "finished", Failed = "failed",
     }
     /// A stage of the cycle.

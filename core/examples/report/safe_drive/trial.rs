@@ -200,6 +200,7 @@ impl Guard {
                 pilot.steer(&Situation {
                     stamp: sim.stamp(),
                     estimate: &estimate,
+                    graph: None,
                     grid: slam.grid(),
                     points: slam.obstacles(),
                     walkers: slam.walkers(),

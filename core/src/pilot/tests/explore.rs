@@ -1,8 +1,77 @@
 //! Explorations of the flat, by every strategy and home again.
 
 use super::*;
+use crate::estimation::Edge;
 use crate::geom::{Length, sides_of};
 use crate::plan::FrontierChoice;
+
+/// The flat explored with a pose graph of a way by which the two poses are 20 m apart, the first
+/// one beside a pose 2 m to the left; and how near the robot came to each of `watched` after all was
+/// explored.
+fn closed(
+    ends: [(f64, f64); 2],
+    close_loops: bool,
+    watched: &[(f64, f64)],
+) -> (Toy, Pilot, Vec<f64>) {
+    let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let [older, newer] = ends.map(|(x, y)| Pose2::new(x, y, 0.0));
+    let mut graph = PoseGraph::default();
+    graph.add_pose(older);
+    graph.add_pose(Pose2::new(older.x(), older.y() + 10.0, 0.0));
+    graph.add_pose(newer);
+    for (from, to) in [(0, 1), (1, 2)] {
+        graph.add_edge(Edge {
+            from,
+            to,
+            motion: Pose2::new(10.0, 0.0, 0.0),
+            information: Matrix3::identity(),
+            cauchy: None,
+        });
+    }
+    toy.graph = Some(graph);
+    let config = PilotConfig {
+        close_loops,
+        ..PilotConfig::default()
+    };
+    let mut pilot = Pilot::new(toy.model, config, 1);
+    pilot.set_mode(Mode::Explore);
+    let mut nearest = vec![f64::INFINITY; watched.len()];
+    while !pilot.status().is_over() && toy.stamp().seconds() < 600.0 {
+        toy.run(&mut pilot, toy.stamp().seconds() + 0.1);
+        if pilot.is_closing_loop() {
+            for (nearest, &(x, y)) in nearest.iter_mut().zip(watched) {
+                *nearest = nearest.min((toy.pose.position() - Point2::new(x, y)).length());
+            }
+        }
+    }
+    assert!(
+        matches!(pilot.status(), Status::Finished(Finish::Explored { .. })),
+        "{}",
+        pilot.status()
+    );
+    assert!(toy.nearest > toy.model.radius(), "{}", toy.nearest);
+    (toy, pilot, nearest)
+}
+
+#[test]
+fn all_explored_the_gap_of_a_loop_is_driven_through_once() {
+    let ends = [(0.0, 0.0), (2.0, 1.0)];
+    let (toy, _, nearest) = closed(ends, true, &ends);
+    let (left_open, _, never) = closed(ends, false, &ends);
+    assert!(nearest.iter().all(|off| *off < 0.5), "{nearest:?}");
+    assert!(never.iter().all(|off| off.is_infinite()));
+    assert!(toy.driven > left_open.driven + 1.0);
+}
+
+#[test]
+fn places_with_a_wall_between_them_are_no_loop() {
+    // Below and above the wall at y = 3: the way round through its gap at x = 6 is longer.
+    let ends = [(0.0, 2.3), (0.0, 3.7)];
+    let (toy, _, nearest) = closed(ends, true, &ends);
+    let (left_open, ..) = closed(ends, false, &ends);
+    assert!(nearest.iter().all(|off| off.is_infinite()), "{nearest:?}");
+    assert!(toy.driven == left_open.driven);
+}
 
 /// Explores the flat from a heading of `seed` rad.
 fn explored(choice: FrontierChoice, return_home: bool, seed: u64) -> (Toy, Pilot) {

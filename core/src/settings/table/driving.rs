@@ -83,6 +83,8 @@ rows! { EXPLORATION = OF_EXPLORATION;
         "How fast a gain loses worth with the way to it. Larger: near frontiers come first.";
     "explore.looks", "Scans at one frontier", whole([1.0, 50.0], NUMBER), [pilot.scans_per_frontier],
         "After so many that show nothing new it is given up. Larger: more patience with glass and narrow places.";
+    "explore.close_loops", "Closes loops", switch(), [pilot.close_loops].basic(),
+        "When all is explored, drives on through places that lie next to each other and that the map joins only by a long way round, until the loop is closed. Scan matching only.";
     "explore.return_home", "Comes home", switch(), [pilot.return_home].basic(),
         "Drives back to where it began when all is explored.";
 }
