@@ -35,7 +35,7 @@ use crate::session::{Session, SessionConfig};
 use crate::settings::Settings;
 use crate::sim::{Blocked, NoDoor, SimError, Simulation, reachable_area};
 use crate::slam::{EarlierMap, SlamError};
-pub use actions::{Action, TimedAction, Untold};
+pub use actions::{Action, AgainError, TimedAction, Untold};
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
 pub use link::{Link, LinkError};
@@ -72,6 +72,8 @@ pub enum ExperimentError {
 /// A simulated robot that maps, finds itself, plans and drives.
 #[derive(Debug)]
 pub struct Experiment {
+    /// What it began with.
+    start: ExperimentConfig,
     sim: Simulation,
     session: Session,
     map_from_world: Pose2,
@@ -91,6 +93,7 @@ impl Experiment {
     ///
     /// # Errors    [`ExperimentError`] naming what cannot be.
     pub fn new(config: ExperimentConfig) -> Result<Self, ExperimentError> {
+        let start = config.clone();
         let map_from_world = config.world.start.inverse();
         let slam = config.slam_with_walls();
         let refinding = Refinding::new(&config.world);
@@ -116,6 +119,7 @@ impl Experiment {
         })?;
         session.set_mode(config.mode);
         Ok(Self {
+            start,
             sim,
             session,
             map_from_world,

@@ -19,6 +19,8 @@ mod reader;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use nalgebra::Point2;
 
 use crate::estimation::{DriveFit, EditKind, SavedMap};
@@ -52,12 +54,22 @@ pub enum ReplayError {
         "this recording has no odometry, or it is not to be used: without it nothing can be found in a prior map; choose scan-matching"
     )]
     NoOdometry,
+    /// Something was done to the map that does not stand in the recording.
+    #[error("{0}: from its beginning the recording would not come to the same map")]
+    Untold(&'static str),
 }
+
+const CHANGED: &str = "the map was changed by hand";
 
 /// A log that is being replayed.
 #[derive(Debug)]
 pub struct Replay {
-    log: Log,
+    log: Arc<Log>,
+    /// What it was asked for, the last settings among it.
+    method: Method,
+    settings: Settings,
+    /// Why it cannot begin again, if it cannot.
+    untold: Option<&'static str>,
     feed: Feed,
     /// As the replay began.
     figures: LogSettings,
@@ -93,7 +105,22 @@ impl Replay {
         method: Method,
         settings: &Settings,
     ) -> Result<Self, ReplayError> {
-        let log = log.into();
+        Self::begin(Arc::new(log.into()), method, settings)
+    }
+
+    /// The same recording from its beginning, with the settings that hold now.
+    ///
+    /// # Errors   [`ReplayError`]: as of [`Self::new`], or the map was not made by the recording
+    /// alone.
+    pub fn again(&self) -> Result<Self, ReplayError> {
+        match self.untold {
+            Some(what) => Err(ReplayError::Untold(what)),
+            None => Self::begin(Arc::clone(&self.log), self.method, &self.settings),
+        }
+    }
+
+    fn begin(log: Arc<Log>, method: Method, settings: &Settings) -> Result<Self, ReplayError> {
+        let asked = method;
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
         notes.extend(log.left_out().into_iter().flat_map(LeftOut::sentences));
         let uses_odometry = settings.log.uses_odometry && log.has_odometry();
@@ -122,6 +149,9 @@ impl Replay {
         Ok(Self {
             feed: Feed::of(&log, &settings.log),
             figures: settings.log,
+            method: asked,
+            settings: settings.clone(),
+            untold: None,
             log,
             first: None,
             last: None,
@@ -136,7 +166,9 @@ impl Replay {
     ///
     /// # Errors    [`SlamError`] naming the first setting out of range; then the old ones stay.
     pub fn reconfigure(&mut self, settings: &Settings) -> Result<(), SlamError> {
-        self.session.reconfigure(settings)
+        self.session.reconfigure(settings)?;
+        self.settings = settings.clone();
+        Ok(())
     }
 
     /// See [`Session::draw_dead_reckoned`].
@@ -324,6 +356,7 @@ impl Replay {
     pub fn go_on_in(&mut self, saved: EarlierMap) -> Result<(), SlamError> {
         let earlier = saved.map.times.clone();
         self.session.go_on_in(saved)?;
+        self.untold = Some("it went on in a saved map");
         self.earlier = earlier;
         Ok(())
     }
@@ -332,7 +365,9 @@ impl Replay {
     ///
     /// # Errors    [`SlamError`]; then it stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), SlamError> {
-        self.session.edit(kind, corners)
+        self.session.edit(kind, corners)?;
+        self.untold = Some(CHANGED);
+        Ok(())
     }
 
     /// Takes back the last change that was made by hand; `false` where there is none.
@@ -344,7 +379,9 @@ impl Replay {
     ///
     /// # Errors    [`SlamError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), SlamError> {
-        self.session.remove_submap(submap)
+        self.session.remove_submap(submap)?;
+        self.untold = Some(CHANGED);
+        Ok(())
     }
 
     /// Puts back the submap that was taken out last; `false` where there is none, or something was
@@ -364,7 +401,7 @@ impl Replay {
     /// log.
     #[must_use]
     pub fn carmen_log(&self) -> CarmenLog {
-        let others = match &self.log {
+        let others = match self.log.as_ref() {
             Log::Carmen(log) => return log.clone(),
             others => others,
         };
@@ -379,7 +416,7 @@ impl Replay {
     /// All scans of the log, those too that were not taken yet, as a log of revolutions.
     #[must_use]
     pub fn revolution_log(&self) -> RevolutionLog {
-        if let Log::Revolutions(log) = &self.log {
+        if let Log::Revolutions(log) = self.log.as_ref() {
             return log.clone();
         }
         let mut feed = Feed::of(&self.log, &self.figures);

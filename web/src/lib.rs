@@ -4,6 +4,7 @@
 //! in the map frame (m, rad), errors with a kind and the core's own sentence. A panic becomes a
 //! thrown string.
 
+mod again;
 mod bench;
 mod border;
 mod building;

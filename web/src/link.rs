@@ -134,7 +134,9 @@ impl WebRun {
     pub fn link_holds(&self) -> Option<bool> {
         let sim = self.simulated().ok()?;
         let (until, hash) = sim.expected?;
-        let is_there = sim.experiment.periods() == until && !sim.experiment.has_due();
+        // Who went another way meanwhile comes to another state.
+        let went_on = !sim.experiment.has_due() && !sim.experiment.has_forked();
+        let is_there = sim.experiment.periods() == until && went_on;
         is_there.then(|| sim.experiment.state_hash() == hash)
     }
 }

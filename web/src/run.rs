@@ -35,6 +35,9 @@ pub enum RunError {
     /// Only a robot behind a bridge has it.
     #[error("only a robot behind a bridge can do that")]
     NotLive,
+    /// A real robot's past.
+    #[error("what a real robot did cannot be done again: record it, and open the recording here")]
+    Past,
     /// A recorded robot has driven already.
     #[error("a recording cannot be driven")]
     Recorded,

@@ -11,6 +11,7 @@ import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, LoadedMap, Store } from "./store.js";
+import { exhibit, exhibitAt } from "./gallery.js";
 import { isLink } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
@@ -18,6 +19,9 @@ import { LEAST_MOVE } from "./view/submaps.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
+
+/** What makes another run of a simulation that goes the same way again. */
+const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto", "drive", "stop", "kidnap", "door", "cycle", "configure", "edit", "undo-edit", "remove-submap", "undo-removal"]);
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
@@ -37,7 +41,7 @@ export class Client {
     this.#warn(text);
   });
   /** Called when a run begins, before its first frame. */
-  onStart: () => void = () => {};
+  onStart: (isAgain: boolean) => void = () => {};
 
   constructor(private readonly store: Store, private readonly scene: Scene) {
     this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
@@ -47,6 +51,7 @@ export class Client {
   }
 
   send(command: Command, transfer: Transferable[] = []): void {
+    if (this.store.source === "sim" && FORKS.has(command.kind)) this.store.fork();
     this.#worker.postMessage(command, transfer);
   }
 
@@ -131,8 +136,24 @@ export class Client {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
-    else if (isLink(location.hash)) this.follow(location.hash);
-    else if (!greet(this.store, this)) this.start();
+    else if (!this.visit(location.hash) && !greet(this.store, this)) this.start();
+  }
+
+  /** Begins what stands behind the page's address, a link or an experiment; `false` where nothing
+      does. */
+  visit(hash: string): boolean {
+    if (isLink(hash)) {
+      this.follow(hash);
+      return true;
+    }
+    const found = exhibitAt(hash);
+    if (found === null) return false;
+    if (typeof found !== "string") {
+      exhibit(this.store, this, found);
+      return true;
+    }
+    this.#warn(`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
+    return false;
   }
 
   /** Devices at serial ports that this page has open. */
@@ -275,6 +296,18 @@ export class Client {
 
   explore(): void {
     this.#order({ kind: "explore" });
+  }
+
+  /** To a moment of the run, s: it waits there, and goes on from there the same way, until
+      something else is done. */
+  seek(time: number): void {
+    this.store.set("run", { seeking: time });
+    this.send({ kind: "seek", time });
+  }
+
+  /** To the scan before. */
+  back(): void {
+    if (this.store.source !== "bridge") this.send({ kind: "back" });
   }
 
   manual(): void {
@@ -466,11 +499,12 @@ export class Client {
       const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
       this.store.compared = isSameLog ? this.#comparedWith(start.method) : [];
       if (start.source === "replay") this.#recording = this.#opening;
-      this.#pace(start.source);
+      // On the way to an earlier moment the view stays, and so does the speed.
+      if (!start.isAgain) this.#pace(start.source);
       this.scene.clear();
       this.store.begin(start);
       this.#list();
-      this.onStart();
+      this.onStart(start.isAgain);
       if (this.#skipped === "") return;
       this.store.note({ time: 0, level: "warn", text: this.#skipped });
       this.#warn(this.#skipped);
@@ -486,7 +520,7 @@ export class Client {
     },
     reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
     playing: ({ playing }) => {
-      this.store.set("run", { playing });
+      this.store.set("run", { playing, seeking: playing ? this.store.seeking : null });
       this.store.notify("frame");
     },
     hash: ({ run, text }) => {

@@ -3,7 +3,6 @@
 import type { Client } from "./client.js";
 import type { Setup } from "./protocol/module.js";
 import type { Store, Tab } from "./store.js";
-import { type Place, ROUND_THE_RING } from "./itinerary.js";
 import type { LayerName } from "./view/scene.js";
 
 export interface Exhibit {
@@ -19,8 +18,8 @@ export interface Exhibit {
   readonly speed: number;
   readonly layers?: Partial<Record<LayerName, boolean>>;
   readonly tab?: Tab;
-  /** Where the robot is sent when its run is over, so that it is surely seen. */
-  readonly after?: readonly Place[];
+  /** Whether its robot is to be carried off. */
+  readonly kidnaps?: boolean;
   /** Whether the view stays with the robot. */
   readonly follow?: boolean;
 }
@@ -28,7 +27,7 @@ export interface Exhibit {
 export const EXHIBITS: readonly Exhibit[] = [
   {
     name: "loop", title: "A loop closes", about: "What was far away for the map is found to be here",
-    setup: { world: "loop", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 10, layers: { truth: false, graph: true, closures: true, wheels: false }, after: ROUND_THE_RING,
+    setup: { world: "loop", sensor: "lidar", method: "scan-matching", seed: 7 }, speed: 10, layers: { truth: false, graph: true, closures: true, wheels: false },
     watch: "Circles are the pieces that the map is made of, each joined to the next. All round the ring errors add up. Once the robot sees again where it began, a green line joins both ends, and the whole chain gives way a little.",
     then: "A click on a green line says how far off the ends were, and why the loop was believed.",
   },
@@ -52,14 +51,14 @@ export const EXHIBITS: readonly Exhibit[] = [
   },
   {
     name: "kidnapped", title: "Kidnapped", about: "Carried off, and found again",
-    setup: { world: "office", sensor: "lidar", method: "particle-localisation", seed: 7 }, speed: 2, layers: { hypotheses: true, priorMap: true, truth: true },
-    watch: "The robot knows the building and where it stands. Press Kidnap, under Run: it is carried elsewhere and not told. For some scans nothing fits; then poses all over the building are tried, and as it drives those die out that see walls where there are none.",
+    setup: { world: "office", sensor: "lidar", method: "particle-localisation", seed: 7 }, kidnaps: true, speed: 2, layers: { hypotheses: true, priorMap: true, truth: true },
+    watch: "The robot knows the building and where it stands. Press Kidnap: it is carried elsewhere and not told. For some scans nothing fits; then poses all over the building are tried, and as it drives those die out that see walls where there are none.",
     then: "Do it again in a room that looks like another: several places stay, until the robot looks round a corner.",
   },
   {
     name: "look-alikes", title: "Ten rooms, all alike", about: "Where am I, if everything looks the same?",
-    setup: { world: "look-alikes", sensor: "lidar", method: "particle-localisation", seed: 7 }, speed: 2, layers: { hypotheses: true, priorMap: true, truth: true },
-    watch: "Press Kidnap, under Run. Every one of the rooms explains what is seen, so there is a hypothesis in each, and the robot says that it is not sure. Only what differs decides; as long as nothing does it stays unsure, and what it draws meanwhile is worth nothing.",
+    setup: { world: "look-alikes", sensor: "lidar", method: "particle-localisation", seed: 7 }, kidnaps: true, speed: 2, layers: { hypotheses: true, priorMap: true, truth: true },
+    watch: "Press Kidnap. Every one of the rooms explains what is seen, so there is a hypothesis in each, and the robot says that it is not sure. Only what differs decides; as long as nothing does it stays unsure, and what it draws meanwhile is worth nothing.",
     then: "By scan matching the same building is mapped without a map to start from: no room is taken for another.",
   },
   {
@@ -101,7 +100,19 @@ export const EXHIBITS: readonly Exhibit[] = [
 ];
 
 /** What stays of one while it runs. */
-export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "after">;
+export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "kidnaps">;
+
+const ADDRESS = "#experiment=";
+
+/** The address of an experiment, behind that of the page. */
+export const addressOf = ({ name }: Pick<Exhibit, "name">): string => ADDRESS + name;
+
+/** The experiment at an address; `null` where it names none, the name where there is none of it. */
+export function exhibitAt(hash: string): Exhibit | string | null {
+  if (!hash.startsWith(ADDRESS)) return null;
+  const name = hash.slice(ADDRESS.length);
+  return EXHIBITS.find((each) => each.name === name) ?? name;
+}
 
 /** Whether the run that is shown, or being loaded, is that of an experiment. */
 export function isOf({ setup: { world, method, seed } }: Shown, store: Store): boolean {
@@ -111,12 +122,12 @@ export function isOf({ setup: { world, method, seed } }: Shown, store: Store): b
 }
 
 /** Begins an experiment. */
-export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, after = [], speed, layers = {}, tab, follow = false }: Exhibit): void {
+export function exhibit(store: Store, client: Client, { name, title, watch, then, setup, kidnaps = false, speed, layers = {}, tab, follow = false }: Exhibit): void {
   const { world, sensor, method, seed, settings = {}, cycle = false } = setup;
   store.setLayers(layers);
   if (tab !== undefined) store.set("tab", { tab });
   client.setSpeed(speed);
   client.start({ world, sensor, method, seed, settings, cycle, worldJson: null, mode: "explore", calibration: null, priorMap: null });
   dispatchEvent(new CustomEvent("show-robot", { detail: follow }));
-  store.set("exhibit", { exhibit: { name, title, watch, then, setup, after } });
+  store.set("exhibit", { exhibit: { name, title, watch, then, setup, kidnaps } });
 }

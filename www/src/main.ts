@@ -1,9 +1,9 @@
 // Composes the page: store, scene, client, components, keys. Nothing is decided here.
 
 import { Client } from "./client.js";
+import { addressOf, exhibitAt } from "./gallery.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
-import { isLink } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
@@ -50,6 +50,7 @@ import "./ui/status.js";
 import "./ui/stick.js";
 import "./ui/submaps.js";
 import "./ui/tabs.js";
+import "./ui/timeline.js";
 import "./ui/tip.js";
 import "./ui/toast.js";
 import "./ui/tour.js";
@@ -87,8 +88,8 @@ const gallery = component<SlamGallery>("slam-gallery");
 const keyframes = new Keyframes();
 store.on("frame", () => store.status && keyframes.take(store.status, scene.scan));
 
-client.onStart = () => {
-  map.restart();
+client.onStart = (isAgain) => {
+  map.restart(isAgain);
   keyframes.clear();
 };
 
@@ -179,6 +180,7 @@ startKeyboard({
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
     n: () => client.send({ kind: "step" }),
+    b: () => client.back(),
     "[": () => transport.shift(-1),
     "]": () => transport.shift(1),
     1: () => client.manual(),
@@ -253,7 +255,12 @@ for (const name of OF_THE_STORE) Object.defineProperty(figures, name, { get: () 
 Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 
 // An address that is changed while the page is open.
-addEventListener("hashchange", () => isLink(location.hash) && client.follow(location.hash));
+addEventListener("hashchange", () => client.visit(location.hash) || store.set("exhibit", { exhibit: null }));
+// Who begins something else leaves the experiment, and its address.
+store.on("exhibit", () => {
+  const address = store.exhibit && addressOf(store.exhibit);
+  if (!address && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
+});
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {

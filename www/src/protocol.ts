@@ -35,6 +35,10 @@ export type Command =
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
   | { kind: "step" }
+  /** To a moment, s, earlier or later, and waits there. */
+  | { kind: "seek"; time: number }
+  /** To the scan before, and waits there. */
+  | { kind: "back" }
   /** Simulated seconds for each second; Infinity is as fast as it goes. */
   | { kind: "speed"; factor: number }
   | { kind: "explore" }
@@ -157,7 +161,7 @@ export const SAVED: Readonly<Record<SavedKind, string>> = {
 export type Answer =
   /** The module is there, and this can be chosen. */
   | ({ kind: "ready" } & Offer)
-  | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean }
+  | { kind: "started"; run: number; source: SourceKind; title: string; method: MethodName; setup: Setup | null; playing: boolean; isAgain: boolean }
   | Frame
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands
       still meanwhile. */

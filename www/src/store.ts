@@ -10,6 +10,7 @@ import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import { History } from "./history.js";
+import { type Mark, marked } from "./past.js";
 import type { Shown } from "./gallery.js";
 import type { Compared } from "./compared.js";
 import { numbered } from "./room_numbers.js";
@@ -86,7 +87,7 @@ export interface LoadedMap {
 export interface RemovedSubmap { readonly submap: number; readonly scans: number }
 
 /** What the worker sends when a run begins. */
-export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null };
+export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null; isAgain: boolean };
 
 export class Store {
   status: Status | null = null;
@@ -133,6 +134,12 @@ export class Store {
   aiming = false;
   /** Stop was pressed, and nothing else was asked of the robot since. */
   isStopped = false;
+  /** As far as the run came, or the one that it goes the way of again, s. */
+  furthest = 0;
+  /** What happened up to there. */
+  marks: readonly Mark[] = [];
+  /** The moment that it is on the way to, s. */
+  seeking: number | null = null;
   follow = false;
   gridView: GridView = "continuous";
   layers: Record<LayerName, boolean> = Object.fromEntries(
@@ -197,7 +204,8 @@ export class Store {
   }
 
   /** A run begins: what was shown of the one before is gone. */
-  begin({ source, title, playing, method, setup }: RunStart): void {
+  begin({ source, title, playing, method, setup, isAgain }: RunStart): void {
+    if (!isAgain) [this.furthest, this.marks, this.seeking] = [0, [], null];
     this.history.clear();
     this.twin.clear();
     const ended: Partial<Store> = {
@@ -222,6 +230,7 @@ export class Store {
   take(frame: Frame): void {
     const before = this.status;
     this.status = frame.status;
+    this.furthest = Math.max(this.furthest, frame.status.time);
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
     if (frame.twinReset) this.twin.clear();
@@ -256,7 +265,16 @@ export class Store {
     const earlier = entry.topic === undefined ? undefined : this.log.find((e) => e.topic === entry.topic);
     const rest = earlier ? this.log.filter((e) => e !== earlier) : this.log.slice(-299);
     this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
+    this.marks = marked(this.marks, entry);
     this.notify("log");
+  }
+
+  /** Something is done here that was not done before: what came after is no longer to come. */
+  fork(): void {
+    const time = this.status?.time ?? 0;
+    if (this.furthest <= time) return;
+    this.furthest = time;
+    this.set("run", { marks: this.marks.filter((mark) => mark.time <= time) });
   }
 }
 

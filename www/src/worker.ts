@@ -58,6 +58,12 @@ function command(act: (run: Run) => void): void {
   player.changed();
 }
 
+/** To another moment of the run; what would come after it is shown at once. */
+function seek(...where: Parameters<Player["seek"]>): void {
+  if (reading) stopReading();
+  given("", () => player.seek(...where));
+}
+
 /** Changes the map of a run of any source. */
 function changeMap(act: (module: WebRun) => void, words: string): void {
   player.run?.changeMap(act, words);
@@ -143,6 +149,11 @@ const handlers: Handlers<Command> = {
     const scans = run?.scans ?? 0;
     for (let i = 0; run && i < MOST_STEPS && run.scans === scans && !run.finished; i += 1) run.step();
     player.show();
+  },
+  seek: ({ time }) => seek((run) => run.time > time, (run) => run.time >= time),
+  back: () => {
+    const before = (player.run?.scans ?? 0) - 1;
+    seek(() => true, (run) => run.scans >= before);
   },
   speed: ({ factor }) => player.setSpeed(factor),
   stage: () => {

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use super::Experiment;
+use super::{Experiment, ExperimentError};
 use crate::pilot::Mode;
 use crate::settings::Settings;
 
@@ -49,6 +49,10 @@ pub(super) struct Actions {
     periods: u64,
     done: Vec<TimedAction>,
     due: VecDeque<TimedAction>,
+    /// Whether what is done just now is told by `due`.
+    is_told: bool,
+    /// Whether somebody did something before all was done that was due: it is another run since.
+    has_forked: bool,
     /// What was done that no list of actions can tell.
     untold: Option<&'static str>,
 }
@@ -59,6 +63,7 @@ impl Actions {
     }
 
     pub(super) fn note(&mut self, is_decided: bool, action: Action) {
+        self.fork();
         self.done.push(TimedAction {
             period: self.periods,
             is_decided,
@@ -67,7 +72,16 @@ impl Actions {
     }
 
     pub(super) fn note_untold(&mut self, what: &'static str) {
+        self.fork();
         self.untold.get_or_insert(what);
+    }
+
+    /// Somebody does something that is not due: what was to follow does not.
+    fn fork(&mut self) {
+        if !self.is_told && !self.due.is_empty() {
+            self.due.clear();
+            self.has_forked = true;
+        }
     }
 
     /// The next action that is due, the pilot having decided or not.
@@ -85,6 +99,18 @@ impl Actions {
 #[error("{0}: that cannot be done again from a list of actions")]
 pub struct Untold(&'static str);
 
+/// Why a run cannot begin again.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AgainError {
+    /// What was done cannot be told.
+    #[error(transparent)]
+    Untold(#[from] Untold),
+    /// What it began with.
+    #[error(transparent)]
+    Start(#[from] ExperimentError),
+}
+
 impl Experiment {
     /// Control periods since it began.
     #[must_use]
@@ -100,8 +126,21 @@ impl Experiment {
         untold.map_or(Ok(done), |what| Err(Untold(what)))
     }
 
+    /// The same run from its beginning, with all that was done, or is still to be done, due at its
+    /// period.
+    ///
+    /// # Errors    [`AgainError`].
+    pub fn again(&self) -> Result<Self, AgainError> {
+        let done = self.actions()?.iter();
+        let due = done.chain(&self.actions.due).cloned().collect();
+        let mut again = Self::new(self.start.clone())?;
+        again.actions.due = due;
+        Ok(again)
+    }
+
     /// From here on `actions`, in the order of time, are done each at its period. One that the run
-    /// refuses, as a door that does not exist, is passed over.
+    /// refuses, as a door that does not exist, is passed over. Who does something else before they
+    /// are done goes another way: what is left of them is forgotten.
     pub fn follow(&mut self, actions: impl IntoIterator<Item = TimedAction>) {
         self.actions.due.extend(actions);
     }
@@ -112,8 +151,20 @@ impl Experiment {
         !self.actions.due.is_empty()
     }
 
+    /// Whether somebody went another way before all was done that was to be done again.
+    #[must_use]
+    pub fn has_forked(&self) -> bool {
+        self.actions.has_forked
+    }
+
     /// Does what is due.
     pub(super) fn act_as_told(&mut self) {
+        self.actions.is_told = true;
+        self.act_all_due();
+        self.actions.is_told = false;
+    }
+
+    fn act_all_due(&mut self) {
         while let Some(action) = self.actions.next_due(self.has_decided) {
             match action {
                 Action::SetMode(mode) => self.set_mode(mode),

@@ -13,6 +13,25 @@ use crate::slam::{PriorMap, PriorMapMatching, Slam, SlamConfig};
 use crate::wire::message::{FromBridge, ScanBody};
 use crate::wire::recording::{Recording, fixture};
 
+#[test]
+fn from_its_beginning_a_recording_comes_to_every_earlier_state() {
+    let log = small_log();
+    let settings = Log::from(log.clone()).settings();
+    let mut run = Replay::new(log, Method::ScanMatching, &settings).unwrap();
+    let mut hashes = vec![run.state_hash()];
+    while run.step().unwrap() {
+        hashes.push(run.state_hash());
+    }
+    let mut again = run.again().unwrap();
+    for hash in &hashes {
+        assert_eq!(again.state_hash(), *hash);
+        again.step().unwrap();
+    }
+    let corners = [[0.0, 0.0], [1.0, 1.0]].map(|[x, y]| Point2::new(x, y));
+    again.edit(EditKind::Wall, &corners).unwrap();
+    assert!(matches!(again.again(), Err(ReplayError::Untold(_))));
+}
+
 /// A robot that drives 2 m along a room of 8 m x 4 m, its laser 0.1 m ahead of its centre.
 fn small_log() -> CarmenLog {
     let mut text = String::new();

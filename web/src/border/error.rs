@@ -57,7 +57,7 @@ kinds! {
         slamlab_core::format::g2o::G2oError, slamlab_core::format::map_points::LoadedMapError, slamlab_core::format::point_list::PointListError, slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
         slamlab_core::estimation::MapMergeError, slamlab_core::estimation::RestoreError, slamlab_core::format::slamlab::SlamlabError, slamlab_core::replay::LogError;
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::registration::CloudError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
-        slamlab_core::estimation::MapAlignmentError, crate::contest::AskError, crate::registration::LabError, crate::run::RunError;
+        slamlab_core::estimation::MapAlignmentError, crate::contest::AskError, crate::registration::LabError, crate::run::RunError, slamlab_core::experiment::AgainError;
     Save: crate::export::ExportError, crate::link::NoLink, slamlab_core::format::floor_plan::FloorPlanError,
         slamlab_core::format::map_server::MapServerError, slamlab_core::format::rooms::NoRooms,
         slamlab_core::format::smap::SmapError;

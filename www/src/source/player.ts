@@ -53,6 +53,10 @@ export class Player {
   /** Share of the recording that was mapped when its map was judged last. */
   #judgedAt = 0;
   #scheduled = false;
+  /** What the run began with, as the page has it. */
+  #setup: Started["setup"] = null;
+  /** As fast as it goes until this holds; then it waits. */
+  #until: ((run: Run) => boolean) | null = null;
   readonly #immediate = new MessageChannel();
 
   constructor() {
@@ -60,8 +64,10 @@ export class Player {
   }
 
   /** Shows another run from here on. */
-  begin(run: Run, { setup, playing }: Pick<Started, "setup" | "playing">): void {
+  begin(run: Run, { setup, playing, isAgain = false }: Pick<Started, "setup" | "playing"> & { isAgain?: boolean }): void {
     this.onBegin();
+    this.#until = null;
+    this.#setup = setup;
     this.run?.close();
     this.run = run;
     this.extras.reset();
@@ -72,7 +78,7 @@ export class Player {
     this.#judgedAt = 0;
     this.#playing = playing;
     const { kind: source, title, method } = run;
-    post({ kind: "started", run: this.#number, source, title, method, setup, playing });
+    post({ kind: "started", run: this.#number, source, title, method, setup, playing, isAgain });
     this.#rebase();
     this.#pageReady = true;
     this.changed();
@@ -80,6 +86,7 @@ export class Player {
   }
 
   play(next: boolean): void {
+    this.#until = null;
     if (next !== this.#playing) {
       this.#playing = next;
       post({ kind: "playing", playing: next });
@@ -87,6 +94,16 @@ export class Player {
     this.#hashAt = -Infinity;
     this.#stale = true;
     this.resume();
+  }
+
+  /** To where `is_there` holds of the run, and waits there: on the way it goes, or from its
+      beginning, where it has passed that already. */
+  seek(isPast: (run: Run) => boolean, isThere: (run: Run) => boolean): void {
+    const { run } = this;
+    if (!run || run.kind === "bridge") return;
+    if (isPast(run)) this.begin(run.again(), { setup: this.#setup, playing: true, isAgain: true });
+    this.play(true);
+    this.#until = isThere;
   }
 
   /** Goes on by the clock from here. */
@@ -209,16 +226,19 @@ export class Player {
 
   #slice(run: Run): void {
     const begin = performance.now();
-    const target = this.#pace.target(begin);
+    const until = this.#until;
+    const target = until ? Infinity : this.#pace.target(begin);
     let late = false;
-    while (run.time < target && !run.finished && !late) {
+    while (run.time < target && !run.finished && !late && !until?.(run)) {
       run.step();
       this.#stale = true;
       late = performance.now() - begin >= SLICE_MILLIS;
     }
     if (late) this.#pace.fallBehind(begin, run.time);
     this.#pace.measure(performance.now(), run.time);
-    if (run.finished) {
+    if (until?.(run) && !run.finished) {
+      this.play(false);
+    } else if (run.finished) {
       this.play(false);
       if (run.kind === "replay") this.judge();
     } else if (run.kind === "replay") {

@@ -34,7 +34,7 @@ export class Run implements RunFacts {
   #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
 
-  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, begins: string) {
+  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string) {
     [this.kind, this.title, this.method] = [kind, title, method];
     module.draw_dead_reckoned();
     this.#story = new Story(module);
@@ -45,6 +45,11 @@ export class Run implements RunFacts {
     this.#status = module.status();
     if (begins !== "") this.#story.note("info", begins);
     this.update(0);
+  }
+
+  /** The same from its beginning. */
+  again(): Run {
+    return new Run(this.module.again(), this, this.begins);
   }
 
   /** Seconds of simulation, recording or robot so far. */
@@ -173,8 +178,8 @@ export class Run implements RunFacts {
     const holds = this.#isCompared ? undefined : this.module.link_holds();
     if (holds === undefined) return;
     this.#isCompared = true;
-    if (holds) this.#story.note("good", "The same state as the link's, to the bit");
-    else this.#story.note("warn", "Not the state that the link tells: it was made by another version of slamlab");
+    if (holds) this.#story.tell("good", "Here the link was made, and the state is the same, to the bit.");
+    else this.#story.tell("warn", "Here the link was made, but the state is not the one that it tells: it was made by another version of slamlab.");
   }
 
   #refresh(): void {

@@ -90,7 +90,7 @@ export class Story {
     this.#wasLocalised ||= s.localisation === "localised";
     if (s.priorMapMisfit && !this.#misfitNoted && !this.#wasLocalised) {
       this.#misfitNoted = true;
-      this.#alert(`The prior map does not fit: only ${Math.round(100 * s.priorMapOverlap)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Prior map.`);
+      this.tell("warn", `The prior map does not fit: only ${Math.round(100 * s.priorMapOverlap)} % of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it: mend that under Run, Prior map.`);
     }
     if (s.localisation !== this.#localisation) {
       const words = s.localisation && this.#localisation ? LOCALISATION[s.localisation] : null;
@@ -99,12 +99,13 @@ export class Story {
     }
     if (s.mapFull && !this.#fullTold) {
       this.#fullTold = true;
-      this.#alert("The map is full: what lies beyond it is left out, and what is in it stays. Save it, or begin again with larger cells (Settings, Map).");
+      this.tell("warn", "The map is full: what lies beyond it is left out, and what is in it stays. Save it, or begin again with larger cells (Settings, Map).");
     }
   }
 
-  #alert(text: string): void {
-    this.#notes.push({ time: this.#time, level: "warn", text, alert: true });
+  /** Says it over the map too. */
+  tell(level: Level, text: string): void {
+    this.#notes.push({ time: this.#time, level, text, alert: true });
   }
 
   #tellGoal(s: RunStatus): void {
@@ -115,6 +116,10 @@ export class Story {
     const by = s.task.planner ? `, path by ${s.task.planner}` : "";
     if (s.task.state === "homeward") {
       this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#tasks}`);
+      return;
+    }
+    if (s.task.state === "closing") {
+      this.note("info", `All is explored: drives on to ${goal}${by}, to close the loop`, `loop ${this.#tasks}`);
       return;
     }
     // Exploring means replanning all the time: that is one entry, not a hundred.
@@ -133,6 +138,7 @@ export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   const wind = WINDS[Math.round(Math.atan2(dy, dx) / (Math.PI / 4) + 8) % 8] ?? "";
   const way = `${Math.hypot(dx, dy).toFixed(1)} m to the ${wind}`;
   if (task.state === "homeward") return `all is explored, drives home, ${way}`;
+  if (task.state === "closing") return `all is explored, drives on to close the loop, ${way}`;
   return mode === "explore" ? `heads for a frontier ${way}` : way;
 }
 

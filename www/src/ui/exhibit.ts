@@ -2,7 +2,6 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 import { isOf } from "../gallery.js";
-import { Itinerary } from "../itinerary.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { story } from "./story_card.js";
@@ -11,15 +10,9 @@ export class SlamExhibit extends SlamElement {
   static override styles = story;
 
   protected override readonly topics = ["exhibit", "tour"] as const;
-  readonly #itinerary = new Itinerary();
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.store.on("exhibit", () => this.#itinerary.begin());
-    this.store.on("frame", () => {
-      const { exhibit, status } = this.store;
-      if (exhibit && status) this.#itinerary.follow(exhibit.after ?? [], status, this.client);
-    });
     // Another run is another story.
     this.store.on("run", () => {
       const { exhibit } = this.store;
@@ -34,6 +27,7 @@ export class SlamExhibit extends SlamElement {
       <header><h2>${exhibit.title}</h2>
         <button class="icon" aria-label="Close" @click=${this.press(() => this.store.set("exhibit", { exhibit: null }))}>${icons.close}</button></header>
       <p>${exhibit.watch}</p>
+      ${exhibit.kidnaps ? html`<p><button data-testid="kidnap-here" title="Carry the robot to a random place, without telling it" @click=${this.press(() => this.client.kidnap())}>${icons.hand} Kidnap</button></p>` : nothing}
       <p class="muted">${exhibit.then}</p>
     </section>`;
   }

@@ -1,7 +1,7 @@
 // The gallery: a dozen experiments to begin by a click.
 
 import { css, html, type TemplateResult } from "lit";
-import { type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
+import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
@@ -35,9 +35,11 @@ export class SlamGallery extends SlamDialog {
     return [setup.world, sensor, method].join(" · ");
   }
 
+  /** Experiments have an address of their own, which the page follows: it can be passed on. */
   #begin(each: Exhibit): void {
     this.close();
-    exhibit(this.store, this.client, each);
+    if (location.hash === addressOf(each)) exhibit(this.store, this.client, each);
+    else location.hash = addressOf(each);
   }
 }
 

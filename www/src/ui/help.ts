@@ -10,7 +10,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["Gamepad", "left stick drives; B or the right trigger stops"],
   ["Space, Esc", "Stop"],
   ["P", "play or pause"],
-  ["N", "step one scan"],
+  ["N, B", "one scan on, one scan back"],
   ["[ ]", "slower, faster"],
   ["1 2 3", "Manual, Go to, Explore"],
   ["4", "the cycle: scan standing, plan, one turn, one leg"],

@@ -8,6 +8,7 @@ export const icons = {
   play: icon(svg`<path d="M7 4.5v15l12.5-7.5z" fill="currentColor"/>`),
   pause: icon(svg`<path d="M8 5v14M16 5v14" stroke-width="3.4"/>`),
   step: icon(svg`<path d="M5 5v14l10-7z" fill="currentColor"/><path d="M19 5v14" stroke-width="2.6"/>`),
+  back: icon(svg`<path d="M19 5v14L9 12z" fill="currentColor"/><path d="M5 5v14" stroke-width="2.6"/>`),
   stop: icon(svg`<path d="M8.2 3h7.6L21 8.2v7.6L15.8 21H8.2L3 15.8V8.2z" fill="currentColor" stroke="none"/>`),
   plus: icon(svg`<path d="M12 5v14M5 12h14"/>`),
   minus: icon(svg`<path d="M5 12h14"/>`),

@@ -108,6 +108,7 @@ export class SlamLegend extends SlamElement {
     input:checked { background: var(--accent); }
     input:checked::after { left: 14px; }
     small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
+    .meaning { position: sticky; bottom: -12px; margin: 8px -14px -12px; padding: 8px 14px 12px; min-height: 92px; border-top: 1px solid var(--line); background: var(--surface); color: var(--muted); font-size: 12.5px; line-height: 1.35; }
     .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
     .tones { display: grid; gap: 5px; margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); font-size: 13px; }
     .tones select { width: 100%; }
@@ -115,10 +116,12 @@ export class SlamLegend extends SlamElement {
     .scale i { grid-column: 1 / -1; height: 10px; border-radius: 3px; border: 1px solid var(--line); background: linear-gradient(to right, var(--map-field), color-mix(in srgb, var(--map-field), var(--map-free) 50%) 25%, var(--map-free)); }
     .scale i.likelihood { background: linear-gradient(to right, var(--map-free), var(--map-field)); }
     .scale small { display: block; grid-column: 1 / -1; margin: 2px 0 0; font-family: var(--sans); }
-    @media (max-width: 760px) { small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
+    @media (max-width: 760px) { .meaning { display: none; } small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
   `;
 
   protected override readonly topics = ["view", "run"] as const;
+  /** What was pointed at last. */
+  #meaning = "";
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -137,7 +140,7 @@ export class SlamLegend extends SlamElement {
       <h2>Layers</h2>
       <ul>
         ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
-          (e) => html`<li><label class=${store.layers[e.name] ? "" : "off"} title=${e.meaning}>
+          (e) => html`<li @pointerenter=${() => this.#explain(e)} @focusin=${() => this.#explain(e)}><label class=${store.layers[e.name] ? "" : "off"}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
             <small>${e.meaning}</small></label></li>`,
@@ -149,7 +152,13 @@ export class SlamLegend extends SlamElement {
           </select>
           ${this.#scale()}</li>
       </ul>
+      <p class="meaning" aria-hidden="true" data-testid="layer-meaning">${this.#meaning || "Point at a layer to read what it shows."}</p>
     `;
+  }
+
+  #explain({ meaning }: Entry): void {
+    this.#meaning = meaning;
+    this.requestUpdate();
   }
 
   /** What the colours of a field mean. */

@@ -6,16 +6,19 @@ import type { Tab } from "../store.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
-const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult; phoneOnly?: boolean }[] = [
+const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResult; phoneOnly?: boolean; narrowOnly?: boolean }[] = [
   { tab: "run", label: "Run", icon: icons.flag, phoneOnly: true },
   { tab: "status", label: "Status", icon: icons.gauge, phoneOnly: true },
   { tab: "plots", label: "Plots", icon: icons.chart },
   { tab: "filter", label: "Filter", icon: icons.matrix },
   { tab: "paths", label: "Paths", icon: icons.route },
   { tab: "settings", label: "Settings", icon: icons.sliders },
-  { tab: "layers", label: "Layers", icon: icons.layers, phoneOnly: true },
+  { tab: "layers", label: "Layers", icon: icons.layers, narrowOnly: true },
   { tab: "log", label: "Log", icon: icons.list },
 ];
+
+/** What takes the place of the plots on a wide screen. */
+const SIDE: readonly Tab[] = ["filter", "paths", "settings", "log"];
 
 export class SlamTabs extends SlamElement {
   static override styles = css`
@@ -25,9 +28,17 @@ export class SlamTabs extends SlamElement {
     @media (min-width: 761px) {
       nav { grid-auto-columns: auto; padding: 0 6px; border-bottom: 1px solid var(--line); border-top: 0; }
       .phone { display: none; }
+      .narrow { display: none; }
       button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
       button svg { width: 16px; height: 16px; }
       button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
+    }
+    /* Where there is no room for the layers on the map. */
+    @media (min-width: 761px) and (max-width: 1179px), (min-width: 761px) and (max-height: 560px) {
+      nav { padding: 0; }
+      .narrow { display: flex; }
+      button { padding: 0 6px; gap: 4px; }
+      button svg { display: none; }
     }
   `;
 
@@ -43,22 +54,24 @@ export class SlamTabs extends SlamElement {
     const { store } = this;
     document.body.dataset["tab"] = store.tab;
     return html`<nav aria-label="Panels">
-      ${TABS.map((t) => html`<button class=${t.phoneOnly ? "phone" : ""} data-testid="tab-${t.tab}" aria-pressed=${this.#shown === t.tab}
+      ${TABS.map((t) => html`<button class=${t.phoneOnly ? "phone" : t.narrowOnly ? "narrow" : ""} data-testid="tab-${t.tab}" aria-pressed=${this.#isShown(t.tab)}
         @click=${() => this.#choose(t.tab)}>${t.icon}${t.label}</button>`)}
     </nav>`;
   }
 
-  /** On a wide screen one of the five is always shown. */
-  get #shown(): Tab {
-    const { tab } = this.store;
-    return this.#wide.matches && tab !== "filter" && tab !== "paths" && tab !== "settings" && tab !== "log" ? "plots" : tab;
+  /** On a wide screen one of the five panels is always shown, and the layers beside it. */
+  #isShown(tab: Tab): boolean {
+    const { tab: chosen } = this.store;
+    if (!this.#wide.matches || chosen === tab) return chosen === tab;
+    return tab === "plots" && !SIDE.includes(chosen);
   }
 
   #choose(tab: Tab): void {
-    const closes = this.store.tab === tab && !this.#wide.matches;
+    const isBeside = !this.#wide.matches || tab === "layers";
+    const closes = this.store.tab === tab && isBeside;
     this.store.set("tab", { tab: closes ? "" : tab });
     // The panel takes up its room first.
-    if (this.#wide.matches) requestAnimationFrame(() => this.scrollIntoView({ block: "start" }));
+    if (!isBeside) requestAnimationFrame(() => this.scrollIntoView({ block: "start" }));
   }
 }
 

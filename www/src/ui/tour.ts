@@ -2,7 +2,6 @@
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
-import { Itinerary, ROUND_THE_RING } from "../itinerary.js";
 import { go, isOwnRun, STEPS, type TourStep } from "../tour.js";
 import { SlamElement } from "./element.js";
 import { length } from "./format.js";
@@ -39,7 +38,6 @@ export class SlamTour extends SlamElement {
 
   protected override readonly topics = ["tour", "frame", "view"] as const;
   readonly #history = new DoubtHistory();
-  readonly #itinerary = new Itinerary();
   /** What the doubt shrank from and to, when a loop was closed. */
   #collapse: { from: number; to: number } | null = null;
   #time = 0;
@@ -51,7 +49,6 @@ export class SlamTour extends SlamElement {
       if (this.store.tour && !isOwnRun(this.store)) go(this.store, null);
     });
     this.store.on("frame", () => this.#follow());
-    this.store.on("tour", () => this.store.tour === STEPS[0] && this.#itinerary.begin());
   }
 
   #follow(): void {
@@ -60,8 +57,6 @@ export class SlamTour extends SlamElement {
     if (status.time < this.#time) this.#collapse = null;
     this.#time = status.time;
     const collapse = this.#history.add(status.time, doubtOf(status));
-    // Exploration may be over just before the loop is closed.
-    if (!this.#collapse && !collapse) this.#itinerary.follow(ROUND_THE_RING, status, this.client);
     if (!collapse || this.#collapse) return;
     this.#collapse = collapse;
     if (tour === "doubt") go(this.store, "loop");

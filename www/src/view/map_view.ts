@@ -212,9 +212,9 @@ export class SlamMap extends SlamElement {
   }
 
   /** A new run: forget the old view at once. */
-  restart(): void {
-    if (!this.store.follow) this.#auto = true;
-    this.#fitAt = -Infinity;
+  restart(keepsView: boolean): void {
+    if (!this.store.follow && !keepsView) this.#auto = true;
+    if (!keepsView) this.#fitAt = -Infinity;
     this.#jump = true;
     this.#forget();
   }

@@ -88,6 +88,45 @@ fn what_is_done_again_is_the_same_to_the_bit() {
 }
 
 #[test]
+fn a_run_from_its_beginning_comes_to_every_earlier_state_and_goes_other_ways_from_there() {
+    let (mut run, _) = begun(&link("doors"));
+    let mut hashes = vec![run.state_hash()];
+    for period in 1..=90 {
+        if period == 30 {
+            run.set_mode(Mode::GoTo(Point2::new(1.25, 0.1)));
+        }
+        if period == 60 {
+            run.kidnap(None).unwrap();
+        }
+        run.step().unwrap();
+        hashes.push(run.state_hash());
+    }
+    let mut again = run.again().unwrap();
+    for (period, hash) in hashes.iter().enumerate() {
+        assert_eq!(again.state_hash(), *hash, "period {period}");
+        // On the way there it can begin again as well.
+        if period == 45 {
+            let thrice = again.again().unwrap();
+            assert!(thrice.has_due() && thrice.state_hash() == hashes[0]);
+            let mut forked = again.again().unwrap();
+            while forked.periods() < 45 {
+                forked.step().unwrap();
+            }
+            assert!(forked.state_hash() == *hash && forked.has_due());
+            forked.drive(0.1, 0.0);
+            assert!(!forked.has_due() && forked.has_forked());
+            // Of what was done, the kidnapping is not.
+            assert_eq!(forked.actions().unwrap().len(), 2);
+        }
+        again.step().unwrap();
+    }
+    assert!(!again.has_due() && !again.has_forked());
+    assert_eq!(again.actions().unwrap(), run.actions().unwrap());
+    run.kidnap(Some(&Pose2::new(1.0, 1.0, 0.0))).ok();
+    assert!(matches!(run.again(), Err(AgainError::Untold(_))));
+}
+
+#[test]
 fn what_a_list_cannot_tell_makes_no_link() {
     let (mut run, _) = begun(&link("arena"));
     run.step().unwrap();

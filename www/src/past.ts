@@ -1,0 +1,30 @@
+// What is known of a run's past, and of what came after the moment that it went back to.
+
+import type { LogEntry, Store } from "./store.js";
+
+/** A moment that is told on the time line. */
+export type Mark = Pick<LogEntry, "time" | "level" | "text">;
+
+/** Marks closer to each other than this share of the line would lie on one another. */
+const APART = 1 / 250;
+/** Most marks; then of those that lie close the older ones go. */
+const MOST = 400;
+
+/** From the beginning to as far as the run came, or its recording goes, s. */
+export function span({ status, furthest, source }: Store): number {
+  if (!status) return 0;
+  const { time, progress } = status;
+  // A recording's length follows from the part that is done.
+  const whole = source === "replay" && progress > 0 && !status.finished ? time / progress : time;
+  return Math.max(whole, furthest);
+}
+
+/** With one more; what somebody waited for and what went wrong are worth a mark. A run that goes the
+    same way again tells the same once more. */
+export function marked(marks: readonly Mark[], { time, level, text }: Mark): readonly Mark[] {
+  if (level === "info" || marks.some((mark) => mark.time === time && mark.text === text)) return marks;
+  const all = [...marks, { time, level, text }].sort((a, b) => a.time - b.time);
+  if (all.length <= MOST) return all;
+  const least = (all.at(-1)?.time ?? 0) * APART;
+  return all.filter((mark, at) => mark.level === "warn" || at === 0 || mark.time - (all[at - 1]?.time ?? 0) >= least).slice(-MOST);
+}
