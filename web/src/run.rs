@@ -48,6 +48,8 @@ pub enum RunError {
     NoSavedMap,
 }
 
+crate::border::kinds! { Question: RunError; }
+
 /// What feeds a run.
 #[derive(Debug)]
 pub(crate) enum Source {

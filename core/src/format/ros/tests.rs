@@ -3,6 +3,8 @@
 
 use proptest::prelude::*;
 
+use super::collector::keep;
+use super::fields::FieldsError;
 use super::*;
 
 const PLAIN_BAG: &[u8] = include_bytes!("files/plain.bag");
