@@ -50,7 +50,7 @@ test('of two lidars one is chosen in a dialog, and the choice holds when the log
   await expect(lab.at('log')).toContainText('25 scans of /rear/scan');
 });
 
-test('files that are none are called by what they are, and a cut bag keeps what stands before', async ({ lab, page }) => {
+test('files that are none are called by what they are, and a cut file keeps what stands before', async ({ lab, page }) => {
   await lab.open();
   const cases: readonly [name: string, bytes: Buffer, says: RegExp][] = [
     ['drive.bag', Buffer.from('SQLite format 3\0'), /drive\.bag: this is a database \(SQLite\).*ros2 bag convert/],
@@ -66,9 +66,9 @@ test('files that are none are called by what they are, and a cut bag keeps what 
     await page.getByRole('button', { name: 'Close the message' }).click();
   }
   expect((await lab.state()).source).toBe('sim');
-  const whole = file('plain.bag');
-  await drop(page, 'cut.bag', whole.subarray(0, whole.length / 2));
-  await expect.poll(async () => (await lab.state()).title).toBe('cut.bag');
+  const whole = file('zstd.mcap');
+  await drop(page, 'cut.mcap', whole.subarray(0, Math.round(0.6 * whole.length)));
+  await expect.poll(async () => (await lab.state()).title).toBe('cut.mcap');
   await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
   await lab.show('log');
   await expect(lab.at('log')).toContainText('cut off');

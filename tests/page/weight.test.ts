@@ -6,7 +6,7 @@ import { expect, test } from './fixture.ts';
 /** What issue and specification ask for, bytes. */
 const GOAL = 900_000;
 /** What was reached, and must not be lost again, bytes. Once it is below the goal, the goal stands. */
-const REACHED = 1_250_000;
+const REACHED = 1_230_000;
 
 const sent = (path: string): number => {
   const file = new URL(`../../www/dist/${path === '/' ? 'index.html' : path.slice(1)}`, import.meta.url);
@@ -21,7 +21,7 @@ test.describe('a first visit', () => {
     const paths = new Set<string>();
     page.on('response', (response) => {
       const url = new URL(response.url());
-      if (url.origin === new URL(baseURL!).origin && !url.pathname.startsWith('/ws')) paths.add(url.pathname);
+      if (url.origin === new URL(baseURL!).origin && url.pathname !== '/bridge.json') paths.add(url.pathname);
     });
     await page.goto('/');
     await lab.watch((s) => s.distance, 'the robot drives').toBeGreaterThan(0.2);

@@ -466,7 +466,7 @@ export class Client {
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
       this.store.set("run", { offer });
-      this.#ports.prepare();
+      void this.#ports.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
