@@ -4,8 +4,8 @@
 //! in the map frame (m, rad), errors with a kind and the core's own sentence. A panic becomes a
 //! thrown string.
 //!
-//! A module of WebAssembly for each feature: what the page needs at once, and what is loaded when it
-//! is asked for. All have the border.
+//! A module of WebAssembly for each feature: what the page needs at once, and what is loaded when
+//! it is asked for. All have the border.
 //!
 //! | feature | module | what it has |
 //! |---|---|---|

@@ -1,5 +1,5 @@
-// Sorts files that were dropped or chosen together by what stands in them, whatever they are called:
-// a building, something else to open, or nothing that can be opened.
+// Sorts files that were dropped or chosen together by what stands in them, whatever they are
+// called: a building, something else to open, or nothing that can be opened.
 
 export type Chosen =
   | { kind: "nothing" }

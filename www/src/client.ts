@@ -424,8 +424,8 @@ export class Client {
     });
   }
 
-  /** Maps a recorded log. `topics`: those of a recording of ROS that are meant; null: they are asked
-      for where it has several. */
+  /** Maps a recorded log. `topics`: those of a recording of ROS that are meant; null: they are
+      asked for where it has several. */
   async open(file: File, method: MethodName = "scan-matching", topics: Topics | null = null): Promise<void> {
     await this.#reading(file.name, async () => {
       const { setup, tuning } = this.store;

@@ -76,8 +76,8 @@ export class SerialPorts {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
-  /** Loads the rules ahead of the first run, where somebody plugged a device before: most visitors have
-      none, and their module is no part of a first visit. */
+  /** Loads the rules ahead of the first run, where somebody plugged a device before: most
+      visitors have none, and their module is no part of a first visit. */
   async prepare(): Promise<void> {
     const ports = await webSerial()?.getPorts().catch(() => []);
     if (!ports?.length || this.#rules || this.#spare) return;

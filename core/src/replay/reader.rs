@@ -15,8 +15,8 @@
 //!
 //! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
 //! bytes come; several members, one behind the other, are one log. What is to be imported
-//! ([`LogError::is_of_ros`]) is read by [`crate::format::ros`], for a person may have to say what of
-//! it is meant.
+//! ([`LogError::is_of_ros`]) is read by [`crate::format::ros`], for a person may have to say what
+//! of it is meant.
 
 use std::io::Write as _;
 

@@ -1,5 +1,5 @@
-// A recording of ROS on its way to a recording that a run reads: by the module of file formats, slice
-// by slice.
+// A recording of ROS on its way to a recording that a run reads: by the module of file formats,
+// slice by slice.
 
 import type { WebRosReader } from "../../pkg/slamlab_files.js";
 import { post } from "../answer.js";

@@ -123,8 +123,8 @@ pub fn register_clouds(
     register_watched(moving, fixed, start, method, config, &mut ())
 }
 
-/// [`register_clouds`] by ICP. Who needs no other method carries none along: the page's module holds
-/// all that it may call.
+/// [`register_clouds`] by ICP. Who needs no other method carries none along: the page's module
+/// holds all that it may call.
 #[must_use]
 pub fn register_clouds_by_icp(
     moving: &Cloud,
