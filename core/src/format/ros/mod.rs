@@ -4,8 +4,8 @@
 //! odometry and every transform in it, and what of the file is damaged. Which of several lidars is
 //! meant, and what the frames say of where it sits, is asked of it later ([`crate::replay`]).
 //!
-//! 1. A file is cut into records ([`bag`], [`mcap`]), and chunks are unpacked ([`unpack`]). Only
-//!    messages of the kinds in [`messages`] are read; cameras and whatever else is large pass by.
+//! 1. A file is cut into records (`bag`, `mcap`), and chunks are unpacked (`unpack`). Only
+//!    messages of the kinds in `messages` are read; cameras and whatever else is large pass by.
 //! 2. A record that cannot be read ends the file there; a chunk or a message is left out. Either is
 //!    told in [`RosLog::damage`], with its place.
 //! 3. A transform or a pose that is said again and again is kept when it begins and when it ends:
