@@ -64,8 +64,8 @@ use serde_json::Value;
 )]
 struct Arguments {
     /// CARMEN logs (.log, .clf), recordings of the bridge or of ROS 2 (.mcap), bags of ROS 1
-    /// (.bag), logs of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone, a
-    /// revolution a line (.txt); what they are shows in their first bytes.
+    /// (.bag), logs of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR
+    /// alone, a revolution a line (.txt); what they are shows in their first bytes.
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// One more of them; can be given several times.
