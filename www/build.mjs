@@ -1,7 +1,7 @@
-// Bundles the page into dist/: main.js, registration.js, which is loaded when the lab is opened,
-// the workers, style.css, fonts, the wasm module and index.html. `node build.mjs` once; `node
-// build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run makes
-// it).
+// Bundles the page into dist/: main.js; registration.js, which is loaded when the lab is opened,
+// and files.js when a file of others is; the workers, style.css, fonts, the wasm modules and
+// index.html. `node build.mjs` once; `node build.mjs --watch` again at every change. The module
+// must stand in pkg/ (cargo xtask run makes it).
 
 import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
 import * as esbuild from "esbuild";
@@ -40,7 +40,7 @@ const options = {
   outdir: at("dist"),
   entryPoints: {
     main: "src/main.ts", registration: "src/registration/lab.ts", style: "src/style.css",
-    worker: "src/worker.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
+    worker: "src/worker.ts", files: "src/source/files.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
   },
   loader: { ".woff2": "file" },
   assetNames: "[name]",
@@ -50,7 +50,10 @@ const options = {
 const statics = async () => {
   await copyFile(at("index.html"), at("dist/index.html"));
   await copyFile(at("icon.svg"), at("dist/icon.svg"));
-  await copyFile(at("pkg/slamlab_web_bg.wasm"), at("dist/slamlab_web_bg.wasm"));
+  for (const module of ["web", "files", "lab", "cable"]) {
+    const name = `slamlab_${module}_bg.wasm`;
+    await copyFile(at(`pkg/${name}`), at(`dist/${name}`));
+  }
 };
 
 await statics();

@@ -16,6 +16,7 @@
 mod feed;
 mod log;
 mod reader;
+mod ros;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +39,7 @@ use feed::{Feed, Step};
 
 pub use log::Log;
 pub use reader::{LogError, LogReader};
+pub use ros::{ImportError, Imported, Offered, RosChoice, RosOffer, import_ros};
 
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;

@@ -15,7 +15,7 @@ const world = (x: number) => JSON.stringify({
 
 const CASES: readonly [what: string, file: string, bytes: string | Buffer, says: RegExp][] = [
   ['an empty log', 'empty.log', '', /empty\.log.*empty.*expected a CARMEN log/is],
-  ['a JPEG named .log', 'photo.log', jpeg, /photo\.log.*no text.*expected a CARMEN log.*a rover's log/is],
+  ['a JPEG named .log', 'photo.log', jpeg, /photo\.log: this is a JPEG picture; expected a CARMEN log.*a rover's log/is],
   ['a log that is cut off', 'cut.log', log.slice(0, -scan.length / 2), /cut\.log.*line 7.*cut off/is],
   ['a packed log that is cut off', 'cut.log.gz', gzipSync(log).subarray(0, -20), /cut\.log\.gz.*gzip file is damaged/is],
   ['a log with a word for a range', 'word.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' far')), /word\.log.*line 7: field 3.*`far`/is],
@@ -124,11 +124,15 @@ test('files written for other programs are recognised, and files that are no bui
   await lab.open();
   await lab.show('run');
   const { setup } = await lab.state();
-  const file = (name: string) => ({ name, mimeType: '', buffer: Buffer.from('0\nSECTION\n') });
+  const contents: Readonly<Record<string, string>> = {
+    geojson: '{ "type": "FeatureCollection", "features": [] }', tum: '# seconds x y z qx qy qz qw\n1.5 0 0 0 0 0 0 1\n', svg: '<svg/>', yaml: 'image: a.pgm\n', pgm: 'P2 1 1', txt: '3 2 0.1 0 0\n',
+  };
+  // What it holds counts, and not its name.
+  const file = (name: string) => ({ name: `x-${name.replace(/\.(?:dxf|geojson|tum)$/, '')}`, mimeType: '', buffer: Buffer.from(contents[/\.(\w+)$/.exec(name)?.[1] ?? ''] ?? '0\nSECTION\n') });
   const cases: readonly [names: string[], says: RegExp][] = [
-    [['office.dxf'], /office\.dxf is for other programs.*does not read them.*\.svg/],
-    [['office.geojson'], /office\.geojson is for other programs.*\.svg/],
-    [['office.tum'], /office\.tum is for other programs.*CARMEN/],
+    [['office.dxf'], /x-office is for other programs.*does not read it.*DXF.*\.svg/],
+    [['office.geojson'], /x-office is for other programs.*GeoJSON.*\.svg/],
+    [['office.tum'], /x-office is for other programs.*TUM.*evaluate/],
     [['office.svg', 'office.dxf', 'office.geojson'], /These are 3 files/],
     [['office.yaml', 'office.pgm', 'OGmap.txt'], /These are 3 files/],
     [['office.yaml', 'other.yaml'], /These are 2 files/],

@@ -78,6 +78,6 @@ test('a file of somebody else is refused in words, and the run goes on', async (
   await lab.show('run');
   const buffer = Buffer.concat([Buffer.from('\x89MCAP0\r\n', 'latin1'), Buffer.alloc(300, 7)]);
   await lab.at('file').setInputFiles({ name: 'foreign.mcap', mimeType: 'application/octet-stream', buffer });
-  await expect(lab.at('toast')).toContainText('was not recorded by slamlab');
+  await expect(lab.at('toast')).toContainText('the file holds no scan');
   expect((await lab.state()).source).toBe('sim');
 });

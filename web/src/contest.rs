@@ -24,6 +24,8 @@ pub enum AskError {
     NoTruth,
 }
 
+crate::border::kinds! { Question: AskError; }
+
 /// What all planners are asked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct ContestAsk {

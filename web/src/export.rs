@@ -36,6 +36,8 @@ pub enum ExportError {
     Recorded,
 }
 
+crate::border::kinds! { Save: ExportError; }
+
 /// A file to save.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 pub struct SavedFile {

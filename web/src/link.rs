@@ -27,6 +27,8 @@ pub enum NoLink {
     Untold(#[from] Untold),
 }
 
+crate::border::kinds! { Save: NoLink; }
+
 /// What a link begins with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[tsify(missing_as_null)]

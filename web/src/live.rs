@@ -8,7 +8,8 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, typed,
+    DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, messages,
+    typed,
 };
 use crate::building::PriorMapSetup;
 use crate::run::{Notice, Source, WebRun};
@@ -193,11 +194,6 @@ impl WebRun {
     pub fn bridge(&self) -> Typed<BridgeStatus> {
         typed(&BridgeStatus::of(self.live()?))
     }
-}
-
-/// Messages as the page sends them.
-pub(crate) fn messages(all: &[Vec<u8>]) -> Vec<js_sys::Uint8Array> {
-    all.iter().map(|bytes| bytes.as_slice().into()).collect()
 }
 
 impl From<Note> for Notice {

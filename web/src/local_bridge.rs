@@ -6,7 +6,7 @@ use slamlab_core::device::{Device, KINDS, Kind, LocalBridge, Want};
 use slamlab_core::geom::Pose2;
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::live::messages;
+use crate::border::messages;
 
 /// There is no device of that kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -77,6 +77,8 @@ pub enum LabError {
     NoMethod(String),
 }
 
+crate::border::kinds! { Question: LabError; }
+
 /// What a method found; m and rad, in the fixed cloud's frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]

@@ -51,6 +51,8 @@ pub enum RunError {
     NoSavedMap,
 }
 
+crate::border::kinds! { Question: RunError; }
+
 /// What feeds a run.
 #[derive(Debug)]
 pub(crate) enum Source {

@@ -30,6 +30,8 @@ pub enum SetupError {
     Goal,
 }
 
+crate::border::kinds! { Setup: SetupError; }
+
 /// What a simulated run starts from; the same setup gives the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]

@@ -1,45 +1,88 @@
-// Sorts files that were dropped or chosen together: a building, something else to open, or nothing
-// that can be opened.
+// Sorts files that were dropped or chosen together by what stands in them, whatever they are
+// called: a building, something else to open, or nothing that can be opened.
 
 export type Chosen =
   | { kind: "nothing" }
   /** A map of ROS with its image, an OGmap.txt, a submap, or a floor plan. */
   | { kind: "building"; name: string; files: readonly File[] }
-  /** A recording, a world or a preset: its contents decide. */
-  | { kind: "file"; file: File }
+  | { kind: "file"; file: File; content: Content }
   | { kind: "refused"; text: string };
+
+/** What one file holds; of a log and of what nobody knows the module says more. */
+export type Content = "world" | "preset" | "graph" | "saved-map" | "log";
+
+type Kind = Content | "yaml" | "image" | "building" | { kind: "written"; words: string };
+
+const NAMED: Readonly<Record<string, Kind>> = {
+  json: "world", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
+};
+
+/** Bytes within which a file shows what it is, comments before it. */
+const HEAD = 1 << 16;
 
 /** What the page writes for other programs, and where the same is to be had in a form that it
     reads. */
-const WRITTEN_ONLY: Readonly<Record<string, string>> = {
-  dxf: "The floor plan that was saved with it (.svg) holds the same walls.",
-  geojson: "Walls are in the floor plan that was saved with them (.svg), rooms are detected again in every map.",
-  tum: "The log of the scans (CARMEN) gives the same way again.",
-};
+const WRITTEN_ONLY: readonly (readonly [pattern: RegExp, words: string])[] = [
+  [/^\s*0\s*\n\s*SECTION\b|^\s*999\s*\n/, "a drawing (DXF): the floor plan that was saved with it (.svg) holds the same walls."],
+  [/^\s*\{[^]*"FeatureCollection"/, "GeoJSON: walls are in the floor plan that was saved with them (.svg), rooms are detected again in every map."],
+  [/^(?:-?[\d.]+(?:e[+-]?\d+)?[ \t]+){7}-?[\d.]+(?:e[+-]?\d+)?[ \t]*\r?(?:\n|$)/i, "a trajectory (TUM): it tells where a robot was, and not what it saw. `evaluate --truth` compares a mapped log with it."],
+];
 
-/** Bytes within which the first line of a log begins, comments before it. */
-const HEAD = 4096;
+/** A line of an OGmap.txt: width, height, resolution and origin, and nothing else. */
+const OG_MAP = /^\d+\s+\d+\s+[\d.e-]+\s+-?[\d.e+-]+\s+-?[\d.e+-]+\s*$/i;
 
-/** Whether a text is a log of revolutions and no OGmap.txt, which has the same ending: its first
-    line that says something begins with a sample. */
-async function isRevolutionLog(file: File): Promise<boolean> {
+/** Of what is written for other programs, what it is. */
+function writtenOnly(text: string): string {
+  return WRITTEN_ONLY.find(([pattern]) => pattern.test(text))?.[1] ?? "";
+}
+
+/** By how it begins; null where that does not tell. */
+function byContent(bytes: Uint8Array): Kind | null {
+  const begins = (...sign: readonly number[]): boolean => sign.every((byte, at) => bytes[at] === byte);
+  if (begins(0x89, 0x73, 0x6c, 0x61, 0x6d)) return "saved-map";
+  if (begins(0x89, 0x50, 0x4e, 0x47)) return "image";
+  const text = new TextDecoder().decode(bytes);
+  if (/^P[25]\s/.test(text)) return "image";
+  // Bytes that are no text are named by the module where they are no recording.
+  if (text.includes("\0") || text.startsWith("#ROSBAG")) return "log";
+  // The first line that says something.
+  const said = text.replace(/^\uFEFF?(?:[ \t]*(?:#(?!points|robot|landmarks).*)?\r?\n)*/, "");
+  const first = said.slice(0, Math.max(0, said.search(/\r?\n|$/)));
+  if (/^(?:VERTEX|EDGE|FIX)(?:_|\b)/.test(first)) return "graph";
+  if (/^#(?:points|robot|landmarks)/.test(first)) return "building";
+  if (/^\s*<(?:\?xml|svg|!--)/i.test(first) && /<svg\b/i.test(text)) return "building";
+  if (/^\s*<(?:!doctype )?html/i.test(first)) return "log";
+  if (OG_MAP.test(first)) return "building";
+  if (/^image\s*:/m.test(said)) return "yaml";
+  const words = writtenOnly(said);
+  if (words !== "") return { kind: "written", words };
+  if (/^\s*\{/.test(first)) return text.includes('"slamlab_preset"') ? "preset" : "world";
+  return /^(?:[FR]LASER|ROBOTLASER\d|ODOM|PARAM|[S_]_t:)/.test(first) ? "log" : null;
+}
+
+/** By what it is called: what is damaged at its begin is told so by whoever reads such files. */
+function byName(name: string): Kind {
+  const ending = /\.(\w+)$/.exec(name)?.[1]?.toLowerCase() ?? "";
+  return NAMED[ending] ?? "log";
+}
+
+async function kindOf(file: File): Promise<Kind> {
   // That a file has gone is told where it is read as a whole.
-  const head = await file.slice(0, HEAD).text().catch(() => "");
-  return /^(?:\s*(?:#.*)?\n)*\s*[S_]_t:/.test(head);
+  const head = await file.slice(0, HEAD).arrayBuffer().catch(() => new ArrayBuffer(0));
+  return byContent(new Uint8Array(head)) ?? byName(file.name);
 }
 
 export async function chosen(files: readonly File[]): Promise<Chosen> {
   const [file, ...more] = files;
   if (!file) return { kind: "nothing" };
-  const ends = (pattern: RegExp): File | undefined => files.find(({ name }) => pattern.test(name));
-  const [yaml, image] = [ends(/\.ya?ml$/i), ends(/\.(pgm|png)$/i)];
+  const kinds = await Promise.all(files.map(kindOf));
+  const [yaml, image] = [files[kinds.indexOf("yaml")], files[kinds.indexOf("image")]];
   if (files.length === 2 && yaml && image) return { kind: "building", name: yaml.name, files: [yaml, image] };
   if (more.length > 0) return { kind: "refused", text: `These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.` };
-  if (yaml) return { kind: "refused", text: `${yaml.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
-  if (image) return { kind: "refused", text: `${image.name} is one half of a map: drop it together with its YAML file.` };
-  if (/\.txt$/i.test(file.name) && await isRevolutionLog(file)) return { kind: "file", file };
-  if (/\.(svg|txt|smap)$/i.test(file.name)) return { kind: "building", name: file.name, files };
-  const elsewhere = WRITTEN_ONLY[/\.(\w+)$/.exec(file.name)?.[1]?.toLowerCase() ?? ""];
-  if (elsewhere !== undefined) return { kind: "refused", text: `${file.name} is for other programs: this page writes such files and does not read them. ${elsewhere}` };
-  return { kind: "file", file };
+  const [kind = "log"] = kinds;
+  if (kind === "yaml") return { kind: "refused", text: `${file.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
+  if (kind === "image") return { kind: "refused", text: `${file.name} is a picture. If it is one half of a map, drop it together with its YAML file.` };
+  if (typeof kind === "object") return { kind: "refused", text: `${file.name} is for other programs: this page does not read it. It is ${kind.words}` };
+  if (kind === "building") return { kind: "building", name: file.name, files };
+  return { kind: "file", file, content: kind };
 }

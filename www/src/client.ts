@@ -1,10 +1,10 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
 import { bridgeAddress, tokenOf } from "./bridge_address.js";
-import { chosen } from "./chosen.js";
+import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
-import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup } from "./protocol.js";
+import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Topics } from "./protocol.js";
 import { needsPriorMap } from "./protocol/methods.js";
 import type { DeviceKind, EditName, Level, MapStart, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
@@ -31,6 +31,8 @@ export class Client {
   /** The recording that is shown, and the one that is being read. */
   #recording: File | null = null;
   #opening: File | null = null;
+  #topics: Topics | null = null;
+  #openingTopics: Topics | null = null;
   /** What a building that is about to start was read without. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
@@ -390,7 +392,7 @@ export class Client {
     const { store } = this;
     if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
-    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method);
+    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method, this.#topics);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
@@ -399,7 +401,7 @@ export class Client {
     const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "building") await this.#read("build", given.name, given.files);
-    else if (given.kind === "file") await this.open(given.file);
+    else if (given.kind === "file") await this.#openAs(given.content, given.file);
   }
 
   /** Restarts the run with a prior map, which may also be a world. */
@@ -443,29 +445,36 @@ export class Client {
     }
   }
 
-  async open(file: File, method: MethodName = "scan-matching"): Promise<void> {
+  async #openAs(content: Content, file: File): Promise<void> {
+    if (content === "log") return this.open(file);
+    await this.#reading(file.name, async () => {
+      const { name } = file;
+      const bytes = await file.arrayBuffer();
+      if (content === "world") this.start({ world: name, worldJson: new TextDecoder().decode(bytes), mode: "explore" });
+      else if (content === "preset") this.send({ kind: "preset", name, bytes }, [bytes]);
+      else if (content === "graph") this.send({ kind: "solve-graph", name, bytes }, [bytes]);
+      else this.send({ kind: "go-on", name, bytes }, [bytes]);
+    });
+  }
+
+  /** Maps a recorded log. `topics`: those of a recording of ROS that are meant; null: they are
+      asked for where it has several. */
+  async open(file: File, method: MethodName = "scan-matching", topics: Topics | null = null): Promise<void> {
     await this.#reading(file.name, async () => {
       const { setup, tuning } = this.store;
       const { name } = file;
       const bytes = await file.arrayBuffer();
-      if (/\.json$/i.test(name)) {
-        const worldJson = new TextDecoder().decode(bytes);
-        if (worldJson.includes('"slamlab_preset"')) this.send({ kind: "preset", name, bytes }, [bytes]);
-        else this.start({ world: name, worldJson, mode: "explore" });
-        return;
-      }
-      if (/\.g2o$/i.test(name)) {
-        this.send({ kind: "solve-graph", name, bytes }, [bytes]);
-        return;
-      }
-      if (/\.slamlab$/i.test(name)) {
-        this.send({ kind: "go-on", name, bytes }, [bytes]);
-        return;
-      }
       this.store.set("run", { reading: { name, done: 0 } });
-      this.send({ kind: "replay", name, bytes, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
+      this.send({ kind: "replay", name, bytes, topics, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
       this.#opening = file;
+      this.#openingTopics = topics;
     });
+  }
+
+  /** The recording whose topics were asked for is mapped by these. */
+  openTopics(topics: Topics): void {
+    this.store.set("run", { asked: null });
+    if (this.#opening) void this.open(this.#opening, "scan-matching", topics);
   }
 
   /** The last frame is on the screen: the worker may send another. */
@@ -490,7 +499,7 @@ export class Client {
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
       this.store.set("run", { offer });
-      this.#ports.prepare();
+      void this.#ports.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
@@ -498,7 +507,7 @@ export class Client {
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
       const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
       this.store.compared = isSameLog ? this.#comparedWith(start.method) : [];
-      if (start.source === "replay") this.#recording = this.#opening;
+      if (start.source === "replay") [this.#recording, this.#topics] = [this.#opening, this.#openingTopics];
       // On the way to an earlier moment the view stays, and so does the speed.
       if (!start.isAgain) this.#pace(start.source);
       this.scene.clear();
@@ -518,6 +527,7 @@ export class Client {
       if (frame.submaps) this.store.notify("submaps");
       if (moved >= LEAST_MOVE) this.store.set("moved", { moved });
     },
+    topics: ({ name, offered }) => this.store.set("run", { asked: { name, offered } }),
     reading: ({ name, done }) => this.store.set("run", { reading: done === null ? null : { name, done } }),
     playing: ({ playing }) => {
       this.store.set("run", { playing, seeking: playing ? this.store.seeking : null });

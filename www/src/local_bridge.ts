@@ -5,7 +5,7 @@
 // The client, which maps and drives, exchanges the messages of a bridge with it over a message
 // port; `null` is its farewell.
 
-import init, { WebLocalBridge } from "../pkg/slamlab_web.js";
+import init, { WebLocalBridge } from "../pkg/slamlab_cable.js";
 import { faultOf } from "./fault.js";
 import type { LineEvent, LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import { handle, type Handlers } from "./protocol.js";
@@ -127,7 +127,7 @@ function guard(act: () => void): void {
   }
 }
 
-const isLoaded = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) }).then(() => true, (error: unknown) => {
+const isLoaded = init({ module_or_path: new URL("slamlab_cable_bg.wasm", self.location.href) }).then(() => true, (error: unknown) => {
   post({ kind: "failed", text: `The rules of the robot could not be loaded: ${String(error)}. Reload the page.` });
   return false;
 });

@@ -29,6 +29,7 @@ import "./ui/fit.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
 import { SlamGallery } from "./ui/gallery.js";
+import "./ui/topics.js";
 import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";
 import "./ui/prior_map.js";

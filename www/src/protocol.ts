@@ -7,12 +7,18 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
   name: string;
   bytes: ArrayBuffer;
+}
+
+/** What of a recording of ROS is mapped; null: what can only be meant. */
+export interface Topics {
+  scans: string | null;
+  odometry: string | null;
 }
 
 /** How a live robot is mapped and driven. */
@@ -30,7 +36,9 @@ export type Command =
   /** The same, or a world, as a map to be found in; without files the map as the present run has
       drawn it. It is answered by `prior-map`. */
   | { kind: "read-prior-map"; name: string; files: readonly GivenBytes[] }
-  | ({ kind: "replay"; name: string; bytes: ArrayBuffer } & ReplaySetup)
+  /** A recorded log. Topics are those of a recording of ROS; without them they are asked for by
+      `topics` where it has several. */
+  | ({ kind: "replay"; name: string; bytes: ArrayBuffer; topics: Topics | null } & ReplaySetup)
   | { kind: "play" }
   | { kind: "pause" }
   /** Advances to the next scan and pauses. */
@@ -166,6 +174,9 @@ export type Answer =
   /** A log is being read, so much of it is done (0 to 1); null: no longer. The run before stands
       still meanwhile. */
   | { kind: "reading"; name: string; done: number | null }
+  /** A recording of ROS has several of a kind: which are meant? It is to be opened again with
+      them. */
+  | { kind: "topics"; name: string; offered: RosTopics }
   | { kind: "playing"; playing: boolean }
   /** A building that was asked for, as the text of a world file, and what of the file is not in
       it. */

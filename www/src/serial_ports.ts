@@ -76,9 +76,11 @@ export class SerialPorts {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
-  /** Loads the rules, where there may be a device to plug. */
-  prepare(): void {
-    if (!webSerial() || this.#rules || this.#spare) return;
+  /** Loads the rules ahead of the first run, where somebody plugged a device before: most
+      visitors have none, and their module is no part of a first visit. */
+  async prepare(): Promise<void> {
+    const ports = await webSerial()?.getPorts().catch(() => []);
+    if (!ports?.length || this.#rules || this.#spare) return;
     this.#keep(rulesWorker());
   }
 

@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -98,6 +98,8 @@ export class Store {
   playing = false;
   /** A log that is being read, and how much of it is (0 to 1). */
   reading: { name: string; done: number } | null = null;
+  /** A recording of ROS with several topics of a kind, until it is said which are meant. */
+  asked: { name: string; offered: RosTopics } | null = null;
   /** The saved map that runs by scan matching go on in. */
   savedMap: SavedMap | null = null;
   /** The pose graph that was opened last. */

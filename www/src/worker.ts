@@ -10,12 +10,14 @@ import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
 import type { Watched } from "./source/extras.js";
+import { fileModule } from "./source/file_module.js";
 import { micros } from "./source/link.js";
 import { GoingOn } from "./source/going_on.js";
 import { LoadedMaps } from "./source/loaded_maps.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
 import { LogReading } from "./source/reading.js";
+import { RosImport } from "./source/ros.js";
 import { Run } from "./source/run.js";
 
 /** Steps within which a simulated sensor surely scans. */
@@ -23,14 +25,75 @@ const MOST_STEPS = 400;
 
 const player = new Player();
 let reading: LogReading | null = null;
+let importing: RosImport | null = null;
+/** Which import waits for the module of file formats. */
+let asksFor: symbol | null = null;
 let conversation: Conversation | null = null;
 const savedMap = new GoingOn();
 const loadedMaps = new LoadedMaps();
 
 function stopReading(): void {
   reading?.free();
-  reading = player.before = null;
+  importing?.free();
+  reading = importing = player.before = null;
+  post({ kind: "reading", name: "", done: null });
   player.resume();
+}
+
+/** Ends what is being read, if something is. */
+function interrupt(): boolean {
+  asksFor = null;
+  const isReading = reading !== null || importing !== null;
+  if (isReading) stopReading();
+  return isReading;
+}
+
+type Replay = Extract<Command, { kind: "replay" }>;
+
+/** Reads a log slice by slice, and begins its run. `notes`: what its import had to say. */
+function readLog(replay: Replay, notes: readonly string[]): void {
+  const { kind: _, name, bytes, topics, ...setup } = replay;
+  const log = new LogReading(name, bytes, setup);
+  reading = log;
+  player.before = () => {
+    try {
+      const run = log.readOn(SLICE_MILLIS);
+      if (!run) return true;
+      reading = null;
+      begin(new Run(savedMap.take(run), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`, notes), { setup: null, playing: true });
+    } catch (error) {
+      stopReading();
+      if (faultOf(error).about === "ros") void importRos(replay);
+      else fail(error, name);
+    }
+    return false;
+  };
+  player.schedule();
+}
+
+/** Makes a recording of ROS one of ours, slice by slice, and reads that. */
+async function importRos(replay: Replay): Promise<void> {
+  const { name, bytes, topics } = replay;
+  const asked = (asksFor = Symbol(name));
+  const module = await fileModule().catch((error: unknown) => fail(error, name));
+  // Something else was begun meanwhile.
+  if (!module || asked !== asksFor) return;
+  const ros = importing = new RosImport(module, name, bytes, topics);
+  player.before = () => {
+    try {
+      const imported = ros.readOn(SLICE_MILLIS);
+      if (!imported) return true;
+      stopReading();
+      if (imported === "asked") return false;
+      readLog({ ...replay, bytes: imported.bytes.buffer }, imported.notes);
+      return true;
+    } catch (error) {
+      stopReading();
+      fail(error, name);
+    }
+    return false;
+  };
+  player.schedule();
 }
 
 function disconnect(): void {
@@ -44,7 +107,7 @@ function begin(run: Run, how: Parameters<Player["begin"]>[1]): void {
 }
 
 function converse(setup: ConversationSetup, wire: Wire): void {
-  if (reading) stopReading();
+  interrupt();
   disconnect();
   conversation = new Conversation(player, setup, wire);
 }
@@ -100,7 +163,7 @@ function simulated(act: (run: Run) => void): void {
 const handlers: Handlers<Command> = {
   ...questions(player, savedMap),
   start: ({ setup, play }) => {
-    if (reading) stopReading();
+    interrupt();
     given(setup.worldJson === null ? "" : setup.world, () => {
       const { world: title, method, sensor, seed } = setup;
       const run = savedMap.take(WebRun.simulate(setup));
@@ -108,7 +171,7 @@ const handlers: Handlers<Command> = {
     });
   },
   follow: ({ link }) => {
-    if (reading) stopReading();
+    interrupt();
     const { setup, actions, seconds } = read_link(link);
     const { world: title, method, sensor, seed } = setup;
     const words = `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} ${actions === 1 ? "thing was" : "things were"} done in ${seconds.toFixed(0)} s`;
@@ -118,23 +181,9 @@ const handlers: Handlers<Command> = {
     const { run } = player;
     if (run) post({ kind: "link", link: run.module.link(setup) });
   },
-  replay: ({ name, bytes, ...setup }) => {
-    if (reading) stopReading();
-    const log = new LogReading(name, bytes, setup);
-    reading = log;
-    player.before = () => {
-      try {
-        const run = log.readOn(SLICE_MILLIS);
-        if (!run) return true;
-        reading = null;
-        begin(new Run(savedMap.take(run), { kind: "replay", title: name, method: run.method() }, `Opened ${name}: ${run.summary()}`), { setup: null, playing: true });
-      } catch (error) {
-        stopReading();
-        fail(error, name);
-      }
-      return false;
-    };
-    player.schedule();
+  replay: (command) => {
+    interrupt();
+    readLog(command, []);
   },
   play: () => {
     if (player.run && !player.run.finished) player.play(true);
@@ -198,7 +247,7 @@ const handlers: Handlers<Command> = {
   drive: ({ forward, turn }) => command((run) => run.command((module) => module.drive(forward, turn))),
   stop: () => command((run) => run.command((module) => module.stop(micros()), "Stop")),
   cancel: () => {
-    if (reading) return stopReading();
+    if (interrupt()) return;
     if (player.run?.kind !== "replay") return;
     player.run.cancel();
     player.play(false);

@@ -57,7 +57,7 @@ pub fn check_types() -> Result<()> {
 /// If a tool is missing or a type is wrong.
 pub fn check_types_of_last_build() -> Result<()> {
     let www = tools::root().join("www");
-    if !www.join("pkg/slamlab_web.d.ts").is_file() {
+    if !www.join("pkg/slamlab_cable.d.ts").is_file() {
         make_module(Profile::Dev)?;
     }
     install(&www)?;
@@ -76,13 +76,13 @@ pub fn check_types_of_tests() -> Result<()> {
     tools::run(tools::npm(&folder)?.args(["run", "--silent", "types"]))
 }
 
-/// The module and its bindings in `www/pkg`, and npm's packages.
+/// The modules and their bindings in `www/pkg`, and npm's packages.
 fn make_module(profile: Profile) -> Result<()> {
     thread::scope(|scope| {
         let packages = scope.spawn(|| install(&tools::root().join("www")));
         let binder = scope.spawn(wasm::build_binder);
-        let module = wasm::compile(profile)?;
-        wasm::bind(&tools::joined(binder)?, &module, profile)?;
+        let modules = wasm::compile(profile)?;
+        wasm::bind(&tools::joined(binder)?, &modules, profile)?;
         tools::joined(packages)
     })
 }

@@ -1,4 +1,4 @@
-//! From `web`, in Rust, to `www/pkg`: the WebAssembly module, its JavaScript bindings and their
+//! From `web`, in Rust, to `www/pkg`: the WebAssembly modules, their JavaScript bindings and their
 //! types.
 
 use std::fs;
@@ -66,17 +66,52 @@ pub fn test() -> Result<()> {
     )
 }
 
-/// Compiles the module and returns its file.
+/// The modules of the page, by the feature of `web` that each is compiled with
+/// (`web/src/lib.rs`).
+const MODULES: [(&str, &str); 4] = [
+    ("slamlab_web", "run"),
+    ("slamlab_files", "files"),
+    ("slamlab_lab", "lab"),
+    ("slamlab_cable", "cable"),
+];
+
+/// A compiled module: the name that the page has for it, and its file.
+pub type Module = (&'static str, PathBuf);
+
+/// Compiles the modules. They are one package, whose file each of them overwrites: so each is put
+/// aside under its own name.
 ///
 /// # Errors
 /// If the wasm32 target is missing or the sources do not compile.
-pub fn compile(profile: Profile) -> Result<PathBuf> {
+pub fn compile(profile: Profile) -> Result<Vec<Module>> {
     tools::need_wasm_target()?;
     let name = profile.name();
-    tools::run_cargo(&format!(
-        "build --package slamlab-web --target {TARGET} --profile {name}"
-    ))?;
-    Ok(tools::target_dir().join(format!("{TARGET}/{name}/slamlab_web.wasm")))
+    let folder = tools::target_dir().join(format!("{TARGET}/{name}"));
+    let mut modules = vec![];
+    for (module, feature) in MODULES {
+        tools::run_cargo(&format!(
+            "build --package slamlab-web --lib --target {TARGET} --profile {name} --no-default-features --features {feature}"
+        ))?;
+        let (built, own) = (
+            folder.join("slamlab_web.wasm"),
+            folder.join(format!("modules/{module}.wasm")),
+        );
+        copy_if_changed(&built, &own)?;
+        modules.push((module, own));
+    }
+    Ok(modules)
+}
+
+/// Leaves a copy alone that is the same, with its time: what was made of it is still good.
+fn copy_if_changed(from: &Path, to: &Path) -> Result<()> {
+    let bytes = fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
+    if fs::read(to).is_ok_and(|old| old == bytes) {
+        return Ok(());
+    }
+    if let Some(folder) = to.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    fs::write(to, bytes).with_context(|| format!("cannot write {}", to.display()))
 }
 
 /// Compiles the program that makes bindings and returns it.
@@ -88,14 +123,18 @@ pub fn build_binder() -> Result<PathBuf> {
     Ok(tools::built("debug/make-bindings"))
 }
 
-/// Writes `slamlab_web.js`, `slamlab_web.d.ts` and `slamlab_web_bg.wasm` into `www/pkg`, unless
-/// they were made from this very module.
+/// Writes `NAME.js`, `NAME.d.ts` and `NAME_bg.wasm` of each module into `www/pkg`, unless they were
+/// made from these very modules.
 ///
 /// # Errors
 /// If the bindings cannot be made.
-pub fn bind(binder: &Path, module: &Path, profile: Profile) -> Result<()> {
+pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
     let out = tools::root().join("www/pkg");
-    let stamp = stamp(module)?;
+    let stamps: Vec<String> = modules
+        .iter()
+        .map(|(_, module)| stamp(module))
+        .collect::<Result<_>>()?;
+    let stamp = stamps.join("\n");
     let stamp_file = out.join(".made-from");
     if fs::read_to_string(&stamp_file).is_ok_and(|made_from| made_from == stamp) {
         return Ok(());
@@ -103,14 +142,19 @@ pub fn bind(binder: &Path, module: &Path, profile: Profile) -> Result<()> {
     if out.exists() {
         fs::remove_dir_all(&out).with_context(|| format!("cannot empty {}", out.display()))?;
     }
-    let mut bind = Command::new(binder);
-    bind.arg(module).arg(&out);
-    if profile == Profile::Dev {
-        bind.arg("--debug");
+    for (_, module) in modules {
+        let mut bind = Command::new(binder);
+        bind.arg(module).arg(&out);
+        if profile == Profile::Dev {
+            bind.arg("--debug");
+        }
+        tools::run(&mut bind)?;
     }
-    tools::run(&mut bind)?;
     fs::write(&stamp_file, stamp)?;
-    report_size(&out.join("slamlab_web_bg.wasm"))
+    for (name, _) in modules {
+        report_size(&out.join(format!("{name}_bg.wasm")))?;
+    }
+    Ok(())
 }
 
 /// Which module this is: path, size and time of the last change.
@@ -128,6 +172,7 @@ fn report_size(module: &Path) -> Result<()> {
     let bytes = fs::metadata(module)
         .with_context(|| format!("{} was not made", module.display()))?
         .len();
-    eprintln!("  module: {} kB before compression", bytes / 1000);
+    let name = module.file_stem().unwrap_or_default().to_string_lossy();
+    eprintln!("  {name}: {} kB before compression", bytes / 1000);
     Ok(())
 }

@@ -1,9 +1,10 @@
-//! Replays recorded logs (CARMEN, MCAP of the bridge, a rover's, four rangers', revolutions of a
-//! lidar) and prints how well and how fast they were mapped. `--set log.odometry=0` maps one
-//! without its wheels.
+//! Replays recorded logs (CARMEN, MCAP of the bridge or of ROS 2, bags of ROS 1, a rover's, four
+//! rangers', revolutions of a lidar) and prints how well and how fast they were mapped. `--set
+//! log.odometry=0` maps one without its wheels.
 //!
 //! One log by one method, as a JSON object: `cargo run --release -p slamlab-core --example evaluate
-//! -- --log FILE [--relations FILE] [--truth FILE.tum] [--method NAME] [--tum OUT] [--map
+//! -- --log FILE [--scan-topic TOPIC] [--odometry-topic TOPIC] [--relations FILE]
+//! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map
 //! OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions
 //! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml
 //! [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO] [--go-on MAP.slamlab [--from
@@ -62,9 +63,9 @@ use serde_json::Value;
     after_help = "Exit status: 0, 3 where a map is torn, nothing was matched to it or the robot is lost in it, 1 where something failed."
 )]
 struct Arguments {
-    /// CARMEN logs (.log, .clf), recordings of the bridge (.mcap), logs of a rover with an RPLIDAR
-    /// (.log), of four rangers (.csv) or of an RPLIDAR alone, a revolution a line (.txt); what they
-    /// are shows in their first line.
+    /// CARMEN logs (.log, .clf), recordings of the bridge or of ROS 2 (.mcap), bags of ROS 1
+    /// (.bag), logs of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR
+    /// alone, a revolution a line (.txt); what they are shows in their first bytes.
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// One more of them; can be given several times.
@@ -111,6 +112,8 @@ struct Arguments {
     /// missing.
     #[arg(long, value_name = "FROM..TO", value_parser = run::scans)]
     scans: Option<std::ops::Range<usize>>,
+    #[command(flatten)]
+    topics: log_file::Topics,
     #[command(flatten)]
     changes: options::Changes,
     #[command(flatten)]

@@ -29,7 +29,7 @@ pub(crate) fn evaluate(
     let truth = arguments.truth.as_deref();
     let references = References::read(arguments.relations.as_deref(), truth)?;
     let start = Instant::now();
-    let log = log_file::read(log_path)?;
+    let log = log_file::read(log_path, &arguments.topics)?;
     let scans = log.scans();
     let mut settings = log.settings();
     let scope = Scope {

@@ -45,7 +45,7 @@ use crate::geom::{Length, Pose2, wrap};
 use crate::map::{CellState, Grid, GridError};
 use crate::points::thinned;
 use crate::registration::{
-    Cloud, CloudError, CloudMethod, IcpConfig, JudgeConfig, Registration, Verdict, register_clouds,
+    Cloud, CloudError, IcpConfig, JudgeConfig, Registration, Verdict, register_clouds_by_icp,
 };
 
 /// A map to be laid on another, in a frame of its own, m.
@@ -213,11 +213,11 @@ pub fn align_map(
     let judged = thinned(fixed.points(), MOST_MATCHED, 0);
     let told = by_landmarks(&loaded.landmarks, landmarks);
     let starts = by_walls(&loaded.walls, &drawn).into_iter().chain(told);
-    let method = CloudMethod::Icp(IcpConfig::default());
+    let icp = IcpConfig::default();
     let mut places: Vec<Place> = vec![];
     for start in starts {
         let judge = JudgeConfig::default();
-        let found = register_clouds(&moving, &fixed, &start, &method, &judge);
+        let found = register_clouds_by_icp(&moving, &fixed, &start, &icp, &judge);
         let pose = found.estimate.pose;
         let place = Place {
             forth: said(moving.points(), &pose, grid),

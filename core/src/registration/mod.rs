@@ -29,7 +29,8 @@ pub use clouds::{
     Advice, Association, Basin, BasinAxes, BasinCell, BasinConfig, BasinOutcome, Cloud, CloudError,
     CloudMethod, CorrelationConfig, IcpConfig, JudgeConfig, Likeness, MEASURED, MEASURED_PAIRS,
     MeasuredCondition, MeasuredMethod, Metric, NEAR_SHIFT, NEAR_TURN, NdtConfig, RobustKernel,
-    Selection, Trace, Weighting, advise, likeness, register_clouds, trace_clouds,
+    Selection, Trace, Weighting, advise, likeness, register_clouds, register_clouds_by_icp,
+    trace_clouds,
 };
 pub use correlative::{Candidate, SearchWindow, search, search_turned};
 pub use cpd::{CpdConfig, CpdError, CpdKind, Drift, MOST_NON_RIGID, drift};

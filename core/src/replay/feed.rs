@@ -139,7 +139,12 @@ fn revolution_step(log: &RevolutionLog, index: usize, rate: f64) -> Option<Step>
 }
 
 /// A recorded motion with the covariance that the robot's model gives to the tracks that made it.
-fn recorded_odometry(robot: &RobotModel, from: Stamp, to: Stamp, motion: Pose2) -> Odometry {
+pub(super) fn recorded_odometry(
+    robot: &RobotModel,
+    from: Stamp,
+    to: Stamp,
+    motion: Pose2,
+) -> Odometry {
     let turn = 0.5 * motion.heading() * robot.track_width;
     let tracks = Tracks {
         left: motion.x() - turn,

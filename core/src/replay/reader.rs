@@ -2,7 +2,9 @@
 //!
 //! | first | log |
 //! |---|---|
-//! | bytes of MCAP | a recording of the bridge |
+//! | bytes of MCAP | a recording of the bridge; without messages of one, it is to be imported |
+//! | `#ROSBAG` | a bag of ROS 1, which is to be imported |
+//! | bytes of a kind that is known | none, and it is said what it is ([`known_file`]) |
 //! | line: a number | a rover's: counts and ranges, nothing else |
 //! | line: names apart by commas | four rangers' |
 //! | line: a sample of a turning lidar, `__t:` or `S_t:` | revolutions of an RPLIDAR |
@@ -12,7 +14,9 @@
 //! Empty lines and comments (`#`) do not count.
 //!
 //! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
-//! bytes come; several members, one behind the other, are one log.
+//! bytes come; several members, one behind the other, are one log. What is to be imported
+//! ([`LogError::is_of_ros`]) is read by [`crate::format::ros`], for a person may have to say what
+//! of it is meant.
 
 use std::io::Write as _;
 
@@ -20,8 +24,10 @@ use flate2::write::MultiGzDecoder;
 
 use super::log::Log;
 use crate::format::carmen::{CarmenError, CarmenReader};
+use crate::format::known_file::{self, KnownFile, known_file};
 use crate::format::ranger_log::RangerLogReader;
 use crate::format::revolution_log::{self, RevolutionLogReader};
+use crate::format::ros::ANY_BAG;
 use crate::format::rover_log::RoverLogReader;
 use crate::format::{TextLogError, is_empty_or_comment};
 use crate::wire::recording::{MAGIC, RecordingError, RecordingReader};
@@ -38,8 +44,8 @@ const MOST_UNDECIDED: usize = 1 << 16;
 
 /// What is opened.
 const KINDS: &str = "a CARMEN log (FLASER, RLASER or ROBOTLASER1 messages), a rover's log (lines of \
-    counts and ranges), a log of four rangers (CSV), revolutions of an RPLIDAR (samples) or a \
-    recording of the bridge (MCAP), packed by gzip or not";
+    counts and ranges), a log of four rangers (CSV), revolutions of an RPLIDAR (samples), a \
+    recording of the bridge or of ROS 2 (MCAP) or a bag of ROS 1; all but the last two may be packed by gzip";
 
 /// Why a log cannot be opened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -48,6 +54,14 @@ pub enum LogError {
     /// Bytes of none of the kinds.
     #[error("the file is no text, nor a recording; expected {KINDS}")]
     NoLog,
+    /// A file of another kind.
+    #[error("{0}; expected {KINDS}")]
+    Known(KnownFile),
+    /// A bag of ROS 1: it is to be imported.
+    #[error(
+        "this is a bag of ROS 1, which has to be imported; if it is packed by gzip, unpack it first"
+    )]
+    Bag,
     /// As a CARMEN log.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
@@ -66,6 +80,22 @@ pub enum LogError {
     /// A gzip file in another one.
     #[error("the gzip file holds another gzip file; unpack it once")]
     GzipInGzip,
+}
+
+impl LogError {
+    /// Whether the file may be one of ROS, to be read by [`crate::format::ros`] and
+    /// [`super::import_ros`].
+    #[must_use]
+    pub fn is_of_ros(&self) -> bool {
+        match self {
+            Self::Bag => true,
+            Self::Recording(error) => matches!(
+                error,
+                RecordingError::NotOurs { .. } | RecordingError::Compressed { .. }
+            ),
+            _ => false,
+        }
+    }
 }
 
 /// Reads a log, piece by piece.
@@ -208,6 +238,8 @@ impl PlainReader {
         *self = match kind {
             Kind::Gzip => return Err(LogError::GzipInGzip),
             Kind::None => return Err(LogError::NoLog),
+            Kind::Known(known) => return Err(LogError::Known(known)),
+            Kind::Bag => return Err(LogError::Bag),
             Kind::Recording => Self::Recording(RecordingReader::default()),
             Kind::Carmen => Self::Carmen(CarmenReader::default()),
             Kind::Rover => Self::Rover(RoverLogReader::default()),
@@ -248,7 +280,9 @@ fn without_mark(begun: &[u8]) -> &[u8] {
 enum Kind {
     /// A picture, or another file of bytes that are no text.
     None,
+    Known(KnownFile),
     Gzip,
+    Bag,
     Recording,
     Carmen,
     Rover,
@@ -265,8 +299,20 @@ impl Kind {
         if begun.starts_with(&MAGIC) {
             return Some(Self::Recording);
         }
-        if !end && (MAGIC.starts_with(begun) || GZIP.starts_with(begun)) {
+        // The version is told by whoever imports it.
+        if begun.starts_with(ANY_BAG) {
+            return Some(Self::Bag);
+        }
+        let signs = [&MAGIC[..], &GZIP, ANY_BAG];
+        if !end && signs.iter().any(|sign| sign.starts_with(begun)) {
             return None;
+        }
+        // The same however the file is cut.
+        if !end && begun.len() < known_file::ENOUGH {
+            return None;
+        }
+        if let Some(known) = known_file(begun.get(..known_file::ENOUGH).unwrap_or(begun)) {
+            return Some(Self::Known(known));
         }
         // The same however the file is cut.
         let (head, end) = match begun.get(..MOST_UNDECIDED) {
@@ -331,18 +377,30 @@ mod tests {
 
     #[test]
     fn what_is_no_log_is_told_what_would_be_one() {
-        let pictures: [&[u8]; 4] = [
-            b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01,\x00\n,",
-            b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR",
-            b"PK\x03\x04\x14\x00\x00\x00",
-            b"\xef\xbb\xbf\x00,",
+        let pictures: [(&[u8], &str); 6] = [
+            (
+                b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01,\x00\n,",
+                "this is a JPEG picture",
+            ),
+            (
+                b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR",
+                "this is a PNG picture",
+            ),
+            (b"PK\x03\x04\x14\x00\x00\x00", "this is a ZIP archive"),
+            (b"<!doctype html><p>Not found", "this is an HTML page"),
+            (b"#ROSBAG V1.2\n", "this is a bag of ROS 1"),
+            (b"\xef\xbb\xbf\x00,", "the file is no text"),
         ];
-        for picture in pictures {
+        for (picture, what) in pictures {
             for bytes in [picture.to_vec(), packed(picture)] {
                 for piece in [1, 5, 100] {
                     let error = read(&bytes, piece).unwrap_err();
-                    assert_eq!(error, LogError::NoLog);
                     let text = error.to_string();
+                    assert!(text.starts_with(what), "{text}");
+                    assert_eq!(error.is_of_ros(), what.contains("ROS"));
+                    if error.is_of_ros() {
+                        continue;
+                    }
                     for kind in ["CARMEN", "rover", "rangers", "bridge"] {
                         assert!(text.contains(kind), "{text}");
                     }

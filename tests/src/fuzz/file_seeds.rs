@@ -213,6 +213,16 @@ pub(super) fn presets() -> Vec<Vec<u8>> {
     ]
 }
 
+/// Of programs of others; `tests/interop/ros_files.py` wrote them.
+pub(super) fn ros_files() -> Vec<Vec<u8>> {
+    macro_rules! files {
+        ($($name:literal),+) => {
+            vec![$(include_bytes!(concat!("../../../core/src/format/ros/files/", $name)).to_vec()),+]
+        };
+    }
+    files!("bz2.bag", "lz4.bag", "zstd.mcap", "lz4.mcap", "two.mcap")
+}
+
 /// As the bridge writes them, without chunks, and as other tools rewrite them.
 pub(super) fn recordings() -> Vec<Vec<u8>> {
     let whole = WriteOptions::new().use_chunks(false);

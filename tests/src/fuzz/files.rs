@@ -10,17 +10,19 @@ use slamlab_core::format::building::{self, BuildingFile, Imported};
 use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
+use slamlab_core::format::ros::{RosLog, RosReader};
 use slamlab_core::format::{
     TextLogError, calibration, carmen, g2o, og_map, point_list, preset, ranger_log, relations,
     revolution_log, rover_log, slamlab, smap, tum, world,
 };
 use slamlab_core::geom::Pose2;
-use slamlab_core::replay::LogReader;
+use slamlab_core::replay::{LogReader, RosChoice, RosOffer, import_ros};
 use slamlab_core::robot::{RobotModel, Scan, Variable};
 use slamlab_core::settings::{Scope, Settings, Source, table};
 use slamlab_core::sim::SensorModel;
 use slamlab_core::slam::Method;
-use slamlab_core::wire::recording::{Recording, RecordingReader};
+use slamlab_core::wire::message::FromBridge;
+use slamlab_core::wire::recording::{Recording, RecordingReader, Said};
 
 use super::file_seeds as seeds;
 use super::targets::{Target, outcome, pieces, same};
@@ -134,6 +136,11 @@ pub(super) const FILES: &[Target] = &[
         name: "slamlab-state",
         seeds: seeds::matcher_states,
         run: matcher_state_run,
+    },
+    Target {
+        name: "ros",
+        seeds: seeds::ros_files,
+        run: ros_run,
     },
     Target {
         name: "recording",
@@ -485,6 +492,42 @@ fn preset_run(input: &[u8]) -> Result<u64, String> {
         Some(setting) => Err(format!("{} was set outside of its range", setting.key)),
         None => Ok(outcome(&set)),
     }
+}
+
+/// What is imported of it are readings that can be used, and a file of ours.
+fn ros_run(input: &[u8]) -> Result<u64, String> {
+    let read = |pieces: &mut dyn Iterator<Item = &[u8]>| {
+        let mut reader = RosReader::default();
+        for piece in pieces {
+            reader.push(piece).map_err(words)?;
+        }
+        reader.finish().map_err(words)
+    };
+    let at_once = read(&mut std::iter::once(input));
+    let text = |log: &Result<RosLog, String>| format!("{log:?}");
+    same(&text(&at_once), &text(&read(&mut pieces(input))))?;
+    let imported = at_once.and_then(|log| {
+        let first = RosOffer::of(&log).map_err(words)?.scans.into_iter().next();
+        let choice = RosChoice {
+            scans: first.map(|offered| offered.name),
+            odometry: None,
+        };
+        import_ros(&log, &choice).map_err(words)
+    });
+    if let Ok(imported) = &imported {
+        for message in imported.recording.messages() {
+            match message.map_err(words)?.said {
+                Said::ByBridge(FromBridge::Scan(body)) => drop(body.scan().map_err(words)?),
+                Said::ByBridge(FromBridge::Odometry(body)) => drop(body.odometry().map_err(words)?),
+                other => return Err(format!("a drive has {other:?}")),
+            }
+        }
+        let back = Recording::parse(&imported.recording.write().map_err(words)?).map_err(words)?;
+        same(&imported.recording.len(), &back.len())?;
+        same(&0, &back.damage().len())?;
+    }
+    let outcomes = imported.map(|imported| (imported.recording.scans().min(9), imported.notes));
+    Ok(outcome(&outcomes))
 }
 
 fn recording_run(input: &[u8]) -> Result<u64, String> {

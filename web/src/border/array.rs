@@ -48,3 +48,8 @@ macro_rules! arrays {
 }
 
 arrays!(Float32Array of f32, Float64Array of f64, Int32Array of i32, Uint8Array of u8, Uint32Array of u32);
+
+/// Messages as the page sends them.
+pub(crate) fn messages(all: &[Vec<u8>]) -> Vec<js_sys::Uint8Array> {
+    all.iter().map(|bytes| bytes.as_slice().into()).collect()
+}

@@ -20,8 +20,10 @@ mod names;
 mod rows;
 mod values;
 
+pub(crate) use array::messages;
 pub use array::{Float32Array, Float64Array, Int32Array, Uint8Array, Uint32Array};
 pub use core_names::{DeviceStateName, DisarmReasonName, MethodName, PlannerName};
+pub(crate) use error::kinds;
 pub use error::{ErrorKind, WebError};
 pub(crate) use names::names;
 pub use names::*;

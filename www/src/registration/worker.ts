@@ -1,7 +1,7 @@
 // Registers clouds for the lab: in a worker of its own, so that a map of starts keeps no run
 // waiting.
 
-import init, { builtin_pair, read_point_list, registration_offer, type WebBasin, WebClouds } from "../../pkg/slamlab_web.js";
+import init, { builtin_pair, read_point_list, registration_offer, type WebBasin, WebClouds } from "../../pkg/slamlab_lab.js";
 import { faultOf } from "../fault.js";
 import { handle, type Handlers } from "../protocol.js";
 import { Turns } from "../turns.js";
@@ -118,7 +118,7 @@ function guard(act: () => void): void {
   }
 }
 
-const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
+const module = init({ module_or_path: new URL("slamlab_lab_bg.wasm", self.location.href) });
 
 self.onmessage = async (event: MessageEvent<LabCommand>) => {
   await module.catch(() => null);

@@ -1,11 +1,13 @@
 // What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is
 // worth, a trial of the controller, planners, maps, pose graphs, files to save.
 
-import { calibrate, read_building, read_prior_map, read_preset, solve_graph, write_preset } from "../../pkg/slamlab_web.js";
+import { calibrate, read_preset, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";
 import type { Command, GivenBytes, Handlers } from "../protocol.js";
 import type { DriveFit, GivenFile, SavedFile } from "../protocol/module.js";
 import { ContestRunner } from "./contest.js";
+import { fileModule } from "./file_module.js";
+import type { FileModule } from "./files.js";
 import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
@@ -48,12 +50,15 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
       const { run } = player;
       if (run) post({ kind: "saved", files: [run.module.submap_file(submap, fileName(run.title))] });
     }),
-    build: ({ name, files }) => given(name, () => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
-    "read-prior-map": ({ name, files }) => given(name, () => {
-      const map = files.length > 0 ? read_prior_map(name, files.map(fileOf)) : player.run?.module.as_prior_map(name);
-      if (map) post({ kind: "prior-map", ...map });
-    }),
-    "solve-graph": ({ name, bytes }) => given(name, () => {
+    build: ({ name, files }) => void givenFile(name, ({ read_building }) => post({ kind: "built", name, ...read_building(name, files.map(fileOf)) })),
+    "read-prior-map": ({ name, files }) => {
+      if (files.length > 0) return void givenFile(name, ({ read_prior_map }) => post({ kind: "prior-map", ...read_prior_map(name, files.map(fileOf)) }));
+      given(name, () => {
+        const map = player.run?.module.as_prior_map(name);
+        if (map) post({ kind: "prior-map", ...map });
+      });
+    },
+    "solve-graph": ({ name, bytes }) => void givenFile(name, ({ solve_graph }) => {
       const graph = solve_graph(new Uint8Array(bytes));
       post({ kind: "solved-graph", name, graph }, [graph.before, graph.after, graph.file].map(({ buffer }) => buffer as ArrayBuffer));
     }),
@@ -70,6 +75,15 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
 export function given(name: string, work: () => void): void {
   try {
     work();
+  } catch (error) {
+    fail(error, name);
+  }
+}
+
+/** The same with a file of others, whose module may have to be loaded first. */
+async function givenFile(name: string, work: (module: FileModule) => void): Promise<void> {
+  try {
+    work(await fileModule());
   } catch (error) {
     fail(error, name);
   }

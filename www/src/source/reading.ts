@@ -46,6 +46,5 @@ export class LogReading {
 
   free(): void {
     this.#reader?.free();
-    post({ kind: "reading", name: "", done: null });
   }
 }

@@ -34,7 +34,7 @@ export class Run implements RunFacts {
   #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
 
-  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string) {
+  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string, notes: readonly string[] = []) {
     [this.kind, this.title, this.method] = [kind, title, method];
     module.draw_dead_reckoned();
     this.#story = new Story(module);
@@ -44,6 +44,7 @@ export class Run implements RunFacts {
     this.#knownArea = new Slow(() => module.known_area());
     this.#status = module.status();
     if (begins !== "") this.#story.note("info", begins);
+    for (const note of notes) this.#story.note("info", note);
     this.update(0);
   }
 

@@ -98,7 +98,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" accept=".clf,.log,.csv,.mcap,.gz,.slamlab,.g2o,.json,.svg,.smap,.txt,.yaml,.yml,.pgm,.png" multiple data-testid="file" aria-label="Open a recording (.mcap, .clf, .log, .csv, .gz), a saved map (.slamlab), a pose graph (.g2o), a world (.json), a floor plan (.svg), a submap (.smap), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
+          <input type="file" multiple data-testid="file" aria-label="Open a recording (.bag, .mcap, .clf, .log, .csv, .gz), a saved map (.slamlab), a pose graph (.g2o), a world (.json), a floor plan (.svg), a submap (.smap), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>

@@ -221,7 +221,11 @@ fn sizes() -> Result<String> {
         "slamlab_web_bg.wasm",
         "main.js",
         "worker.js",
+        "slamlab_files_bg.wasm",
+        "files.js",
+        "slamlab_cable_bg.wasm",
         "local_bridge.js",
+        "slamlab_lab_bg.wasm",
         "registration.js",
         "registration_worker.js",
     ];

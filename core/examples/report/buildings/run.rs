@@ -130,7 +130,7 @@ impl Run {
     pub(super) fn of(building: Building, damage: Damage, data: &Path) -> Result<Self> {
         let [path, _] = building.files(data);
         let begin = cpu_seconds();
-        let log = match log_file::read(&path)? {
+        let log = match log_file::read(&path, &log_file::Topics::default())? {
             Log::Carmen(log) => Log::Carmen(damage.apply(log)),
             _ => bail!("{} is no CARMEN log", path.display()),
         };

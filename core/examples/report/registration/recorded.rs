@@ -60,7 +60,7 @@ pub(super) fn pairs(args: &Args, count: usize) -> Result<Vec<(String, Vec<Pair>)
 
 /// What was hit, in the frame of the sensor, with the pose of the sensor in the map at the end.
 fn placed(path: &std::path::Path) -> Result<Vec<(Pose2, Vec<Point2<f64>>)>> {
-    let log = log_file::read(path)?;
+    let log = log_file::read(path, &log_file::Topics::default())?;
     let settings = log.settings();
     let mut replay = Replay::new(log, Method::ScanMatching, &settings)?;
     while replay.step()? {}

@@ -1,4 +1,5 @@
-//! Files that show a building, recognised by their names.
+//! Files that show a building, recognised by how they begin, and where that does not tell, by their
+//! names.
 //!
 //! In: names and bytes of a map of ROS (YAML and image), an `OGmap.txt`, a submap (`.smap`), a
 //! floor plan (SVG) or a world (JSON). Out: a [`BuildingFile`], which becomes a world to drive in,
@@ -79,8 +80,9 @@ impl BuildingFile {
     /// # Errors    [`BuildingFileError`], with what stands where and what was expected.
     pub fn read(files: &[(&str, &[u8])], svg_unit: Option<f64>) -> Result<Self, BuildingFileError> {
         let of_kind = |kinds: &[&str]| {
-            let is_one = |name: &str| kinds.contains(&extension(name).as_str());
-            files.iter().find(|(name, _)| is_one(name)).copied()
+            let is_one = |name: &str, bytes: &[u8]| kinds.contains(&kind(name, bytes).as_str());
+            let mut files = files.iter();
+            files.find(|(name, bytes)| is_one(name, bytes)).copied()
         };
         let image = of_kind(&["pgm", "png"]);
         if let Some((name, yaml)) = of_kind(&["yaml", "yml"]) {
@@ -91,7 +93,7 @@ impl BuildingFile {
             return Err(BuildingFileError::Half(name.to_owned()));
         }
         let (name, bytes) = files.first().copied().unwrap_or_default();
-        match extension(name).as_str() {
+        match kind(name, bytes).as_str() {
             "txt" => Ok(Self::Map(og_map::parse(bytes)?.into())),
             "smap" => Ok(Self::Map(map_of(&smap::parse(bytes)?)?)),
             "svg" => Ok(Self::Plan(of_svg(bytes, svg_unit, name)?)),
@@ -149,6 +151,28 @@ fn of_thin_walls(world: &World, last: usize) -> Result<PriorWalls, BuildingError
         skipped: vec![],
     })
 }
+
+/// The usual ending of such a file, whatever it is called.
+fn kind(name: &str, bytes: &[u8]) -> String {
+    let text = bytes.trim_ascii_start();
+    let begins = |signs: &[&[u8]]| signs.iter().any(|sign| text.starts_with(sign));
+    let head = text.get(..YAML_HEAD).unwrap_or(text);
+    let mut lines = head.split(|b| *b == b'\n');
+    let found = match () {
+        () if bytes.starts_with(b"\x89PNG") => "png",
+        () if begins(&[b"P2", b"P5"]) => "pgm",
+        () if begins(&[b"#points", b"#robot", b"#landmarks"]) => "smap",
+        () if begins(&[b"<svg", b"<?xml", b"<!--"]) => "svg",
+        () if begins(&[b"{"]) => "json",
+        () if lines.any(|line| line.starts_with(IMAGE_KEY)) => "yaml",
+        () => return extension(name),
+    };
+    found.to_owned()
+}
+
+/// The key that the YAML of a map has, and bytes within which it stands.
+const IMAGE_KEY: &[u8] = b"image:";
+const YAML_HEAD: usize = 1 << 12;
 
 fn extension(name: &str) -> String {
     let end = name.rsplit_once('.').map_or("", |(_, end)| end);

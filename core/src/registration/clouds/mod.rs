@@ -123,6 +123,21 @@ pub fn register_clouds(
     register_watched(moving, fixed, start, method, config, &mut ())
 }
 
+/// [`register_clouds`] by ICP. Who needs no other method carries none along: the page's module
+/// holds all that it may call.
+#[must_use]
+pub fn register_clouds_by_icp(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    icp: &IcpConfig,
+    config: &JudgeConfig,
+) -> Registration {
+    register_by(moving, fixed, start, config, |start| {
+        icp::run(moving, fixed, start, icp, &mut ())
+    })
+}
+
 /// A registration, and how it came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
@@ -158,6 +173,23 @@ fn register_watched(
     config: &JudgeConfig,
     watch: &mut impl Watch,
 ) -> Registration {
+    // One row for each method.
+    register_by(moving, fixed, start, config, |start| match method {
+        CloudMethod::Icp(config) => icp::run(moving, fixed, start, config, watch),
+        CloudMethod::Ndt(config) => ndt::run(moving, fixed, start, config, watch),
+        CloudMethod::Cpd(config) => by_drift(moving, fixed, start, config, watch),
+        CloudMethod::Gmm(config) => by_mixtures(moving, fixed, start, config, watch),
+        CloudMethod::Correlation(config) => correlation::run(moving, fixed, start, config, watch),
+    })
+}
+
+fn register_by(
+    moving: &Cloud,
+    fixed: &Cloud,
+    start: &Pose2,
+    config: &JudgeConfig,
+    run: impl FnOnce(&Pose2) -> Found,
+) -> Registration {
     let start = if start.is_finite() {
         *start
     } else {
@@ -166,14 +198,7 @@ fn register_watched(
     if moving.points().is_empty() || fixed.points().is_empty() {
         return judge::nothing(&Found::start(&start), moving.points().len());
     }
-    // One row for each method.
-    let found = match method {
-        CloudMethod::Icp(config) => icp::run(moving, fixed, &start, config, watch),
-        CloudMethod::Ndt(config) => ndt::run(moving, fixed, &start, config, watch),
-        CloudMethod::Cpd(config) => by_drift(moving, fixed, &start, config, watch),
-        CloudMethod::Gmm(config) => by_mixtures(moving, fixed, &start, config, watch),
-        CloudMethod::Correlation(config) => correlation::run(moving, fixed, &start, config, watch),
-    };
+    let found = run(&start);
     let mut judged = judge::judge(moving, fixed, &found, config);
     if rival::is_ambiguous(moving, fixed, &start, &judged, config) {
         judged.registration.verdict = Verdict::Ambiguous;

@@ -23,6 +23,7 @@ pub(crate) mod fixture;
 mod reader;
 #[cfg(test)]
 mod tests;
+mod writer;
 
 use super::message::{
     Format, FromBridge, Header, MessageError, Packet, RobotFigures, ToBridge, decode,
