@@ -39,7 +39,7 @@ pub(crate) fn of_error(error: axum::Error) -> End {
     }
 }
 
-fn reason(code: u16) -> &'static str {
+pub(crate) fn reason(code: u16) -> &'static str {
     match code {
         GOING_AWAY => "the bridge ends",
         NO_FRAME => "this is not a WebSocket frame",
@@ -48,11 +48,12 @@ fn reason(code: u16) -> &'static str {
         TOO_MANY => "too many messages",
         TOO_LARGE => "the message is too large",
         INTERNAL => "the bridge failed at something; its log says at what",
-        TOO_SLOW => "too slow for what must not be dropped",
+        TOO_SLOW => "it did not take answers and notices that must not be dropped",
         close::ACCESS => "no proof of the token in time, or a wrong one",
         close::NO_RIGHT => "driving needs the token",
         close::HEARTBEAT => "no heartbeat",
         close::TAKEN_OVER => "another client took over",
+        close::FULL => "as many watch as may; who has the token gets in",
         close::OTHER_SCHEMA => {
             "the bridge speaks another schema: reload the page from the bridge, or update what is older"
         }

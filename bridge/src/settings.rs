@@ -14,11 +14,14 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use slamlab_core::geom::Pose2;
 
+use crate::host;
+use crate::record::{Keep, MEBIBYTE};
 use crate::source::{self, Source, SourceError, SourceName};
 
 /// The default address: this machine only.
@@ -46,6 +49,15 @@ pub struct Settings {
     /// Record to this new MCAP file, or to one named by the time of day in this folder
     #[arg(long, value_name = "FILE or DIR/")]
     pub record: Option<PathBuf>,
+    /// A file in that folder ends when it has grown to so many MiB, and another begins [default: 512]
+    #[arg(long, value_name = "MIB")]
+    pub record_piece_mib: Option<u64>,
+    /// Or when it is so old, minutes [default: 60]
+    #[arg(long, value_name = "MINUTES")]
+    pub record_piece_minutes: Option<u64>,
+    /// Delete the oldest recordings in that folder when all have more MiB [default: 8192]
+    #[arg(long, value_name = "MIB")]
+    pub record_budget_mib: Option<u64>,
     /// Let nobody watch without the token
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub private: Option<bool>,
@@ -109,6 +121,9 @@ pub struct Mount {
     pub yaw_degrees: f64,
 }
 
+/// Greatest figure of a recording: a tebibyte, or two years.
+const MOST_TO_KEEP: u64 = 1024 * 1024;
+
 /// Farther from the middle no sensor sits on a robot that this bridge drives, m.
 const FARTHEST: f64 = 2.0;
 
@@ -137,6 +152,35 @@ pub enum SettingsError {
     HalfTls {
         /// Which.
         missing: &'static str,
+    },
+    /// A figure of recordings that cannot be.
+    #[error("{key} is {value}; expected 1 to {MOST_TO_KEEP}")]
+    Recording {
+        /// Which.
+        key: &'static str,
+        /// What stands there.
+        value: u64,
+    },
+    /// Less would be kept than what is being written.
+    #[error(
+        "record-budget-mib is {budget} and record-piece-mib {piece}; expected room for two pieces at least"
+    )]
+    Budget {
+        /// MiB of all.
+        budget: u64,
+        /// MiB of a piece.
+        piece: u64,
+    },
+    /// What no browser writes as an origin.
+    #[error(
+        "allow-origin {given:?}: {why}; expected an origin as a browser writes it, such as https://lab.example or \
+         http://192.168.1.7:3000"
+    )]
+    Origin {
+        /// What stands there.
+        given: String,
+        /// What is wrong.
+        why: &'static str,
     },
     /// A place where no sensor is.
     #[error(
@@ -201,6 +245,9 @@ impl Settings {
             open: self.open.or(below.open),
             source: self.source.or(below.source),
             record: self.record.or(below.record),
+            record_piece_mib: self.record_piece_mib.or(below.record_piece_mib),
+            record_piece_minutes: self.record_piece_minutes.or(below.record_piece_minutes),
+            record_budget_mib: self.record_budget_mib.or(below.record_budget_mib),
             private: self.private.or(below.private),
             allow_origin: self.allow_origin.or(below.allow_origin),
             foxglove: self.foxglove.or(below.foxglove),
@@ -222,6 +269,13 @@ impl Settings {
             .iter()
             .flatten()
             .try_for_each(SourceSettings::check)?;
+        self.allow_origin.iter().flatten().try_for_each(|given| {
+            host::check_origin(given).map_err(|why| SettingsError::Origin {
+                given: given.clone(),
+                why,
+            })
+        })?;
+        self.check_recording()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {
             Tls::Files { cert, key } => (Some(cert.clone()), Some(key.clone())),
@@ -230,6 +284,9 @@ impl Settings {
         let defaults = Self {
             open: Some(false),
             source: Some(vec![]),
+            record_piece_mib: Some(Keep::default().piece_bytes / MEBIBYTE),
+            record_piece_minutes: Some(Keep::default().piece_age.as_secs() / 60),
+            record_budget_mib: Some(Keep::default().all_bytes / MEBIBYTE),
             private: Some(false),
             allow_origin: Some(vec![]),
             foxglove: Some(false),
@@ -245,6 +302,42 @@ impl Settings {
             tls_key,
             ..self.over(defaults)
         })
+    }
+
+    /// How recordings in a folder are cut, and how much of them is kept.
+    #[must_use]
+    pub fn keep(&self) -> Keep {
+        let default = Keep::default();
+        let bytes = |mib: Option<u64>, else_bytes: u64| {
+            mib.map_or(else_bytes, |mib| mib.saturating_mul(MEBIBYTE))
+        };
+        let minutes = |minutes: u64| Duration::from_secs(minutes.saturating_mul(60));
+        Keep {
+            piece_bytes: bytes(self.record_piece_mib, default.piece_bytes),
+            piece_age: self.record_piece_minutes.map_or(default.piece_age, minutes),
+            all_bytes: bytes(self.record_budget_mib, default.all_bytes),
+        }
+    }
+
+    fn check_recording(&self) -> Result<(), SettingsError> {
+        let figures = [
+            ("record-piece-mib", self.record_piece_mib),
+            ("record-piece-minutes", self.record_piece_minutes),
+            ("record-budget-mib", self.record_budget_mib),
+        ];
+        for (key, value) in figures {
+            if let Some(value) = value.filter(|value| !(1..=MOST_TO_KEEP).contains(value)) {
+                return Err(SettingsError::Recording { key, value });
+            }
+        }
+        let keep = self.keep();
+        if keep.all_bytes < 2 * keep.piece_bytes {
+            return Err(SettingsError::Budget {
+                budget: keep.all_bytes / MEBIBYTE,
+                piece: keep.piece_bytes / MEBIBYTE,
+            });
+        }
+        Ok(())
     }
 
     /// Where to listen.

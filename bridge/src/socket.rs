@@ -10,7 +10,8 @@ use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
 use crate::rate::Bucket;
 use crate::shared::Shared;
 
-/// The half that reads: each message counts against the rate that the bridge allows.
+/// The half that reads: each message counts against the rate that the bridge allows, which is small
+/// until the client has shown the token.
 pub(crate) struct Reader<'a> {
     stream: SplitStream<WebSocket>,
     pub(crate) shared: &'a Shared,
@@ -26,7 +27,7 @@ pub(crate) struct Writer<'a> {
 /// Both halves of a socket.
 pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<'_>) {
     let (sink, stream) = socket.split();
-    let bucket = Bucket::new(shared.limits.rate, shared.clock.now());
+    let bucket = Bucket::new(shared.limits.watcher_rate, shared.clock.now());
     let reader = Reader {
         stream,
         shared,
@@ -36,6 +37,11 @@ pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<
 }
 
 impl Reader<'_> {
+    /// The client has shown the token.
+    pub(crate) fn trust(&mut self) {
+        self.bucket = Bucket::new(self.shared.limits.rate, self.shared.clock.now());
+    }
+
     /// The next message of whatever kind; an error where the client is gone or goes too far.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
         let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
