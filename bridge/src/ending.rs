@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes};
 use slamlab_core::wire::message::close;
+use tungstenite::error::ProtocolError;
 
 /// Why a connection ends: with this code, or without a word where the client is gone.
 pub(crate) type End = Option<u16>;
@@ -34,6 +35,8 @@ pub(crate) fn of_error(error: axum::Error) -> End {
     match error.into_inner().downcast_ref::<tungstenite::Error>() {
         Some(tungstenite::Error::Capacity(_)) => Some(TOO_LARGE),
         Some(tungstenite::Error::Utf8(_)) => Some(MALFORMED),
+        // Who is gone without a word has done nothing wrong.
+        Some(tungstenite::Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => None,
         Some(tungstenite::Error::Protocol(_)) => Some(NO_FRAME),
         _ => None,
     }

@@ -68,8 +68,8 @@ pub(crate) fn redirector(trust: Router) -> Router {
     trust.fallback(redirect).layer(middleware::from_fn(fence))
 }
 
-/// What is behind the bridge. Where watching needs the token, only that there is a bridge, and where
-/// to show the token: the page must know.
+/// What is behind the bridge. Where watching needs the token, only that there is a bridge, and
+/// where to show the token: the page must know.
 async fn about(State(shared): State<Arc<Shared>>) -> Response {
     let about = &shared.about;
     if about.watching == Watching::Anyone || about.sources.is_empty() {

@@ -10,18 +10,18 @@
 //! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with
 //! its meaning.
 
+mod recording;
+
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Duration;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use slamlab_core::geom::Pose2;
 
 use crate::host;
-use crate::record::{Keep, MEBIBYTE};
 use crate::source::{self, Source, SourceError, SourceName};
 
 /// The default address: this machine only.
@@ -49,7 +49,7 @@ pub struct Settings {
     /// Record to this new MCAP file, or to one named by the time of day in this folder
     #[arg(long, value_name = "FILE or DIR/")]
     pub record: Option<PathBuf>,
-    /// A file in that folder ends when it has grown to so many MiB, and another begins [default: 512]
+    /// A file in that folder ends at so many MiB, and another begins [default: 512]
     #[arg(long, value_name = "MIB")]
     pub record_piece_mib: Option<u64>,
     /// Or when it is so old, minutes [default: 60]
@@ -121,9 +121,6 @@ pub struct Mount {
     pub yaw_degrees: f64,
 }
 
-/// Greatest figure of a recording: a tebibyte, or two years.
-const MOST_TO_KEEP: u64 = 1024 * 1024;
-
 /// Farther from the middle no sensor sits on a robot that this bridge drives, m.
 const FARTHEST: f64 = 2.0;
 
@@ -154,7 +151,7 @@ pub enum SettingsError {
         missing: &'static str,
     },
     /// A figure of recordings that cannot be.
-    #[error("{key} is {value}; expected 1 to {MOST_TO_KEEP}")]
+    #[error("{key} is {value}; expected 1 to {}", recording::MOST)]
     Recording {
         /// Which.
         key: &'static str,
@@ -284,15 +281,12 @@ impl Settings {
         let defaults = Self {
             open: Some(false),
             source: Some(vec![]),
-            record_piece_mib: Some(Keep::default().piece_bytes / MEBIBYTE),
-            record_piece_minutes: Some(Keep::default().piece_age.as_secs() / 60),
-            record_budget_mib: Some(Keep::default().all_bytes / MEBIBYTE),
             private: Some(false),
             allow_origin: Some(vec![]),
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),
-            ..Self::default()
+            ..recording::defaults()
         };
         Ok(Self {
             listen: Some(listen),
@@ -302,42 +296,6 @@ impl Settings {
             tls_key,
             ..self.over(defaults)
         })
-    }
-
-    /// How recordings in a folder are cut, and how much of them is kept.
-    #[must_use]
-    pub fn keep(&self) -> Keep {
-        let default = Keep::default();
-        let bytes = |mib: Option<u64>, else_bytes: u64| {
-            mib.map_or(else_bytes, |mib| mib.saturating_mul(MEBIBYTE))
-        };
-        let minutes = |minutes: u64| Duration::from_secs(minutes.saturating_mul(60));
-        Keep {
-            piece_bytes: bytes(self.record_piece_mib, default.piece_bytes),
-            piece_age: self.record_piece_minutes.map_or(default.piece_age, minutes),
-            all_bytes: bytes(self.record_budget_mib, default.all_bytes),
-        }
-    }
-
-    fn check_recording(&self) -> Result<(), SettingsError> {
-        let figures = [
-            ("record-piece-mib", self.record_piece_mib),
-            ("record-piece-minutes", self.record_piece_minutes),
-            ("record-budget-mib", self.record_budget_mib),
-        ];
-        for (key, value) in figures {
-            if let Some(value) = value.filter(|value| !(1..=MOST_TO_KEEP).contains(value)) {
-                return Err(SettingsError::Recording { key, value });
-            }
-        }
-        let keep = self.keep();
-        if keep.all_bytes < 2 * keep.piece_bytes {
-            return Err(SettingsError::Budget {
-                budget: keep.all_bytes / MEBIBYTE,
-                piece: keep.piece_bytes / MEBIBYTE,
-            });
-        }
-        Ok(())
     }
 
     /// Where to listen.

@@ -247,7 +247,8 @@ fn time_of_day() -> Duration {
         .unwrap_or_default()
 }
 
-/// All that a browser on the same network may call this machine by, and the authority may vouch for.
+/// All that a browser on the same network may call this machine by, and the authority may vouch
+/// for.
 fn names() -> Vec<String> {
     let mut names = vec!["localhost".to_owned()];
     names.extend(crate::address::host_name().map(|name| format!("{name}.local")));

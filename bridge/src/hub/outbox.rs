@@ -11,8 +11,8 @@
 //! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
 //!    is disconnected.
 //! 4. What is queued goes first, then the state of safety; then the other slots take turns, so that
-//!    a quick stream does not starve the others. A scan takes the odometry that waits with it, which goes before: it never comes
-//!    before the motion that led to it.
+//!    a quick stream does not starve the others. A scan takes the odometry that waits with it,
+//!    which goes before: it never comes before the motion that led to it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;

@@ -12,7 +12,7 @@
 //! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged
 //!    message. Everybody learns why, and the robot drives on.
 //! 4. A folder takes one piece after the other, each with all that its reader must know, and keeps
-//!    a budget of them (`pieces`). Where the disk was full, another piece begins once there is room.
+//!    a budget of them (`pieces`). Where the disk was full, another piece begins once it is not.
 //! 5. At a regular end the summary is added, which lets readers jump. A file without it reads just
 //!    as well from its start.
 //!
@@ -32,6 +32,7 @@ mod pieces;
 mod place;
 pub(crate) mod ros;
 mod thread;
+mod writer;
 
 use std::io;
 use std::path::{Path, PathBuf};

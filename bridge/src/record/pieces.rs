@@ -1,8 +1,8 @@
 //! The pieces of a recording: a folder takes one file after the other, and keeps so many bytes of
 //! them; a file that was named is the only one.
 //!
-//! Pieces are named by the time of day and sort by it: the oldest goes first. Nothing but files that
-//! are named as pieces is ever deleted, and of these never the newest.
+//! Pieces are named by the time of day and sort by it: the oldest goes first. Nothing but files
+//! that are named as pieces is ever deleted, and of these never the newest.
 
 use std::fs::{self, File};
 use std::io;

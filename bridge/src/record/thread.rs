@@ -4,23 +4,19 @@
 //! know: the bridge's hello, which names the robot, its devices, and the state of safety. Where a
 //! piece takes no more, another is tried now and then: room on a disk comes back.
 
-use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use mcap::records::MessageHeader;
-use mcap::{McapError, WriteOptions};
-use slamlab_core::wire::message::{
-    Format, FromBridge, Header, PROTOCOL, RecordingBody, SCHEMA, encode,
-};
-use slamlab_core::wire::recording::{CHANNEL, ENCODING, Recorded, Said};
+use mcap::McapError;
+use slamlab_core::wire::message::{FromBridge, RecordingBody};
+use slamlab_core::wire::recording::{Recorded, Said};
 
-use super::journal::{Journal, Storage};
 use super::pieces::{Keep, Pieces};
-use super::ros::{self, Messages, Topic};
+use super::ros::{self, Topic};
+use super::writer::Writer;
 
 /// How often what was written is forced to the disk.
 const FORCE: Duration = Duration::from_secs(1);
@@ -193,7 +189,7 @@ impl<P: Pieces> Recording<'_, P> {
     fn is_due(&self) -> bool {
         match &self.writer {
             Some(writer) => {
-                writer.journal.length() >= self.keep.piece_bytes
+                writer.length() >= self.keep.piece_bytes
                     || self.begun.elapsed() >= self.keep.piece_age
             }
             None => Instant::now() >= self.next_try,
@@ -275,116 +271,4 @@ fn words(error: &McapError, path: &Path) -> String {
 fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
-}
-
-/// The file and its channels.
-pub(super) struct Writer<S: Storage> {
-    journal: Journal<S>,
-    mcap: mcap::Writer<Journal<S>>,
-    slamlab: u16,
-    topics: BTreeMap<Topic, u16>,
-    sequence: u32,
-    odom: ros::Odom,
-}
-
-impl<S: Storage> Writer<S> {
-    /// Writes the beginning of a file that holds these topics beside every message as it is.
-    ///
-    /// Readers can jump between chunks, and some read nothing else (Rerun); but a chunk under way
-    /// is lost with the program.
-    pub(super) fn new(storage: S, topics: &[Topic], in_chunks: bool) -> Result<Self, McapError> {
-        let journal = Journal::new(storage);
-        let options = WriteOptions::new()
-            .use_chunks(in_chunks)
-            // What was written stays: the file only grows.
-            .disable_seeking(in_chunks)
-            .compression(None)
-            .profile("ros2")
-            .library(concat!("slamlab ", env!("CARGO_PKG_VERSION")));
-        let mut mcap = options.create(journal.clone())?;
-        let facts = [
-            ("protocol".to_owned(), PROTOCOL.to_string()),
-            ("schema".to_owned(), format!("{SCHEMA:016x}")),
-        ];
-        let slamlab = mcap.add_channel(0, CHANNEL, ENCODING, &BTreeMap::from(facts))?;
-        let mut channels = BTreeMap::new();
-        for &topic in topics {
-            let schema =
-                mcap.add_schema(topic.schema(), "ros2msg", topic.definition().as_bytes())?;
-            let channel = mcap.add_channel(schema, topic.name(), "cdr", &BTreeMap::new())?;
-            channels.insert(topic, channel);
-        }
-        journal.commit()?;
-        Ok(Self {
-            journal,
-            mcap,
-            slamlab,
-            topics: channels,
-            sequence: 0,
-            odom: ros::Odom::default(),
-        })
-    }
-
-    /// Writes all entries, or none.
-    pub(super) fn write(&mut self, entries: &[Recorded]) -> Result<(), McapError> {
-        for entry in entries {
-            self.entry(entry)?;
-        }
-        Ok(self.journal.commit()?)
-    }
-
-    fn entry(&mut self, entry: &Recorded) -> Result<(), McapError> {
-        self.sequence = self.sequence.wrapping_add(1);
-        let header = Header {
-            sequence: self.sequence,
-            ..entry.header
-        };
-        let time = Duration::from_nanos(entry.nanos);
-        let (bytes, ros) = match &entry.said {
-            Said::ByBridge(message) => (
-                encode(header, message, Format::Binary),
-                ros::messages_of(&mut self.odom, message, time),
-            ),
-            Said::ToRobot(message) => (
-                encode(header, message, Format::Binary),
-                ros::ordered(message),
-            ),
-        };
-        let bytes = bytes.map_err(io::Error::other)?;
-        self.put(self.slamlab, time, &bytes)?;
-        self.made(&ros, time)
-    }
-
-    /// Adds messages of topics; not written before the next [`Self::write`].
-    pub(super) fn made(&mut self, messages: &Messages, time: Duration) -> Result<(), McapError> {
-        for (topic, bytes) in messages {
-            if let Some(&channel) = self.topics.get(topic) {
-                self.put(channel, time, bytes)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn put(&mut self, channel_id: u16, time: Duration, bytes: &[u8]) -> Result<(), McapError> {
-        let nanos = time.as_nanos() as u64;
-        let header = MessageHeader {
-            channel_id,
-            sequence: self.sequence,
-            log_time: nanos,
-            publish_time: nanos,
-        };
-        self.mcap.write_to_known_channel(&header, bytes)
-    }
-
-    fn force(&self) -> Result<(), McapError> {
-        Ok(self.journal.force()?)
-    }
-
-    /// Adds the summary; the odometry so far.
-    pub(super) fn finish(mut self) -> Result<ros::Odom, McapError> {
-        self.mcap.finish()?;
-        self.journal.commit()?;
-        self.journal.force()?;
-        Ok(self.odom)
-    }
 }

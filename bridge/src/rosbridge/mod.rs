@@ -8,8 +8,8 @@
 //!    challenge, `/slamlab/enter` takes the proof made of it
 //!    ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms.
 //!    Anyone may call `/slamlab/stop` and `/slamlab/emergency_stop`, but where watching needs the
-//!    token: there the proof must come in time. `/rosapi` says what there is (`rosapi`). Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client
-//!    ([`crate::safety`]).
+//!    token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the
+//!    rules are those of every client ([`crate::safety`]). `/rosapi` says what there is (`rosapi`).
 //! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up
 //!    with its robot on the smallest computer. `export` draws it from a recording.
 //! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is

@@ -155,7 +155,7 @@ mod tests {
 
     use super::*;
 
-    fn read(message: Value) -> Request {
+    fn read(message: &Value) -> Request {
         Request::read(&message.to_string()).unwrap()
     }
 
@@ -163,14 +163,14 @@ mod tests {
     fn what_roslib_says_is_read() {
         let subscribe = json!({ "op": "subscribe", "id": "subscribe:/scan:1", "type": "sensor_msgs/LaserScan",
             "topic": "/scan", "compression": "none", "throttle_rate": 100, "queue_length": 0 });
-        let request = read(subscribe);
+        let request = read(&subscribe);
         assert_eq!(request.id, Some(json!("subscribe:/scan:1")));
         let (topic, throttle) = ("/scan".to_owned(), Duration::from_millis(100));
         assert_eq!(request.asked, Asked::Subscribe { topic, throttle });
         let call = json!({ "op": "call_service", "service": "slamlab/stop" });
         let service = "/slamlab/stop".to_owned();
         let args = Value::Null;
-        assert_eq!(read(call).asked, Asked::CallService { service, args });
+        assert_eq!(read(&call).asked, Asked::CallService { service, args });
     }
 
     /// Each closed the connection once, and with it the way to stop.
@@ -186,7 +186,7 @@ mod tests {
         for (rate, millis) in throttles.into_iter().zip([100, 0, 0, 0, 0]) {
             let request =
                 json!({ "op": "subscribe", "topic": "scan", "throttle_rate": rate, "id": 7 });
-            let Request { id, asked } = read(request);
+            let Request { id, asked } = read(&request);
             let (topic, throttle) = ("/scan".to_owned(), Duration::from_millis(millis));
             assert_eq!(
                 (id, asked),
@@ -194,7 +194,7 @@ mod tests {
             );
         }
         assert_eq!(
-            read(json!({ "op": "set_level", "level": "none" })).asked,
+            read(&json!({ "op": "set_level", "level": "none" })).asked,
             Asked::Nothing
         );
     }

@@ -40,7 +40,8 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// Reads it from `folder` if it is still good for these names, or makes it anew; whether it was.
+    /// Reads it from `folder` if it is still good for these names, or makes it anew; whether it was
+    /// made.
     pub(super) fn load_or_make(
         folder: &Path,
         authority: &Authority,

@@ -1,5 +1,5 @@
-//! What a sensor says of its scan modes, question by question (`84`, firmware 1.24 and later): other
-//! programs ask before they scan. The bridge does not; its simulated sensor answers.
+//! What a sensor says of its scan modes, question by question (`84`, firmware 1.24 and later):
+//! other programs ask before they scan. The bridge does not; its simulated sensor answers.
 //!
 //! Question: `A5 84 length | u32: kind | u16: scan mode, where the kind wants one | xor`; the
 //! maker's driver fills it up with zeros. Answer: `A5 5A length 00 00 00 20 | u32: kind | value`.
