@@ -12,8 +12,10 @@ use tokio::time::{Instant, Sleep, sleep};
 
 /// Bytes a second, over longer times: several times what a driver says in text.
 const RATE: f64 = 32.0 * 1024.0;
-/// Bytes at once: a few of the longest messages.
-const BURST: f64 = 256.0 * 1024.0;
+/// Bytes at once: one of the longest messages, and some.
+const BURST: f64 = 96.0 * 1024.0;
+/// After so many bytes the other connections have their turn: the smallest frames are many.
+const TURN: usize = 8 * 1024;
 
 /// A stream that is read no faster.
 pub(crate) struct Throttled<S> {
@@ -21,6 +23,8 @@ pub(crate) struct Throttled<S> {
     /// Bytes that may be read now; below 0 where the last read took more.
     level: f64,
     filled: Instant,
+    /// Bytes since somebody else had a turn.
+    run: usize,
     pause: Pin<Box<Sleep>>,
 }
 
@@ -30,6 +34,7 @@ impl<S> Throttled<S> {
             stream,
             level: BURST,
             filled: Instant::now(),
+            run: 0,
             pause: Box::pin(sleep(Duration::ZERO)),
         }
     }
@@ -49,6 +54,11 @@ impl<S: AsyncRead + Unpin> AsyncRead for Throttled<S> {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        if self.run >= TURN {
+            self.run = 0;
+            context.waker().wake_by_ref();
+            return Poll::Pending;
+        }
         let wait = self.wait();
         if !wait.is_zero() {
             let until = Instant::now() + wait;
@@ -57,7 +67,9 @@ impl<S: AsyncRead + Unpin> AsyncRead for Throttled<S> {
         }
         let before = buffer.filled().len();
         let read = Pin::new(&mut self.stream).poll_read(context, buffer);
-        self.level -= (buffer.filled().len() - before) as f64;
+        let count = buffer.filled().len() - before;
+        self.level -= count as f64;
+        self.run += count;
         read
     }
 }
