@@ -1,14 +1,19 @@
 //! The two halves of a client's WebSocket, with the limits that hold for every client, whatever it
 //! speaks.
 
+use std::time::Duration;
+
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use tokio::time::timeout;
+use tokio::time::{Instant, sleep_until, timeout};
 
 use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
 use crate::rate::Bucket;
 use crate::shared::Shared;
+
+/// Between the message that was too much and the end.
+const PENALTY: Duration = Duration::from_secs(1);
 
 /// The half that reads: each message counts against the rate that the bridge allows, which is small
 /// until the client has shown the token.
@@ -16,6 +21,8 @@ pub(crate) struct Reader<'a> {
     stream: SplitStream<WebSocket>,
     pub(crate) shared: &'a Shared,
     bucket: Bucket,
+    /// It said too much, and is shown out then.
+    muted_until: Option<Instant>,
 }
 
 /// The half that writes: each message has its time.
@@ -32,6 +39,7 @@ pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<
         stream,
         shared,
         bucket,
+        muted_until: None,
     };
     (reader, Writer { sink, shared })
 }
@@ -42,13 +50,21 @@ impl Reader<'_> {
         self.bucket = Bucket::new(self.shared.limits.rate, self.shared.clock.now());
     }
 
-    /// The next message of whatever kind; an error where the client is gone or goes too far.
+    /// The next message of whatever kind; an error where the client is gone or goes too far. Whoever
+    /// says too much is not read any more, and shown out a while later: it cannot come back at once.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
-        let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
-        match self.bucket.take(self.shared.clock.now()) {
-            true => Ok(message),
-            false => Err(Some(TOO_MANY)),
+        if let Some(until) = self.muted_until {
+            sleep_until(until).await;
+            return Err(Some(TOO_MANY));
         }
+        let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
+        if self.bucket.take(self.shared.clock.now()) {
+            return Ok(message);
+        }
+        let until = Instant::now() + PENALTY;
+        self.muted_until = Some(until);
+        sleep_until(until).await;
+        Err(Some(TOO_MANY))
     }
 }
 
