@@ -50,8 +50,8 @@ impl Reader<'_> {
         self.bucket = Bucket::new(self.shared.limits.rate, self.shared.clock.now());
     }
 
-    /// The next message of whatever kind; an error where the client is gone or goes too far. Whoever
-    /// says too much is not read any more, and shown out a while later: it cannot come back at once.
+    /// The next message of whatever kind; an error where the client is gone or goes too far. Who
+    /// says too much is read no more, and shown out a while later: it cannot come back at once.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
         if let Some(until) = self.muted_until {
             sleep_until(until).await;
