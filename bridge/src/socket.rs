@@ -6,7 +6,7 @@ use std::time::Duration;
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use tokio::time::{Instant, sleep_until, timeout};
+use tokio::time::{Instant, timeout, timeout_at};
 
 use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
 use crate::rate::Bucket;
@@ -51,11 +51,10 @@ impl Reader<'_> {
     }
 
     /// The next message of whatever kind; an error where the client is gone or goes too far. Who
-    /// says too much is read no more, and shown out a while later: it cannot come back at once.
+    /// says too much is heard no more, and shown out a while later: it cannot come back at once.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
         if let Some(until) = self.muted_until {
-            sleep_until(until).await;
-            return Err(Some(TOO_MANY));
+            return Err(self.pass_over(until).await);
         }
         let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
         if self.bucket.take(self.shared.clock.now()) {
@@ -63,8 +62,19 @@ impl Reader<'_> {
         }
         let until = Instant::now() + PENALTY;
         self.muted_until = Some(until);
-        sleep_until(until).await;
-        Err(Some(TOO_MANY))
+        Err(self.pass_over(until).await)
+    }
+
+    /// Takes what still comes without hearing it: what is left unread at the end would keep the
+    /// client from reading why.
+    async fn pass_over(&mut self, until: Instant) -> End {
+        let end = timeout_at(until, async {
+            while let Some(Ok(_)) = self.stream.next().await {}
+        });
+        match end.await {
+            Ok(()) => None,
+            Err(_) => Some(TOO_MANY),
+        }
     }
 }
 

@@ -183,6 +183,10 @@ async fn newcomer(bridge: &Bridge, memory: &Memory) -> Option<Duration> {
         from.elapsed()
     });
     let took = task.await.ok()?;
+    // The robot's own thread takes it a moment later.
+    while !memory.stopped_since(from) && from.elapsed() < STOP {
+        sleep(Duration::from_millis(1)).await;
+    }
     // Its own order, or one less than 100 ms before it that others caused.
     memory
         .stopped_since(from.checked_sub(Duration::from_millis(100))?)
