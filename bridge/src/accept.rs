@@ -1,8 +1,9 @@
-//! Accepts connections, with a limit on their number and timeouts.
+//! Accepts connections, with limits on their number and speed, and timeouts.
 //!
 //! In: the listening socket. Out: HTTP connections that are served, each on a task of its own.
 //!
-//! 1. Beyond the limit a connection gets 503 and is closed: the limit counts WebSockets too.
+//! 1. Each has a place (`places`), and keeps it as a WebSocket. Where no place is left, it gets 503
+//!    and is closed. What it sends is read no faster than clients speak (`throttle`).
 //! 2. A request whose header is not there in time ends its connection (slowloris), and so does one
 //!    that is open for too long without becoming a WebSocket.
 //! 3. Where TLS is spoken, the first byte says whether the other side does too; who speaks HTTP in
@@ -24,15 +25,20 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 use tower::ServiceExt;
 
+use crate::access_log::{Kind, Peer};
 use crate::http;
-use crate::shared::{Limits, Place, Shared};
+use crate::places::Places;
+use crate::shared::{Limits, Shared, Visitor};
+use crate::throttle::Throttled;
+use crate::tls::Identity;
+use crate::trust;
 
 const FULL: &[u8] =
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: text/plain\r\ncontent-length: 42\r\n\
@@ -49,14 +55,17 @@ const HANDSHAKE: u8 = 22;
 /// the clear.
 pub(crate) async fn run(
     listener: TcpListener,
-    tls: Option<TlsAcceptor>,
+    tls: Option<Identity>,
     shared: Arc<Shared>,
     stopped: watch::Receiver<bool>,
 ) {
-    let router = http::router(&shared);
+    let trust = trust::routes(tls.as_ref());
+    let router = http::router(&shared, trust.clone());
+    let redirector = http::redirector(trust);
+    let tls = tls.as_ref().map(Identity::acceptor);
     let stop = until(stopped.clone());
     tokio::pin!(stop);
-    let places = Arc::new(Semaphore::new(shared.limits.sockets));
+    let places = Places::new(shared.limits);
     let mut open = JoinSet::new();
     loop {
         let accepted = tokio::select! {
@@ -64,28 +73,34 @@ pub(crate) async fn run(
             Some(_) = open.join_next() => continue,
             () = &mut stop => break,
         };
-        let stream = match accepted {
-            Ok((stream, _)) => stream,
+        let (stream, from) = match accepted {
+            Ok(accepted) => accepted,
             Err(error) => {
                 tracing::warn!("a connection could not be taken: {error}");
                 tokio::time::sleep(OUT_OF_HANDLES).await;
                 continue;
             }
         };
-        let taken = shared.limits.sockets - places.available_permits();
-        shared.metrics.sockets.set(taken as u64);
-        match Arc::clone(&places).try_acquire_owned() {
-            Ok(place) => {
+        let place = places.enter(from.ip());
+        shared.metrics.sockets.set(places.taken() as u64);
+        match place {
+            Some(place) => {
                 let connection = Connection {
                     router: router.clone(),
-                    place: Arc::new(place),
+                    redirector: redirector.clone(),
+                    visitor: Visitor {
+                        place: Arc::new(place),
+                        peer: Peer(from),
+                    },
                     limits: shared.limits,
                     stopped: stopped.clone(),
                 };
                 open.spawn(connection.enter(stream, tls.clone()));
             }
-            Err(_) => {
+            None => {
                 shared.metrics.turned_away.add(1);
+                let what = format_args!("no place was left for a connection from {from}");
+                shared.log.note(shared.clock.now(), Kind::Full, what);
                 // What does not fit into an empty socket buffer at once is not worth waiting for.
                 let _ = stream.try_write(FULL);
             }
@@ -104,7 +119,9 @@ pub(crate) async fn until(mut stopped: watch::Receiver<bool>) {
 /// One connection and what it may take.
 struct Connection {
     router: Router,
-    place: Place,
+    /// For who comes in the clear where TLS is spoken.
+    redirector: Router,
+    visitor: Visitor,
     limits: Limits,
     stopped: watch::Receiver<bool>,
 }
@@ -117,17 +134,18 @@ impl Connection {
             tracing::debug!("TCP_NODELAY: {error}");
         }
         let Some(tls) = tls else {
-            return self.serve(stream).await;
+            return self.serve(Throttled::new(stream)).await;
         };
         let stopped = self.stopped.clone();
         let greeting = tokio::select! {
             greeting = timeout(self.limits.header, greet(stream, tls)) => greeting,
             () = until(stopped) => return,
+            () = self.visitor.place.pushed_out() => return,
         };
         match greeting {
             Ok(Ok(Greeting::Secure(stream))) => self.serve(*stream).await,
             Ok(Ok(Greeting::Plain(stream))) => {
-                self.router = http::redirector();
+                self.router = self.redirector.clone();
                 self.serve(stream).await;
             }
             Ok(Err(error)) => tracing::debug!("no handshake: {error}"),
@@ -137,9 +155,10 @@ impl Connection {
 
     /// Serves the connection until it ends or becomes a WebSocket.
     async fn serve(self, stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static) {
-        let (router, place) = (self.router, self.place);
+        let (router, visitor) = (self.router, self.visitor);
+        let place = Arc::clone(&visitor.place);
         let service = service_fn(move |mut request: Request<Incoming>| {
-            request.extensions_mut().insert(Arc::clone(&place));
+            request.extensions_mut().insert(visitor.clone());
             answer(router.clone(), request)
         });
         let connection = http1::Builder::new()
@@ -152,6 +171,7 @@ impl Connection {
         let ended = tokio::select! {
             ended = &mut connection => ended,
             () = tokio::time::sleep(self.limits.request) => return,
+            () = place.pushed_out() => return,
             () = until(self.stopped) => {
                 connection.as_mut().graceful_shutdown();
                 connection.await
@@ -165,17 +185,17 @@ impl Connection {
 
 /// What the first bytes were.
 enum Greeting {
-    Secure(Box<TlsStream<TcpStream>>),
-    Plain(TcpStream),
+    Secure(Box<TlsStream<Throttled<TcpStream>>>),
+    Plain(Throttled<TcpStream>),
 }
 
 async fn greet(stream: TcpStream, tls: TlsAcceptor) -> io::Result<Greeting> {
     let mut first = [0];
     stream.peek(&mut first).await?;
     if first != [HANDSHAKE] {
-        return Ok(Greeting::Plain(stream));
+        return Ok(Greeting::Plain(Throttled::new(stream)));
     }
-    let stream = tls.accept(stream).await?;
+    let stream = tls.accept(Throttled::new(stream)).await?;
     Ok(Greeting::Secure(Box::new(stream)))
 }
 

@@ -22,7 +22,7 @@ use tokio::time::{Instant, timeout};
 
 use crate::ending::{End, FAREWELL, INTERNAL, TOO_SLOW};
 use crate::hub::outbox::{Next, Outbox};
-use crate::shared::Shared;
+use crate::shared::{Shared, Visitor};
 use crate::socket;
 
 /// Between two pings.
@@ -61,6 +61,11 @@ impl<'a> Adapter<'a> {
             waiting,
         };
         (adapter, writer)
+    }
+
+    /// The client has shown the token.
+    pub(crate) fn trust(&mut self) {
+        self.socket.trust();
     }
 
     /// The next message.
@@ -127,15 +132,17 @@ pub(crate) struct Writer<'a> {
 
 impl Writer<'_> {
     /// Writes the queue while `live` goes on, then what is left of it and why it ends.
-    pub(crate) async fn beside(mut self, live: impl Future<Output = Result<(), End>>) {
+    pub(crate) async fn beside(
+        mut self,
+        visitor: &Visitor,
+        live: impl Future<Output = Result<(), End>>,
+    ) {
         let ended = tokio::select! {
             () = self.run() => return,
             ended = live => ended,
         };
         let Err(Some(code)) = ended else { return };
-        if code == close::ACCESS {
-            self.socket.shared.metrics.intruders.add(1);
-        }
+        self.socket.shared.shown_out(visitor, code);
         self.waiting.close();
         let rest = async {
             self.run().await;

@@ -56,9 +56,48 @@ pub fn urls(listening: SocketAddr, is_tls: bool) -> Vec<String> {
         .collect()
 }
 
+/// What anybody in the network can do with a bridge that listens there, and how to close that; none
+/// where nobody else reaches it, or nothing is open.
+#[must_use]
+pub fn exposure(listening: SocketAddr, is_tls: bool, is_private: bool) -> Option<&'static str> {
+    if listening.ip().is_loopback() {
+        return None;
+    }
+    match (is_private, is_tls) {
+        (true, true) => None,
+        (false, false) => Some(
+            "open to the network: whoever reaches it may watch and stop the robot (--private wants the token for that \
+             too), and whoever listens there can read along and change what is sent (--tls prevents it)",
+        ),
+        (false, true) => Some(
+            "open to the network: whoever reaches it may watch and stop the robot (--private wants the token for that \
+             too)",
+        ),
+        (true, false) => Some(
+            "in the clear on the network: whoever listens there can read along and change what is sent (--tls prevents \
+             it)",
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_open_is_said_with_how_to_close_it() {
+        let everywhere = "0.0.0.0:80".parse().unwrap();
+        let said = |tls, private| exposure(everywhere, tls, private).unwrap_or_default();
+        for (tls, private) in [(false, false), (false, true), (true, false), (true, true)] {
+            let said = said(tls, private);
+            assert_eq!(said.contains("--tls"), !tls, "{said}");
+            assert_eq!(said.contains("--private"), !private, "{said}");
+            assert_eq!(said.contains("stop the robot"), !private, "{said}");
+        }
+        for here in ["127.0.0.1:80", "[::1]:80"] {
+            assert_eq!(exposure(here.parse().unwrap(), false, false), None);
+        }
+    }
 
     #[test]
     fn a_bridge_that_listens_everywhere_is_named_here_first() {

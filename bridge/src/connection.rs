@@ -20,13 +20,13 @@ use crate::ending::{End, FAREWELL, INTERNAL, MALFORMED, UNSUPPORTED};
 use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
 use crate::safety::ClientId;
-use crate::shared::{Joined, Shared};
+use crate::shared::{Joined, Shared, Visitor};
 use crate::socket;
 
 const LONGEST_NAME: usize = 64;
 
 /// Serves a client to its end.
-pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
+pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor, format: Format) {
     let (reading, writing) = socket::halves(socket, shared);
     let mut writer = Writer {
         socket: writing,
@@ -38,13 +38,16 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
         format,
         sequence: 0,
     };
-    match enter(&mut writer, &mut reader).await {
+    match enter(&mut writer, &mut reader, visitor).await {
         Ok((id, outbox)) => {
-            serve(id, &mut writer, &mut reader, &outbox).await;
+            let ended = serve(id, &mut writer, &mut reader, &outbox).await;
             shared.leave(id).await;
+            if let Some(code) = ended {
+                shared.shown_out(visitor, code);
+            }
         }
         Err(Some(code)) => {
-            shared.metrics.intruders.add(1);
+            shared.shown_out(visitor, code);
             writer.socket.close(code).await;
         }
         Err(None) => (),
@@ -52,7 +55,11 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, format: Format) {
 }
 
 /// The first messages; the client's number, and what waits for it.
-async fn enter(writer: &mut Writer<'_>, reader: &mut Reader<'_>) -> Result<Joined, End> {
+async fn enter(
+    writer: &mut Writer<'_>,
+    reader: &mut Reader<'_>,
+    visitor: &Visitor,
+) -> Result<Joined, End> {
     let shared = writer.socket.shared;
     let mut challenge = [0; CHALLENGE_BYTES];
     if let Err(error) = getrandom::fill(&mut challenge) {
@@ -66,7 +73,10 @@ async fn enter(writer: &mut Writer<'_>, reader: &mut Reader<'_>) -> Result<Joine
         return Err(Some(close::ACCESS));
     };
     let may_drive = admit(shared, &challenge, &hello)?;
-    shared.join(hello.name, may_drive).await
+    if may_drive {
+        reader.socket.trust();
+    }
+    shared.join(visitor, hello.name, may_drive).await
 }
 
 /// Whether the client may drive; an error if it may not even watch.
@@ -88,17 +98,22 @@ fn admit(
     }
 }
 
-async fn serve(id: ClientId, writer: &mut Writer<'_>, reader: &mut Reader<'_>, outbox: &Outbox) {
+/// Passes messages both ways; why the bridge ended it, if it did.
+async fn serve(
+    id: ClientId,
+    writer: &mut Writer<'_>,
+    reader: &mut Reader<'_>,
+    outbox: &Outbox,
+) -> End {
     let mut writing = std::pin::pin!(writer.run(outbox));
-    tokio::select! {
-        () = &mut writing => return,
-        end = reader.run(id) => match end {
-            Some(code) => outbox.close(code),
-            None => return,
-        },
-    }
+    let code = tokio::select! {
+        end = &mut writing => return end,
+        end = reader.run(id) => end?,
+    };
+    outbox.close(code);
     // A client that does not even take the reason is left.
     let _ = timeout(FAREWELL, writing).await;
+    Some(code)
 }
 
 struct Writer<'a> {
@@ -109,13 +124,16 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     /// Sends what the hub has, until it has no more or the client takes nothing.
-    async fn run(&mut self, outbox: &Outbox) {
+    async fn run(&mut self, outbox: &Outbox) -> End {
         loop {
             match outbox.next().await {
-                Next::Close(code) => return self.socket.close(code).await,
+                Next::Close(code) => {
+                    self.socket.close(code).await;
+                    return Some(code);
+                }
                 Next::Message(message) => {
-                    if self.send(&message).await.is_err() {
-                        return;
+                    if let Err(end) = self.send(&message).await {
+                        return end;
                     }
                 }
             }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes};
 use slamlab_core::wire::message::close;
+use tungstenite::error::ProtocolError;
 
 /// Why a connection ends: with this code, or without a word where the client is gone.
 pub(crate) type End = Option<u16>;
@@ -34,12 +35,14 @@ pub(crate) fn of_error(error: axum::Error) -> End {
     match error.into_inner().downcast_ref::<tungstenite::Error>() {
         Some(tungstenite::Error::Capacity(_)) => Some(TOO_LARGE),
         Some(tungstenite::Error::Utf8(_)) => Some(MALFORMED),
+        // Who is gone without a word has done nothing wrong.
+        Some(tungstenite::Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)) => None,
         Some(tungstenite::Error::Protocol(_)) => Some(NO_FRAME),
         _ => None,
     }
 }
 
-fn reason(code: u16) -> &'static str {
+pub(crate) fn reason(code: u16) -> &'static str {
     match code {
         GOING_AWAY => "the bridge ends",
         NO_FRAME => "this is not a WebSocket frame",
@@ -48,11 +51,12 @@ fn reason(code: u16) -> &'static str {
         TOO_MANY => "too many messages",
         TOO_LARGE => "the message is too large",
         INTERNAL => "the bridge failed at something; its log says at what",
-        TOO_SLOW => "too slow for what must not be dropped",
+        TOO_SLOW => "it did not take answers and notices that must not be dropped",
         close::ACCESS => "no proof of the token in time, or a wrong one",
         close::NO_RIGHT => "driving needs the token",
         close::HEARTBEAT => "no heartbeat",
         close::TAKEN_OVER => "another client took over",
+        close::FULL => "as many watch as may; who has the token gets in",
         close::OTHER_SCHEMA => {
             "the bridge speaks another schema: reload the page from the bridge, or update what is older"
         }

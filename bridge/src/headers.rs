@@ -32,6 +32,11 @@ pub(crate) fn add(headers: &mut HeaderMap, path: &str, success: bool) {
             HeaderValue::from_static(value),
         );
     }
+    // Lists of types do not know source maps, which are JSON.
+    if success && path.ends_with(".map") {
+        let json = HeaderValue::from_static("application/json");
+        headers.insert(header::CONTENT_TYPE, json);
+    }
     let caching = match (success, has_content_hash(path)) {
         (false, _) => "no-store",
         (true, true) => "public, max-age=31536000, immutable",
@@ -57,6 +62,19 @@ fn has_content_hash(path: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_source_map_has_its_type() {
+        let kind = |path, success| {
+            let mut headers = HeaderMap::new();
+            add(&mut headers, path, success);
+            headers.get(header::CONTENT_TYPE).cloned()
+        };
+        let json = HeaderValue::from_static("application/json");
+        assert_eq!(kind("/main-Q3KX7ABC.js.map", true), Some(json));
+        assert_eq!(kind("/main-Q3KX7ABC.js.map", false), None);
+        assert_eq!(kind("/main-Q3KX7ABC.js", true), None);
+    }
 
     #[test]
     fn only_names_with_a_hash_are_immutable() {

@@ -50,6 +50,49 @@ pub fn is_allowed_origin(
     own.is_some() && own == host || allowed.iter().any(|allowed| allowed == origin)
 }
 
+/// Whether a browser can write this as an `Origin`; one that it cannot would never let anybody in.
+///
+/// # Errors    What is wrong with it.
+///
+/// # Source    RFC 6454 §6.2: scheme and host in lower case, the port only where it is not that of
+/// the scheme, nothing behind it.
+pub fn check_origin(origin: &str) -> Result<(), &'static str> {
+    match origin {
+        "*" => return Err("every page of the world may not drive a robot"),
+        "null" => return Err("any page without an origin would be let in"),
+        _ => (),
+    }
+    let Some((scheme, authority)) = origin.split_once("://") else {
+        return Err("the scheme is missing");
+    };
+    let is_scheme = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b"+-.".contains(&b);
+    if scheme.is_empty() || !scheme.bytes().all(is_scheme) {
+        return Err("the scheme is none, or not in lower case");
+    }
+    if authority.ends_with('/') && !authority.trim_end_matches('/').contains('/') {
+        return Err("it ends with a slash");
+    }
+    if authority.contains(['/', '?', '#', '@']) {
+        return Err("it holds more than scheme, host and port");
+    }
+    let is_plain = |c: char| c.is_ascii_graphic() && !c.is_ascii_uppercase();
+    if !authority.chars().all(is_plain) {
+        return Err("the host is not in lower case, or not in ASCII");
+    }
+    if authority.contains('*') {
+        return Err("a host cannot be left open");
+    }
+    let host = without_port(authority).ok_or("the port is no number up to 65535")?;
+    if host.is_empty() {
+        return Err("the host is missing");
+    }
+    let port = authority.get(host.len()..).unwrap_or_default();
+    match (scheme, port) {
+        ("http", ":80") | ("https", ":443") => Err("browsers leave the scheme's own port out"),
+        _ => Ok(()),
+    }
+}
+
 /// The authority without `:port`; nothing if what follows the colon is not a port.
 fn without_port(authority: &str) -> Option<&str> {
     match authority.rsplit_once(':') {
@@ -119,6 +162,43 @@ mod tests {
         }
         check(Some("http://robot.local:8080"), None, false);
         check(Some("https://robot.local:8080"), host, true);
+    }
+
+    #[test]
+    fn an_origin_that_no_browser_writes_is_none() {
+        for good in [
+            "https://lab.example",
+            "http://192.168.1.7:3000",
+            "http://[::1]:3000",
+            "vscode-webview://1a2b",
+            "http://lab.example:443",
+        ] {
+            assert_eq!(check_origin(good), Ok(()), "{good}");
+        }
+        for bad in [
+            "",
+            "*",
+            "null",
+            "lab.example",
+            "https://",
+            "https://lab.example/",
+            "https://lab.example//",
+            "https://lab.example/page",
+            "https://lab.example?x",
+            "https://user@lab.example",
+            "https://Lab.example",
+            "HTTPS://lab.example",
+            "https://*.lab.example",
+            "https://lab.example:443",
+            "http://lab.example:80",
+            "https://lab.example:https",
+            "https://lab.example:99999",
+            "https://lab.example ",
+            "https://läb.example",
+            "://lab.example",
+        ] {
+            assert!(check_origin(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

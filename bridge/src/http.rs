@@ -9,17 +9,19 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use axum::{Json, Router};
-use slamlab_core::wire::message::{About, Format, Watching};
+use slamlab_core::wire::message::{Format, Watching};
 use tower_http::services::ServeDir;
 
+use crate::access_log::Kind;
 use crate::page::Page;
-use crate::shared::{Limits, Place, Shared};
+use crate::shared::{Limits, Shared, Visitor};
 use crate::{connection, embedded, foxglove, headers, host, rosbridge};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
 
-pub(crate) fn router(shared: &Arc<Shared>) -> Router {
+/// `trust` is what a device needs to trust the bridge.
+pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
     let mut sockets = Router::new().route(SOCKET_PATH, get(socket));
     if shared.foxglove {
         sockets = sockets.route(foxglove::PATH, get(foxglove_socket));
@@ -46,13 +48,14 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         None => router,
     };
     router
-        .layer(middleware::from_fn(fence))
         .with_state(Arc::clone(shared))
+        .merge(trust)
+        .layer(middleware::from_fn(fence))
 }
 
-/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else is
-/// said in the clear.
-pub(crate) fn redirector() -> Router {
+/// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else but
+/// how to trust it is said in the clear.
+pub(crate) fn redirector(trust: Router) -> Router {
     let redirect = async |request: Request| {
         let host = request.headers().get(header::HOST);
         let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
@@ -62,18 +65,27 @@ pub(crate) fn redirector() -> Router {
             .map_or("/", |path| path.as_str());
         Redirect::permanent(&format!("https://{host}{path}"))
     };
-    Router::new()
-        .fallback(redirect)
-        .layer(middleware::from_fn(fence))
+    trust.fallback(redirect).layer(middleware::from_fn(fence))
 }
 
-async fn about(State(shared): State<Arc<Shared>>) -> Json<About> {
-    Json(shared.about.clone())
+/// What is behind the bridge. Where watching needs the token, only that there is a bridge, and
+/// where to show the token: the page must know.
+async fn about(State(shared): State<Arc<Shared>>) -> Response {
+    let about = &shared.about;
+    if about.watching == Watching::Anyone || about.sources.is_empty() {
+        return Json(about.clone()).into_response();
+    }
+    let only = serde_json::json!({ "websocket": about.websocket, "watching": about.watching });
+    (StatusCode::FORBIDDEN, Json(only)).into_response()
 }
 
-async fn metrics(State(shared): State<Arc<Shared>>) -> impl IntoResponse {
+async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
+    if shared.about.watching == Watching::Token {
+        const WHY: &str = "Watching needs the token here, and so do figures, which have none.\n";
+        return (StatusCode::FORBIDDEN, WHY).into_response();
+    }
     const KIND: &str = "text/plain; version=0.0.4";
-    ([(header::CONTENT_TYPE, KIND)], shared.metrics.text())
+    ([(header::CONTENT_TYPE, KIND)], shared.metrics.text()).into_response()
 }
 
 /// What stands behind `?` of the WebSocket's address.
@@ -86,6 +98,7 @@ struct Wishes {
 /// (cross-site WebSocket hijacking).
 async fn own_pages_only(
     State(shared): State<Arc<Shared>>,
+    Extension(visitor): Extension<Visitor>,
     request: Request,
     next: Next,
 ) -> Response {
@@ -97,6 +110,10 @@ async fn own_pages_only(
     if origins.next().is_some()
         || !host::is_allowed_origin(origin, host, shared.is_tls, &shared.origins)
     {
+        let peer = visitor.peer;
+        let of = origin.unwrap_or("more than one origin");
+        let what = format_args!("a page of {of:?} in a browser at {peer} was refused");
+        shared.log.note(shared.clock.now(), Kind::Origin, what);
         const WHY: &str = "This page may not use the bridge; see --allow-origin.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }
@@ -113,10 +130,18 @@ fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
         .max_write_buffer_size(1024 * 1024)
 }
 
+/// Serves a WebSocket until it ends, or must make room before it was let in.
+async fn while_in_place(visitor: &Visitor, session: impl Future<Output = ()>) {
+    tokio::select! {
+        () = session => (),
+        () = visitor.place.pushed_out() => (),
+    }
+}
+
 /// Foxglove and its kin, watching.
 async fn foxglove_socket(
     State(shared): State<Arc<Shared>>,
-    Extension(place): Extension<Place>,
+    Extension(visitor): Extension<Visitor>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     if shared.about.watching != Watching::Anyone {
@@ -133,26 +158,24 @@ async fn foxglove_socket(
         return (StatusCode::BAD_REQUEST, why).into_response();
     }
     upgrade.on_upgrade(async move |socket| {
-        foxglove::run(socket, &shared).await;
-        drop(place);
+        while_in_place(&visitor, foxglove::run(socket, &shared, &visitor)).await;
     })
 }
 
 /// Scripts that know roslib.
 async fn rosbridge_socket(
     State(shared): State<Arc<Shared>>,
-    Extension(place): Extension<Place>,
+    Extension(visitor): Extension<Visitor>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
-        rosbridge::run(socket, &shared).await;
-        drop(place);
+        while_in_place(&visitor, rosbridge::run(socket, &shared, &visitor)).await;
     })
 }
 
 async fn socket(
     State(shared): State<Arc<Shared>>,
-    Extension(place): Extension<Place>,
+    Extension(visitor): Extension<Visitor>,
     Query(wishes): Query<Wishes>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
@@ -164,8 +187,8 @@ async fn socket(
         }
     };
     limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
-        connection::run(socket, &shared, format).await;
-        drop(place);
+        let session = connection::run(socket, &shared, &visitor, format);
+        while_in_place(&visitor, session).await;
     })
 }
 

@@ -29,6 +29,7 @@
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
 
 mod accept;
+mod access_log;
 mod adapter;
 pub mod address;
 pub mod announce;
@@ -46,6 +47,7 @@ mod listen;
 mod metrics;
 mod notify;
 mod page;
+mod places;
 mod rate;
 pub mod record;
 mod rosbridge;
@@ -56,8 +58,10 @@ pub mod settings;
 mod shared;
 mod socket;
 pub mod source;
+mod throttle;
 pub mod tls;
 pub mod token;
+pub mod trust;
 pub mod udp;
 
 pub use slamlab_core::device::safety;
@@ -65,5 +69,5 @@ pub use slamlab_core::device::safety;
 pub use clock::Clock;
 pub use listen::{BindError, bind};
 pub use page::{Page, PageError};
-pub use serve::{Config, RunError, run};
+pub use serve::{Config, RunError, Serving, run, start};
 pub use shared::Limits;

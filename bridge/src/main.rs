@@ -14,7 +14,7 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::udp;
-use slamlab_bridge::{Config, Page, address, doctor, run};
+use slamlab_bridge::{Config, Page, address, doctor, run, trust};
 
 mod flags;
 mod open;
@@ -29,10 +29,22 @@ async fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         // One sentence, also where RUST_BACKTRACE is set.
         Err(error) => {
-            eprintln!("slamlab-bridge: {error:#}");
+            eprintln!("slamlab-bridge: {}", sentence(&error));
             ExitCode::FAILURE
         }
     }
+}
+
+/// The error and its causes; a cause that was said already is not said again.
+fn sentence(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |said, cause| {
+        let cause = cause.to_string();
+        match () {
+            () if said.is_empty() => cause,
+            () if said.contains(&cause) => said,
+            () => format!("{said}: {cause}"),
+        }
+    })
 }
 
 async fn obey(flags: Flags) -> anyhow::Result<()> {
@@ -86,35 +98,46 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
     let stop = stop_signal();
     let listening = listener.local_addr()?;
     let urls = address::urls(listening, tls.is_some());
-    say_where(&urls, tls.as_ref(), token.is_some());
-    if settings.open == Some(true)
-        && let Some(url) = urls.first()
-    {
-        let secret = token.as_ref().map(Token::reveal);
-        let whole = secret.map_or(url.clone(), |secret| format!("{url}#token={secret}"));
-        open::in_browser(&whole, url);
+    let is_private = settings.private == Some(true);
+    let mut lines = lines_for(&urls, tls.as_ref(), token.is_some());
+    if token.is_some() {
+        let exposure = address::exposure(listening, tls.is_some(), is_private);
+        lines.extend(exposure.map(|exposure| format!("{exposure}\n")));
     }
-    let _announced = match settings.mdns {
-        Some(true) => in_the_network(listening, tls.is_some()),
-        _ => None,
-    };
+    let whole = urls.first().map(|url| {
+        let secret = token.as_ref().map(Token::reveal);
+        secret.map_or(url.clone(), |secret| format!("{url}#token={secret}"))
+    });
+    let (is_tls, keep) = (tls.is_some(), settings.keep());
     let config = Config {
         page: Some(page),
         sources,
         token,
-        watching: (settings.private == Some(true)).then_some(Watching::Token),
+        watching: is_private.then_some(Watching::Token),
         origins: settings.allow_origin.unwrap_or_default(),
         foxglove: settings.foxglove == Some(true),
         rosbridge: settings.rosbridge == Some(true),
         tls,
+        keep,
         record: settings.record,
         ..Config::default()
     };
-    Ok(run(listener, config, stop).await?)
+    // Only now is anybody there who could answer at the address.
+    let bridge = slamlab_bridge::start(listener, config)?;
+    say(&lines);
+    if let (Some(true), Some(whole), Some(url)) = (settings.open, whole, urls.first()) {
+        open::in_browser(&whole, url);
+    }
+    let _announced = match settings.mdns {
+        Some(true) => in_the_network(listening, is_tls),
+        _ => None,
+    };
+    bridge.until(stop).await;
+    Ok(())
 }
 
 /// The first line is for programs too; the others are for a person.
-fn say_where(urls: &[String], tls: Option<&Identity>, has_token: bool) {
+fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<String> {
     let mut lines = vec![];
     for (at, url) in urls.iter().enumerate() {
         lines.push(match at {
@@ -124,11 +147,21 @@ fn say_where(urls: &[String], tls: Option<&Identity>, has_token: bool) {
     }
     lines.extend(tls.map(|tls| {
         let fingerprint = tls.fingerprint();
-        format!("its certificate's SHA-256 fingerprint is {fingerprint}\n")
+        match (tls.authority(), urls.last()) {
+            (Some(_), Some(url)) => format!(
+                "{} explains how a phone comes to trust it; the SHA-256 fingerprint there must be {fingerprint}\n",
+                trust::address(url, "").trim_end_matches("#sha256=")
+            ),
+            _ => format!("its certificate's SHA-256 fingerprint is {fingerprint}\n"),
+        }
     }));
     if has_token {
         lines.push("`slamlab-bridge token` shows the address with which one may drive\n".into());
     }
+    lines
+}
+
+fn say(lines: &[String]) {
     let mut out = std::io::stdout().lock();
     // Whoever started the bridge may read the first line and go: the robot is served all the same.
     let _ = out
@@ -225,12 +258,12 @@ async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> 
 fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
     let settings = flags.serve.complete()?;
     let token = if flags.new {
-        Token::create(&token_path(&settings)?)?
+        Token::renew(&token_path(&settings)?)?
     } else {
         token_of(&settings)?
     };
-    let urls = address::urls(settings.address(), settings.tls == Some(true));
-    let urls: Vec<_> = urls
+    let plain = address::urls(settings.address(), settings.tls == Some(true));
+    let urls: Vec<_> = plain
         .iter()
         .map(|url| format!("{url}#token={}", token.reveal()))
         .collect();
@@ -238,12 +271,27 @@ fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
         println!("{url}");
     }
     // The last is an address in figures, which phones find without multicast DNS.
-    if let (true, Some(url)) = (flags.qr, urls.last()) {
-        let code = qrcode::QrCode::new(url).context("the address does not fit into a picture")?;
-        let picture = code.render::<qrcode::render::unicode::Dense1x2>().build();
-        println!("{picture}");
+    let Some((plain, with_token)) = plain.last().zip(urls.last()) else {
+        return Ok(());
+    };
+    if settings.tls()? == Tls::Own {
+        let identity = Identity::load_or_make(&folder(&settings)?)?;
+        let first = trust::address(plain, identity.fingerprint());
+        println!("\nonce on each phone, so that it trusts the robot:\n{first}");
+        if flags.qr {
+            println!("{}\nthen, to drive:", picture(&first)?);
+        }
+    }
+    if flags.qr {
+        println!("{}", picture(with_token)?);
     }
     Ok(())
+}
+
+/// A QR code for a terminal.
+fn picture(url: &str) -> anyhow::Result<String> {
+    let code = qrcode::QrCode::new(url).context("the address does not fit into a picture")?;
+    Ok(code.render::<qrcode::render::unicode::Dense1x2>().build())
 }
 
 fn token_of(settings: &Settings) -> anyhow::Result<Token> {
@@ -297,5 +345,21 @@ fn stop_signal() -> impl Future<Output = ()> + Send + 'static {
             tracing::warn!("Ctrl+C will not stop the bridge: {error}");
             std::future::pending::<()>().await;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cause_is_said_twice() {
+        let refused = || std::io::Error::from(std::io::ErrorKind::PermissionDenied);
+        let inner = anyhow::Error::from(refused());
+        let said = inner.to_string();
+        let doubled = anyhow::Error::from(refused()).context(format!("token file x: {said}"));
+        assert_eq!(sentence(&doubled), format!("token file x: {said}"));
+        let plain = anyhow::Error::from(refused()).context("where is the token?");
+        assert_eq!(sentence(&plain), format!("where is the token?: {said}"));
     }
 }

@@ -46,6 +46,7 @@ metrics! {
     received, "messages_received_total", counter, "Messages from clients.";
     malformed, "messages_malformed_total", counter, "Messages that could not be read.";
     refused, "requests_refused_total", counter, "Requests against the rules.";
+    shown_out, "shown_out_total", counter, "Connections that the bridge ended.";
     intruders, "intruders_total", counter, "Clients without a right to come in.";
     orders, "orders_total", counter, "Orders to the robot.";
 }

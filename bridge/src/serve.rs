@@ -11,15 +11,17 @@ use slamlab_core::wire::message::{
 };
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
 
 use crate::accept;
+use crate::access_log::AccessLog;
 use crate::clock::Clock;
 use crate::http;
 use crate::hub;
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
-use crate::record::{RecordError, Recorder};
+use crate::record::{Keep, RecordError, Recorder};
 use crate::shared::{Limits, Shared};
 use crate::source::{self, Running, Source};
 use crate::tls::Identity;
@@ -27,6 +29,8 @@ use crate::token::Token;
 
 /// How long open requests may take to end after the shutdown began.
 const GRACE: Duration = Duration::from_secs(2);
+/// Between two looks whether the certificate is still good: the machine's addresses change.
+const RENEWAL: Duration = Duration::from_secs(60);
 
 /// What to serve.
 #[derive(Default)]
@@ -48,8 +52,10 @@ pub struct Config {
     pub rosbridge: bool,
     /// With what to speak TLS; without one, nothing is kept from who listens in the network.
     pub tls: Option<Identity>,
-    /// Where to record to: a new file, or a folder that takes a new one.
+    /// Where to record to: a new file, or a folder that takes new ones.
     pub record: Option<PathBuf>,
+    /// How long pieces in a folder are, and how much of them is kept.
+    pub keep: Keep,
     /// Of sockets, messages and times.
     pub limits: Limits,
 }
@@ -80,8 +86,7 @@ pub enum RunError {
     Record(#[from] RecordError),
 }
 
-/// Serves on `listener` until `shutdown` ends; then the robot is stopped, the recording finished,
-/// and open requests may end within two seconds.
+/// Serves on `listener` until `shutdown` ends; see [`start`] and [`Serving::until`].
 ///
 /// # Errors
 /// [`RunError`] at once if something of `config` cannot be had.
@@ -90,17 +95,36 @@ pub async fn run(
     config: Config,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), RunError> {
+    start(listener, config)?.until(shutdown).await;
+    Ok(())
+}
+
+/// A bridge that serves.
+#[derive(Debug)]
+#[must_use = "it serves until its end is waited for"]
+pub struct Serving {
+    stop: watch::Sender<bool>,
+    hub: JoinHandle<()>,
+    server: JoinHandle<()>,
+}
+
+/// Begins to serve on `listener`, on the runtime that this is called in.
+///
+/// # Errors
+/// [`RunError`] if something of `config` cannot be had.
+pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError> {
     if let Some(page) = &config.page {
         page.check()?;
     }
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
+    let log = Arc::new(AccessLog::new());
     let record = config.record.as_deref();
     let recorder = record
-        .map(|path| Recorder::start(path, clock))
+        .map(|path| Recorder::start(path, config.keep, clock))
         .transpose()?;
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
-    let sources = start(config.sources, &sender)?;
+    let sources = start_all(config.sources, &sender)?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
     let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
     let robot = source::robot_figures(&profiles);
@@ -117,6 +141,7 @@ pub async fn run(
         hub,
         clock,
         metrics: Arc::clone(&metrics),
+        log: Arc::clone(&log),
     });
     if let Some(recorder) = &recorder {
         // Names the robot; nobody is challenged here.
@@ -124,29 +149,56 @@ pub async fn run(
         recorder.message(&FromBridge::Hello(hello), clock.now());
     }
     let (stop, stopped) = watch::channel(false);
-    let hub = hub::Task::new(clock, sources, metrics, recorder);
+    let hub = hub::Task::new(clock, sources, metrics, log, recorder);
     let hub = tokio::spawn(hub.run(events, clients, accept::until(stopped.clone())));
-    let tls = config.tls.as_ref().map(Identity::acceptor);
-    let server = tokio::spawn(accept::run(listener, tls, shared, stopped));
+    if let Some(identity) = config.tls.clone() {
+        let stopped = accept::until(stopped.clone());
+        tokio::spawn(async move {
+            tokio::select! {
+                () = renew(&identity) => (),
+                () = stopped => (),
+            }
+        });
+    }
+    let server = tokio::spawn(accept::run(listener, config.tls, shared, stopped));
     notify::ready();
-    shutdown.await;
-    notify::stopping();
-    // Whoever listens is gone already if this fails.
-    let _ = stop.send(true);
-    // The hub first: it has the robot.
-    if hub.await.is_err() {
-        tracing::error!("the hub panicked");
-    }
-    if tokio::time::timeout(GRACE, server).await.is_err() {
-        tracing::warn!(
-            "some requests were still open after {} s and were cut off",
-            GRACE.as_secs()
-        );
-    }
-    Ok(())
+    Ok(Serving { stop, hub, server })
 }
 
-fn start(
+impl Serving {
+    /// Serves until `shutdown` ends; then the robot is stopped, the recording finished, and open
+    /// requests may end within two seconds.
+    pub async fn until(self, shutdown: impl Future<Output = ()>) {
+        shutdown.await;
+        notify::stopping();
+        // Whoever listens is gone already if this fails.
+        let _ = self.stop.send(true);
+        // The hub first: it has the robot.
+        if self.hub.await.is_err() {
+            tracing::error!("the hub panicked");
+        }
+        if tokio::time::timeout(GRACE, self.server).await.is_err() {
+            tracing::warn!(
+                "some requests were still open after {} s and were cut off",
+                GRACE.as_secs()
+            );
+        }
+    }
+}
+
+/// Keeps the certificate good for as long as the bridge runs.
+async fn renew(identity: &Identity) {
+    loop {
+        tokio::time::sleep(RENEWAL).await;
+        match identity.renew() {
+            Ok(true) => tracing::info!("a new certificate is shown from now on"),
+            Ok(false) => (),
+            Err(error) => tracing::warn!("the certificate is not made anew: {error}"),
+        }
+    }
+}
+
+fn start_all(
     sources: Vec<Box<dyn Source>>,
     events: &mpsc::Sender<(u8, source::SourceEvent)>,
 ) -> Result<Vec<Running>, RunError> {

@@ -10,6 +10,8 @@
 //! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with
 //! its meaning.
 
+mod recording;
+
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -19,6 +21,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use slamlab_core::geom::Pose2;
 
+use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
 
 /// The default address: this machine only.
@@ -46,6 +49,15 @@ pub struct Settings {
     /// Record to this new MCAP file, or to one named by the time of day in this folder
     #[arg(long, value_name = "FILE or DIR/")]
     pub record: Option<PathBuf>,
+    /// A file in that folder ends at so many MiB, and another begins [default: 512]
+    #[arg(long, value_name = "MIB")]
+    pub record_piece_mib: Option<u64>,
+    /// Or when it is so old, minutes [default: 60]
+    #[arg(long, value_name = "MINUTES")]
+    pub record_piece_minutes: Option<u64>,
+    /// Delete the oldest recordings in that folder when all have more MiB [default: 8192]
+    #[arg(long, value_name = "MIB")]
+    pub record_budget_mib: Option<u64>,
     /// Let nobody watch without the token
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub private: Option<bool>,
@@ -138,6 +150,35 @@ pub enum SettingsError {
         /// Which.
         missing: &'static str,
     },
+    /// A figure of recordings that cannot be.
+    #[error("{key} is {value}; expected 1 to {}", recording::MOST)]
+    Recording {
+        /// Which.
+        key: &'static str,
+        /// What stands there.
+        value: u64,
+    },
+    /// Less would be kept than what is being written.
+    #[error(
+        "record-budget-mib is {budget} and record-piece-mib {piece}; expected room for two pieces at least"
+    )]
+    Budget {
+        /// MiB of all.
+        budget: u64,
+        /// MiB of a piece.
+        piece: u64,
+    },
+    /// What no browser writes as an origin.
+    #[error(
+        "allow-origin {given:?}: {why}; expected an origin as a browser writes it, such as https://lab.example or \
+         http://192.168.1.7:3000"
+    )]
+    Origin {
+        /// What stands there.
+        given: String,
+        /// What is wrong.
+        why: &'static str,
+    },
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
@@ -201,6 +242,9 @@ impl Settings {
             open: self.open.or(below.open),
             source: self.source.or(below.source),
             record: self.record.or(below.record),
+            record_piece_mib: self.record_piece_mib.or(below.record_piece_mib),
+            record_piece_minutes: self.record_piece_minutes.or(below.record_piece_minutes),
+            record_budget_mib: self.record_budget_mib.or(below.record_budget_mib),
             private: self.private.or(below.private),
             allow_origin: self.allow_origin.or(below.allow_origin),
             foxglove: self.foxglove.or(below.foxglove),
@@ -222,6 +266,13 @@ impl Settings {
             .iter()
             .flatten()
             .try_for_each(SourceSettings::check)?;
+        self.allow_origin.iter().flatten().try_for_each(|given| {
+            host::check_origin(given).map_err(|why| SettingsError::Origin {
+                given: given.clone(),
+                why,
+            })
+        })?;
+        self.check_recording()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {
             Tls::Files { cert, key } => (Some(cert.clone()), Some(key.clone())),
@@ -235,7 +286,7 @@ impl Settings {
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),
-            ..Self::default()
+            ..recording::defaults()
         };
         Ok(Self {
             listen: Some(listen),

@@ -4,15 +4,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slamlab_core::device::hub;
-use slamlab_core::wire::message::{About, BridgeHello, CHALLENGE_BYTES, RobotFigures};
-use tokio::sync::{OwnedSemaphorePermit, mpsc, oneshot};
+use slamlab_core::wire::message::{About, BridgeHello, CHALLENGE_BYTES, RobotFigures, close};
+use tokio::sync::{mpsc, oneshot};
 
+use crate::access_log::{AccessLog, Kind, Peer};
 use crate::clock::Clock;
-use crate::ending::{End, GOING_AWAY};
+use crate::ending::{self, End, GOING_AWAY};
 use crate::hub::outbox::Outbox;
 use crate::hub::{FromClient, NewClient};
 use crate::metrics::Metrics;
 use crate::page::Page;
+use crate::places::Place;
 use crate::safety::ClientId;
 use crate::token::Token;
 
@@ -32,6 +34,14 @@ pub(crate) struct Shared {
     pub(crate) hub: mpsc::Sender<FromClient>,
     pub(crate) clock: Clock,
     pub(crate) metrics: Arc<Metrics>,
+    pub(crate) log: Arc<AccessLog>,
+}
+
+/// A connection: its place, and where it comes from.
+#[derive(Clone, Debug)]
+pub(crate) struct Visitor {
+    pub(crate) place: Arc<Place>,
+    pub(crate) peer: Peer,
 }
 
 impl Shared {
@@ -46,13 +56,27 @@ impl Shared {
 pub(crate) type Joined = (ClientId, Arc<Outbox>);
 
 impl Shared {
-    /// Lets a client in that has shown who it is.
-    pub(crate) async fn join(&self, name: String, may_drive: bool) -> Result<Joined, End> {
+    /// Lets a client in that has shown who it is; [`close::FULL`] where no place is left for it.
+    pub(crate) async fn join(
+        &self,
+        visitor: &Visitor,
+        name: String,
+        may_drive: bool,
+    ) -> Result<Joined, End> {
+        let is_room = match may_drive {
+            true => visitor.place.trust(),
+            false => visitor.place.watch(),
+        };
+        if !is_room {
+            self.metrics.turned_away.add(1);
+            return Err(Some(close::FULL));
+        }
         let outbox = Arc::new(Outbox::default());
         let (answer, id) = oneshot::channel();
         let client = NewClient {
             name,
             may_drive,
+            peer: visitor.peer,
             outbox: Arc::clone(&outbox),
         };
         self.tell(FromClient::Joined(client, answer)).await?;
@@ -70,16 +94,48 @@ impl Shared {
     pub(crate) async fn tell(&self, what: FromClient) -> Result<(), End> {
         self.hub.send(what).await.map_err(|_| Some(GOING_AWAY))
     }
+
+    /// Logs that the bridge ended a connection, and counts who had no right to come in.
+    pub(crate) fn shown_out(&self, visitor: &Visitor, code: u16) {
+        let (kind, peer) = (kind_of(code), visitor.peer);
+        self.metrics.shown_out.add(1);
+        if code == close::ACCESS {
+            self.metrics.intruders.add(1);
+        }
+        if let Some(kind) = kind {
+            let why = ending::reason(code);
+            let now = self.clock.now();
+            self.log.note(
+                now,
+                kind,
+                format_args!("{peer} was shown out ({code}): {why}"),
+            );
+        }
+    }
 }
 
-/// A place among the sockets; it is free again when the last holder drops it.
-pub(crate) type Place = Arc<OwnedSemaphorePermit>;
+/// What the end of a connection is logged as; none where it is nothing out of the ordinary.
+fn kind_of(code: u16) -> Option<Kind> {
+    match code {
+        GOING_AWAY => None,
+        close::ACCESS => Some(Kind::Proof),
+        close::FULL => Some(Kind::Full),
+        _ => Some(Kind::ShownOut),
+    }
+}
 
 /// How much the bridge takes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Sockets that may be open at the same time. Default 300.
     pub sockets: usize,
+    /// Of these, from one address; of IPv6, from one network of 64 bits. Default 100.
+    pub per_address: usize,
+    /// Clients without the token that may watch. Default 200: the other places are kept for who
+    /// shows it.
+    pub watchers: usize,
+    /// Of these, from one address. Default 80.
+    pub watchers_per_address: usize,
     /// A request's header must be there so soon. Default 5 s.
     pub header: Duration,
     /// A connection that is no WebSocket ends after so long. Default 120 s.
@@ -92,14 +148,20 @@ pub struct Limits {
     pub write: Duration,
     /// Longest message from a client, bytes. Default 64 KiB.
     pub message: usize,
-    /// Messages of one client in a second, over longer times; twice as many at once. Default 200.
+    /// Messages in a second of one client that has shown the token, over longer times; twice as
+    /// many at once. Default 200.
     pub rate: u32,
+    /// The same for everybody else. Default 20.
+    pub watcher_rate: u32,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
             sockets: 300,
+            per_address: 100,
+            watchers: 200,
+            watchers_per_address: 80,
             header: Duration::from_secs(5),
             request: Duration::from_secs(120),
             hello: Duration::from_secs(2),
@@ -107,6 +169,7 @@ impl Default for Limits {
             write: Duration::from_secs(30),
             message: 64 * 1024,
             rate: 200,
+            watcher_rate: 20,
         }
     }
 }

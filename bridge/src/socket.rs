@@ -1,20 +1,28 @@
 //! The two halves of a client's WebSocket, with the limits that hold for every client, whatever it
 //! speaks.
 
+use std::time::Duration;
+
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout, timeout_at};
 
 use crate::ending::{End, FAREWELL, TOO_MANY, farewell, of_error};
 use crate::rate::Bucket;
 use crate::shared::Shared;
 
-/// The half that reads: each message counts against the rate that the bridge allows.
+/// Between the message that was too much and the end.
+const PENALTY: Duration = Duration::from_secs(1);
+
+/// The half that reads: each message counts against the rate that the bridge allows, which is small
+/// until the client has shown the token.
 pub(crate) struct Reader<'a> {
     stream: SplitStream<WebSocket>,
     pub(crate) shared: &'a Shared,
     bucket: Bucket,
+    /// It said too much, and is shown out then.
+    muted_until: Option<Instant>,
 }
 
 /// The half that writes: each message has its time.
@@ -26,22 +34,46 @@ pub(crate) struct Writer<'a> {
 /// Both halves of a socket.
 pub(crate) fn halves(socket: WebSocket, shared: &Shared) -> (Reader<'_>, Writer<'_>) {
     let (sink, stream) = socket.split();
-    let bucket = Bucket::new(shared.limits.rate, shared.clock.now());
+    let bucket = Bucket::new(shared.limits.watcher_rate, shared.clock.now());
     let reader = Reader {
         stream,
         shared,
         bucket,
+        muted_until: None,
     };
     (reader, Writer { sink, shared })
 }
 
 impl Reader<'_> {
-    /// The next message of whatever kind; an error where the client is gone or goes too far.
+    /// The client has shown the token.
+    pub(crate) fn trust(&mut self) {
+        self.bucket = Bucket::new(self.shared.limits.rate, self.shared.clock.now());
+    }
+
+    /// The next message of whatever kind; an error where the client is gone or goes too far. Who
+    /// says too much is heard no more, and shown out a while later: it cannot come back at once.
     pub(crate) async fn next(&mut self) -> Result<Message, End> {
+        if let Some(until) = self.muted_until {
+            return Err(self.pass_over(until).await);
+        }
         let message = self.stream.next().await.ok_or(None)?.map_err(of_error)?;
-        match self.bucket.take(self.shared.clock.now()) {
-            true => Ok(message),
-            false => Err(Some(TOO_MANY)),
+        if self.bucket.take(self.shared.clock.now()) {
+            return Ok(message);
+        }
+        let until = Instant::now() + PENALTY;
+        self.muted_until = Some(until);
+        Err(self.pass_over(until).await)
+    }
+
+    /// Takes what still comes without hearing it: what is left unread at the end would keep the
+    /// client from reading why.
+    async fn pass_over(&mut self, until: Instant) -> End {
+        let end = timeout_at(until, async {
+            while let Some(Ok(_)) = self.stream.next().await {}
+        });
+        match end.await {
+            Ok(()) => None,
+            Err(_) => Some(TOO_MANY),
         }
     }
 }

@@ -3,36 +3,55 @@
 //! In: a certificate and its key, or a folder in which the bridge keeps its own. Out: an
 //! [`Identity`] to serve with.
 //!
-//! 1. No public authority certifies a robot in a local network. Its own certificate names this
-//!    machine: `localhost`, `NAME.local`, and the addresses that it has at the time. The browser
-//!    warns once; a person compares the fingerprint that the bridge prints.
-//! 2. Key and certificate lie beside the token, the key readable by its owner only. Both stay until
-//!    they are deleted.
-//! 3. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
+//! 1. No public authority certifies a robot in a local network. The bridge has one of its own
+//!    (`authority`), made once; a phone that has it trusts the bridge for good (`/trust`, see
+//!    [`crate::trust`]). Another browser warns, and a person compares the fingerprint.
+//! 2. The authority signs a short-lived certificate (`leaf`) that names this machine: `localhost`,
+//!    `NAME.local`, and the addresses that it has at the time. It is made anew while the bridge
+//!    runs ([`Identity::renew`]).
+//! 3. All lies beside the token, keys readable by their owner only.
+//! 4. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
+
+mod authority;
+mod leaf;
 
 use std::fs;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use rcgen::{CertificateParams, CertifiedKey, DistinguishedName, DnType, KeyPair};
 use sha2::{Digest, Sha256};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, pem};
+use tokio_rustls::rustls::server::{ClientHello, ResolvesServerCert};
+use tokio_rustls::rustls::sign::CertifiedKey;
 use tokio_rustls::rustls::{self, ServerConfig};
 
 use crate::secret_file::{self, SecretFileError};
-
-/// Names of the bridge's own files.
-const OWN: [&str; 2] = ["tls-cert.pem", "tls-key.pem"];
+use authority::Authority;
+use leaf::Leaf;
 
 /// A certificate with its key. It prints as its fingerprint.
 #[derive(Clone)]
 pub struct Identity {
     config: Arc<ServerConfig>,
+    shown: Arc<Shown>,
     fingerprint: String,
+    own: Option<Own>,
+}
+
+/// What is shown to who connects; another one once it is renewed.
+#[derive(Debug)]
+struct Shown(RwLock<Arc<CertifiedKey>>);
+
+/// The bridge's own authority, and where it lies.
+#[derive(Clone)]
+struct Own {
+    folder: PathBuf,
+    authority: Arc<Authority>,
 }
 
 /// Why TLS cannot be spoken.
@@ -68,6 +87,22 @@ pub enum TlsError {
         /// The other.
         missing: PathBuf,
     },
+    /// A key that cannot sign.
+    #[error("TLS file {}: expected a private key in PEM: {source}", path.display())]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: rcgen::Error,
+    },
+    /// The file of the certificate that the bridge made holds something else.
+    #[error("TLS file {}: {said}; delete it, and it is made again", path.display())]
+    Leaf {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        said: String,
+    },
     /// No certificate could be made.
     #[error("no certificate can be made: {0}")]
     Make(#[from] rcgen::Error),
@@ -97,35 +132,83 @@ impl Identity {
         let fingerprint = chain
             .first()
             .map_or_else(String::new, |first| fingerprint(first));
-        let config = configure(chain, secret).map_err(|source| TlsError::Useless {
+        let useless = |source| TlsError::Useless {
             path: cert.to_owned(),
             source,
-        })?;
-        Ok(Self {
-            config: Arc::new(config),
-            fingerprint,
-        })
+        };
+        let certified = certify(chain, secret).map_err(useless)?;
+        Self::new(certified, fingerprint, None).map_err(useless)
     }
 
-    /// Reads the bridge's own pair in `folder`, or makes it.
+    /// Reads the bridge's own authority in `folder`, or makes it, and a certificate signed by it.
     ///
     /// # Errors    [`TlsError`]: it cannot be read, made or used.
     pub fn load_or_make(folder: &Path) -> Result<Self, TlsError> {
-        let [cert, key] = OWN.map(|name| folder.join(name));
-        let half = |there, missing| Err(TlsError::Half { there, missing });
-        match (cert.exists(), key.exists()) {
-            (false, false) => make(&cert, &key)?,
-            (true, false) => return half(cert, key),
-            (false, true) => return half(key, cert),
-            (true, true) => (),
-        }
-        Self::load(&cert, &key)
+        let authority = Arc::new(Authority::load_or_make(folder)?);
+        let (leaf, _) = Leaf::load_or_make(folder, &authority, &names(), time_of_day())?;
+        let certified = of_leaf(folder, &leaf)?;
+        let fingerprint = authority.fingerprint();
+        let own = Own {
+            folder: folder.to_owned(),
+            authority,
+        };
+        Self::new(certified, fingerprint, Some(own)).map_err(|source| TlsError::Useless {
+            path: folder.join(leaf::FILE),
+            source,
+        })
     }
 
-    /// SHA-256 of the certificate, as browsers show it: `AB:01:…`.
+    fn new(
+        certified: CertifiedKey,
+        fingerprint: String,
+        own: Option<Own>,
+    ) -> Result<Self, rustls::Error> {
+        let shown = Arc::new(Shown(RwLock::new(Arc::new(certified))));
+        let provider = Arc::new(ring::default_provider());
+        let mut config = ServerConfig::builder_with_provider(provider)
+            .with_safe_default_protocol_versions()?
+            .with_no_client_auth()
+            .with_cert_resolver(Arc::clone(&shown) as Arc<dyn ResolvesServerCert>);
+        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        Ok(Self {
+            config: Arc::new(config),
+            shown,
+            fingerprint,
+            own,
+        })
+    }
+
+    /// Shows a new certificate from now on, if the one that the bridge made ends soon or names
+    /// other addresses than the machine has; whether it does.
+    ///
+    /// # Errors    [`TlsError`]: none can be made; the old one is shown on.
+    pub fn renew(&self) -> Result<bool, TlsError> {
+        self.renew_for(&names(), time_of_day())
+    }
+
+    fn renew_for(&self, names: &[String], now: Duration) -> Result<bool, TlsError> {
+        let Some(Own { folder, authority }) = &self.own else {
+            return Ok(false);
+        };
+        let (leaf, is_new) = Leaf::load_or_make(folder, authority, names, now)?;
+        if is_new {
+            let certified = Arc::new(of_leaf(folder, &leaf)?);
+            *self.shown.0.write().unwrap_or_else(PoisonError::into_inner) = certified;
+        }
+        Ok(is_new)
+    }
+
+    /// SHA-256 of what a person is to trust, as browsers show it, `AB:01:…`: of the bridge's own
+    /// authority, else of the certificate.
     #[must_use]
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
+    }
+
+    /// The certificate of the bridge's own authority, DER; none where the certificate is another's.
+    #[must_use]
+    pub fn authority(&self) -> Option<&[u8]> {
+        self.own.as_ref().map(|own| own.authority.der.as_ref())
     }
 
     pub(crate) fn acceptor(&self) -> TlsAcceptor {
@@ -133,44 +216,39 @@ impl Identity {
     }
 }
 
-fn configure(
+impl ResolvesServerCert for Shown {
+    fn resolve(&self, _: ClientHello<'_>) -> Option<Arc<CertifiedKey>> {
+        let shown = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        Some(Arc::clone(&shown))
+    }
+}
+
+fn certify(
     chain: Vec<CertificateDer<'static>>,
     key: PrivateKeyDer<'static>,
-) -> Result<ServerConfig, rustls::Error> {
-    let mut config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
-        .with_safe_default_protocol_versions()?
-        .with_no_client_auth()
-        .with_single_cert(chain, key)?;
-    config.alpn_protocols = vec![b"http/1.1".to_vec()];
-    Ok(config)
+) -> Result<CertifiedKey, rustls::Error> {
+    let certified = CertifiedKey::from_der(chain, key, &ring::default_provider())?;
+    certified.keys_match().map(|()| certified)
 }
 
-fn make(cert: &Path, key: &Path) -> Result<(), TlsError> {
-    let CertifiedKey {
-        cert: made,
-        signing_key,
-    } = certify(&names())?;
-    // The key last: without it the certificate is not taken for a pair.
-    for (path, text) in [(cert, made.pem()), (key, signing_key.serialize_pem())] {
-        secret_file::write(path, text.trim_end())?;
-    }
-    Ok(())
+fn of_leaf(folder: &Path, leaf: &Leaf) -> Result<CertifiedKey, TlsError> {
+    let path = folder.join(leaf::FILE);
+    let cert = CertificateDer::from_pem_slice(leaf.cert.as_bytes())
+        .map_err(|source| unreadable(&path, "a certificate", source))?;
+    let key = PrivateKeyDer::from_pem_slice(leaf.key.as_bytes())
+        .map_err(|source| unreadable(&path, "a private key", source))?;
+    certify(vec![cert], key).map_err(|source| TlsError::Useless { path, source })
 }
 
-fn certify(names: &[String]) -> Result<CertifiedKey<KeyPair>, rcgen::Error> {
-    let mut params = CertificateParams::new(names)?;
-    let mut subject = DistinguishedName::new();
-    subject.push(DnType::CommonName, "slamlab bridge");
-    params.distinguished_name = subject;
-    // A Pi has no clock of its own: a certificate that begins today may begin in its future.
-    params.not_before = rcgen::date_time_ymd(2024, 1, 1);
-    params.not_after = rcgen::date_time_ymd(2049, 12, 31);
-    let signing_key = KeyPair::generate()?;
-    let cert = params.self_signed(&signing_key)?;
-    Ok(CertifiedKey { cert, signing_key })
+/// Since 1970; a clock before that was never set.
+fn time_of_day() -> Duration {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
 }
 
-/// All that a browser on the same network may call this machine by.
+/// All that a browser on the same network may call this machine by, and the authority may vouch
+/// for.
 fn names() -> Vec<String> {
     let mut names = vec!["localhost".to_owned()];
     names.extend(crate::address::host_name().map(|name| format!("{name}.local")));
@@ -180,6 +258,7 @@ fn names() -> Vec<String> {
     ];
     let others = crate::address::of_this_machine();
     names.extend(loopback.into_iter().chain(others).map(|ip| ip.to_string()));
+    names.retain(|name| authority::may_name(name));
     names
 }
 
@@ -201,22 +280,25 @@ fn unreadable(path: &Path, expected: &'static str, source: pem::Error) -> TlsErr
 mod tests {
     use super::*;
 
+    const DAY: Duration = Duration::from_secs(24 * 60 * 60);
+
     #[test]
-    fn the_own_pair_is_made_once_and_its_key_is_private() {
+    fn the_own_authority_is_made_once_and_its_key_is_private() {
         let folder = tempfile::TempDir::new().unwrap();
         let place = folder.path().join("deep");
         let made = Identity::load_or_make(&place).unwrap();
         let read = Identity::load_or_make(&place).unwrap();
         assert_eq!(made.fingerprint(), read.fingerprint());
         assert_eq!(made.fingerprint().len(), 32 * 3 - 1);
-        let key = place.join(OWN[1]);
+        assert!(shown(&made) == shown(&read), "a restart changes nothing");
+        let key = place.join(authority::FILES[1]);
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            assert_eq!(
-                fs::metadata(&key).unwrap().permissions().mode() & 0o777,
-                0o600
-            );
+            for secret in [&key, &place.join(leaf::FILE)] {
+                let mode = fs::metadata(secret).unwrap().permissions().mode();
+                assert_eq!(mode & 0o777, 0o600);
+            }
             fs::set_permissions(&key, fs::Permissions::from_mode(0o640)).unwrap();
             let error = Identity::load_or_make(&place).unwrap_err().to_string();
             assert!(error.contains("mode 640"), "{error}");
@@ -226,13 +308,58 @@ mod tests {
         assert!(matches!(error, TlsError::Half { .. }), "{error}");
     }
 
+    fn shown(identity: &Identity) -> Vec<u8> {
+        identity.shown.0.read().unwrap().cert[0].to_vec()
+    }
+
+    #[test]
+    fn a_certificate_is_made_anew_before_its_end_and_for_other_names() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let identity = Identity::load_or_make(folder.path()).unwrap();
+        let (names, now) = (names(), time_of_day());
+        let renewed = |names: &[String], now| identity.renew_for(names, now).unwrap();
+        assert!(!renewed(&names, now + 59 * DAY));
+        assert!(renewed(&names, now + 61 * DAY));
+        assert!(!renewed(&names, now + 61 * DAY));
+        // The clock was set: it has not begun.
+        assert!(renewed(&names, now));
+        let mut others = names.clone();
+        others.push("192.168.99.7".into());
+        let before = shown(&identity);
+        assert!(identity.renew_for(&others, now).unwrap());
+        assert!(shown(&identity) != before);
+    }
+
+    #[test]
+    fn a_leaf_that_is_none_is_named_and_files_of_others_are_not_renewed() {
+        let folder = tempfile::TempDir::new().unwrap();
+        Identity::load_or_make(folder.path()).unwrap();
+        let path = folder.path().join(leaf::FILE);
+        for text in ["", "begins = 1", "cert = 7"] {
+            secret_file::write(&path, text).unwrap();
+            let error = Identity::load_or_make(folder.path())
+                .unwrap_err()
+                .to_string();
+            assert!(
+                error.contains("tls-leaf.toml") && error.contains("delete it"),
+                "{error}"
+            );
+        }
+        let [cert, key] = authority::FILES.map(|name| folder.path().join(name));
+        let theirs = Identity::load(&cert, &key).unwrap();
+        assert!(!theirs.renew().unwrap() && theirs.authority().is_none());
+    }
+
     #[test]
     fn files_that_do_not_go_together_are_refused() {
         let folder = tempfile::TempDir::new().unwrap();
         let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
         Identity::load_or_make(&one).unwrap();
         Identity::load_or_make(&other).unwrap();
-        let (cert, key) = (one.join(OWN[0]), other.join(OWN[1]));
+        let (cert, key) = (
+            one.join(authority::FILES[0]),
+            other.join(authority::FILES[1]),
+        );
         let error = Identity::load(&cert, &key).unwrap_err();
         assert!(matches!(error, TlsError::Useless { .. }), "{error}");
         let error = Identity::load(&key, &key).unwrap_err().to_string();

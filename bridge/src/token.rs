@@ -29,7 +29,8 @@ pub enum TokenError {
     File(#[from] SecretFileError),
     /// It holds no token.
     #[error(
-        "token file {} holds {chars} characters; expected at least {FEWEST_CHARS}, letters and digits only", path.display()
+        "token file {} holds no token, and is left as it is: {chars} characters; expected at least {FEWEST_CHARS}, letters and \
+         digits only", path.display()
     )]
     Weak {
         /// The file.
@@ -73,10 +74,20 @@ impl Token {
         }
     }
 
-    /// Writes a new token to the file, in place of any other.
+    /// Writes a new token to the file, in place of the one there; whatever else stands there stays.
     ///
-    /// # Errors    [`TokenError`]: it cannot be written.
-    pub fn create(path: &Path) -> Result<Self, TokenError> {
+    /// # Errors    [`TokenError`]: it cannot be written, or what stands there is no token.
+    pub fn renew(path: &Path) -> Result<Self, TokenError> {
+        match secret_file::read(path) {
+            Ok(text) => drop(Self::checked(path, text.trim())?),
+            Err(error) if error.is_not_found() => (),
+            Err(error) => return Err(error.into()),
+        }
+        Self::create(path)
+    }
+
+    /// Writes a new token to the file.
+    fn create(path: &Path) -> Result<Self, TokenError> {
         let token = Self::random()?;
         secret_file::write(path, &token.0)?;
         Ok(token)
@@ -130,7 +141,7 @@ mod tests {
         let read = Token::load_or_create(&path).unwrap();
         assert_eq!(made.reveal(), read.reveal());
         assert_eq!(made.reveal().len(), 64);
-        assert_ne!(Token::create(&path).unwrap().reveal(), made.reveal());
+        assert_ne!(Token::renew(&path).unwrap().reveal(), made.reveal());
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
@@ -156,6 +167,28 @@ mod tests {
             let error = Token::load_or_create(&path).unwrap_err();
             assert!(matches!(error, TokenError::Weak { .. }), "{weak}: {error}");
         }
+    }
+
+    /// `token --new --token-file notes.txt` cost the notes.
+    #[test]
+    fn what_is_no_token_is_never_overwritten() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("notes");
+        for notes in [
+            "",
+            "buy batteries",
+            "-----BEGIN PRIVATE KEY-----\nMIGHAgEAMBMGByqGSM49AgEG",
+        ] {
+            secret_file::write(&path, notes).unwrap();
+            let error = Token::renew(&path).unwrap_err();
+            assert!(matches!(error, TokenError::Weak { .. }), "{error}");
+            assert_eq!(fs::read_to_string(&path).unwrap().trim_end(), notes);
+        }
+        fs::write(&path, [0xFF; 64]).unwrap();
+        assert!(Token::renew(&path).is_err(), "it is no text");
+        assert_eq!(fs::read(&path).unwrap(), [0xFF; 64]);
+        let new = folder.path().join("new");
+        assert_eq!(Token::renew(&new).unwrap().reveal().len(), 64);
     }
 
     #[test]

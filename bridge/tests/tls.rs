@@ -63,7 +63,7 @@ impl Bridge {
 
     /// A client that trusts this bridge's certificate and no other, and that checks the name in it.
     async fn connect(&self, name: &'static str) -> std::io::Result<TlsStream<TcpStream>> {
-        let pem = std::fs::read(self.folder.path().join("tls-cert.pem")).unwrap();
+        let pem = std::fs::read(self.folder.path().join("tls-ca.pem")).unwrap();
         let mut roots = RootCertStore::empty();
         roots
             .add(CertificateDer::from_pem_slice(&pem).unwrap())
@@ -159,6 +159,66 @@ async fn a_websocket_opens_from_the_page_that_came_over_tls_only() {
     }
 }
 
+/// By somebody else's reading of RFC 5280: chain, names, extensions, and that the authority vouches
+/// for nothing outside.
+#[test]
+fn openssl_takes_the_chain_for_a_server_of_these_names_and_for_nothing_else() {
+    use std::process::Command;
+    let folder = TempDir::new().unwrap();
+    Identity::load_or_make(folder.path()).unwrap();
+    let leaf = std::fs::read_to_string(folder.path().join("tls-leaf.toml")).unwrap();
+    let leaf: toml::Table = leaf.parse().unwrap();
+    let pem = folder.path().join("leaf.pem");
+    std::fs::write(&pem, leaf["cert"].as_str().unwrap()).unwrap();
+    let ca = folder.path().join("tls-ca.pem");
+    let verify = |more: &[&str]| {
+        let mut command = Command::new("openssl");
+        let command = command.args(["verify", "-x509_strict", "-CAfile"]).arg(&ca);
+        command.args(more).arg(&pem).output()
+    };
+    let output = verify(&["-purpose", "sslserver", "-verify_hostname", "localhost"]);
+    let output = output.expect("openssl is installed");
+    assert!(output.status.success(), "{output:?}");
+    for (more, is_good) in [
+        (
+            &["-purpose", "sslserver", "-verify_ip", "127.0.0.1"][..],
+            true,
+        ),
+        (
+            &["-purpose", "sslserver", "-verify_hostname", "robot.example"],
+            false,
+        ),
+        (&["-purpose", "sslclient"], false),
+    ] {
+        assert_eq!(verify(more).unwrap().status.success(), is_good, "{more:?}");
+    }
+    let text = |file: &std::path::Path| {
+        let mut command = Command::new("openssl");
+        let output = command
+            .args(["x509", "-noout", "-text", "-in"])
+            .arg(file)
+            .output();
+        String::from_utf8(output.unwrap().stdout).unwrap()
+    };
+    let [leaf, ca] = [text(&pem), text(&ca)];
+    for part in [
+        "TLS Web Server Authentication",
+        "Digital Signature",
+        "CA:FALSE",
+        "DNS:localhost",
+    ] {
+        assert!(leaf.contains(part), "{part}: {leaf}");
+    }
+    for part in [
+        "CA:TRUE, pathlen:0",
+        "Certificate Sign",
+        "Name Constraints",
+        "DNS:local",
+    ] {
+        assert!(ca.contains(part), "{part}: {ca}");
+    }
+}
+
 #[tokio::test]
 async fn who_comes_in_the_clear_is_sent_to_the_right_address_and_told_nothing_else() {
     let bridge = Bridge::start(Limits::default()).await;
@@ -169,6 +229,20 @@ async fn who_comes_in_the_clear_is_sent_to_the_right_address_and_told_nothing_el
     let location = format!("location: https://localhost:{port}/bridge.json?a=1\r\n");
     assert!(answer.to_lowercase().contains(&location), "{answer}");
     assert!(!answer.contains("sim:arena"), "{answer}");
+    // But for what a phone needs that does not trust it yet.
+    let mut stream = TcpStream::connect(bridge.address).await.unwrap();
+    let page = ask(&mut stream, &bridge.request("/trust")).await;
+    let fingerprint = Identity::load_or_make(bridge.folder.path()).unwrap();
+    assert!(
+        page.starts_with("HTTP/1.1 200") && page.contains(fingerprint.fingerprint()),
+        "{page}"
+    );
+    let mut stream = TcpStream::connect(bridge.address).await.unwrap();
+    let certificate = ask(&mut stream, &bridge.request("/slamlab-ca.crt")).await;
+    assert!(
+        certificate.contains("application/x-x509-ca-cert"),
+        "{certificate}"
+    );
     // No foreign name is a place to be sent to.
     let mut stream = TcpStream::connect(bridge.address).await.unwrap();
     let request = "GET / HTTP/1.1\r\nHost: rebound.example\r\nConnection: close\r\n\r\n";

@@ -262,6 +262,7 @@ impl Live {
             let taken = match reading {
                 Reading::Odometry(odometry) => self.session.odometry(&odometry),
                 Reading::Scan(scan) => self.session.scan(&scan),
+                Reading::PartialScan(scan) => self.session.partial_scan(&scan),
                 Reading::Gap { seconds } => {
                     self.session.gap();
                     self.note(Severity::Warning, explain_gap(seconds));

@@ -43,6 +43,17 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await expect.poll(async () => (await state())?.reason).toBe('stop');
 });
 
+test('a bridge that is private shows its robot to who has the token, and to nobody else', async ({ lab, folder, state }) => {
+  const file = join(folder, 'private');
+  const bridge = await Bridge.start([...SOURCE, '--private', '--token-file', file]);
+  const token = (await readFile(file, 'utf8')).trim();
+  await lab.open(bridge.url);
+  await expect.poll(async () => (await state())?.connection).toBe('refused');
+  await lab.open(`${bridge.url}?again#token=${token}`);
+  await lab.watch((s) => s.scans, 'scans come').toBeGreaterThan(5);
+  await bridge.stop();
+});
+
 test('with the token it drives by hand and by itself, and Stop ends it', { tag: '@phone' }, async ({ lab, page, bridge, token, state, hasTouch }) => {
   await lab.open(`${bridge.url}#token=${token}`);
   expect(page.url(), 'the token does not stay in the address').not.toContain('token');

@@ -11,7 +11,7 @@ pub struct Measurement {
     /// What to measure
     #[arg(value_enum)]
     promise: Promise,
-    /// How long to soak (30), or to fuzz each decoder (10)
+    /// How long to soak (30), to fuzz each decoder (10), or to flood the bridge (5)
     #[arg(long)]
     minutes: Option<f64>,
     /// How often each fault is tried
@@ -27,7 +27,8 @@ pub enum Promise {
     Faults,
     /// From the robot to a client, alone and beside 50 watchers
     Latency,
-    /// Who is refused, and how
+    /// Who is refused, and how; and that a flood of hostile clients keeps nobody from driving,
+    /// watching and stopping
     Access,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,
@@ -52,7 +53,7 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::PageFrames => return page_frames::report(),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
-        Promise::Access => ("bridge_report", vec!["access".to_owned()]),
+        Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),
         Promise::Latency => ("bridge_report", vec!["latency".to_owned()]),
         Promise::Faults => {
             let words = vec!["faults".to_owned(), what.trials.to_string()];

@@ -25,7 +25,7 @@ use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, MALFORMED};
 use crate::hub::outbox::{Next, Outbox};
 use crate::record::ros::{self, Odom, Topic};
-use crate::shared::Shared;
+use crate::shared::{Shared, Visitor};
 use message::{Reply, Request};
 
 /// Path of the endpoint.
@@ -43,18 +43,19 @@ const TOPICS: [Topic; 4] = [
 const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
-pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
-    let Ok((id, outbox)) = shared.join("foxglove".to_owned(), false).await else {
-        return;
-    };
+pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
     let (adapter, writer) = Adapter::new(socket, shared);
+    let (id, outbox) = match shared.join(visitor, "foxglove".to_owned(), false).await {
+        Ok(joined) => joined,
+        Err(end) => return writer.beside(visitor, async { Err(end) }).await,
+    };
     let mut viewer = Viewer {
         adapter,
         shared,
         subscriptions: BTreeMap::new(),
         odom: Odom::default(),
     };
-    writer.beside(viewer.live(&outbox)).await;
+    writer.beside(visitor, viewer.live(&outbox)).await;
     shared.leave(id).await;
 }
 

@@ -12,10 +12,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
-use slamlab_core::wire::message::{DeviceState, FromBridge, Header, ToBridge};
+use slamlab_core::wire::message::{
+    DeviceState, FromBridge, Header, Lease, RefusalReason, Severity, ToBridge, close,
+};
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::Instant;
 
+use crate::access_log::{AccessLog, Kind, Peer};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
@@ -37,8 +40,24 @@ pub(crate) enum FromClient {
     Joined(NewClient, oneshot::Sender<ClientId>),
     /// A message, and when it came.
     Message(ClientId, Header, ToBridge, Duration),
+    /// The same, of a client that waits for what comes of it.
+    Asked(
+        ClientId,
+        Header,
+        ToBridge,
+        Duration,
+        oneshot::Sender<Answer>,
+    ),
     /// It ended.
     Left(ClientId),
+}
+
+/// What came of a message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Answer {
+    Done,
+    Granted(Lease),
+    Refused(RefusalReason),
 }
 
 /// A client that has shown who it is.
@@ -46,7 +65,15 @@ pub(crate) enum FromClient {
 pub(crate) struct NewClient {
     pub(crate) name: String,
     pub(crate) may_drive: bool,
+    pub(crate) peer: Peer,
     pub(crate) outbox: Arc<Outbox>,
+}
+
+/// A client that is in.
+struct Guest {
+    name: String,
+    peer: Peer,
+    outbox: Arc<Outbox>,
 }
 
 /// The hub at work, with all that it tells.
@@ -54,9 +81,12 @@ pub(crate) struct Task {
     hub: Hub,
     clock: Clock,
     sources: Vec<Running>,
-    outboxes: BTreeMap<ClientId, Arc<Outbox>>,
+    guests: BTreeMap<ClientId, Guest>,
     metrics: Arc<Metrics>,
+    log: Arc<AccessLog>,
     recorder: Option<Recorder>,
+    /// As everybody was told last.
+    recording_fault: Option<String>,
     next_report: Duration,
 }
 
@@ -65,6 +95,7 @@ impl Task {
         clock: Clock,
         sources: Vec<Running>,
         metrics: Arc<Metrics>,
+        log: Arc<AccessLog>,
         recorder: Option<Recorder>,
     ) -> Self {
         let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
@@ -72,9 +103,11 @@ impl Task {
             hub: Hub::new(&profiles),
             clock,
             sources,
-            outboxes: BTreeMap::new(),
+            guests: BTreeMap::new(),
             metrics,
+            log,
             recorder,
+            recording_fault: None,
             next_report: Duration::ZERO,
         }
     }
@@ -123,8 +156,23 @@ impl Task {
         notify::alive();
         let missed = self.sources.iter().map(Running::missed).sum();
         self.metrics.missed.set(missed);
-        if let Some(recorder) = &self.recorder {
-            self.send_all(FromBridge::Recording(recorder.status()));
+        let Some(status) = self.recorder.as_ref().map(Recorder::status) else {
+            return;
+        };
+        let fault = status.fault.clone();
+        self.send_all(FromBridge::Recording(status));
+        if fault != self.recording_fault {
+            match &fault {
+                Some(why) => self
+                    .hub
+                    .notify(Severity::Error, format!("Recording: {why}.")),
+                None => {
+                    let text = "The recording goes on in a new file.".to_owned();
+                    self.hub.notify(Severity::Info, text);
+                }
+            }
+            self.recording_fault = fault;
+            self.act();
         }
     }
 
@@ -147,15 +195,27 @@ impl Task {
         let now = self.clock.now();
         match from {
             FromClient::Joined(client, answer) => {
-                let id = self.hub.join(client.name, client.may_drive);
-                self.outboxes.insert(id, client.outbox);
+                let NewClient {
+                    name,
+                    may_drive,
+                    peer,
+                    outbox,
+                } = client;
+                let id = self.hub.join(name.clone(), may_drive);
+                self.guests.insert(id, Guest { name, peer, outbox });
                 // A connection that ended meanwhile leaves nobody to say so.
                 if answer.send(id).is_err() {
                     self.left(now, id);
                 }
             }
             FromClient::Message(id, header, message, came) => {
-                self.hub.message(now, came, id, header, message);
+                self.message(now, came, id, header, message);
+            }
+            FromClient::Asked(id, header, message, came, asker) => {
+                self.message(now, came, id, header, message);
+                let answer = self.act_and_answer(id);
+                // One that has gone meanwhile needs none.
+                let _ = asker.send(answer);
             }
             FromClient::Left(id) => self.left(now, id),
         }
@@ -163,26 +223,69 @@ impl Task {
         self.metrics.clients.set(self.hub.client_count() as u64);
     }
 
+    fn message(
+        &mut self,
+        now: Duration,
+        came: Duration,
+        id: ClientId,
+        header: Header,
+        message: ToBridge,
+    ) {
+        match message {
+            ToBridge::Stop => self.note(now, Kind::Stop, id, "stops the robot"),
+            ToBridge::EmergencyStop => self.note(now, Kind::Stop, id, "cuts the motors off"),
+            _ => (),
+        }
+        self.hub.message(now, came, id, header, message);
+    }
+
     fn left(&mut self, now: Duration, id: ClientId) {
-        self.outboxes.remove(&id);
+        self.guests.remove(&id);
         self.hub.leave(now, id);
     }
 
     /// Does what the hub says.
     fn act(&mut self) {
         while let Some(action) = self.hub.next_action() {
+            self.do_one(action);
+        }
+    }
+
+    /// Does what the hub says after a message of a client that waits for an answer: what would be
+    /// told to it becomes that, and a right that it lacks ends no connection.
+    fn act_and_answer(&mut self, asker: ClientId) -> Answer {
+        let mut answer = Answer::Done;
+        while let Some(action) = self.hub.next_action() {
             match action {
-                Action::Order {
-                    source,
-                    order,
-                    number,
-                } => self.order(source, order, number),
-                Action::Send(client, message) => self.send(client, message),
-                Action::SendAll(message) => self.send_all(message),
-                Action::Close(client, code) => {
-                    if let Some(outbox) = self.outboxes.get(&client) {
-                        outbox.close(code);
-                    }
+                Action::Send(to, FromBridge::Granted(lease)) if to == asker => {
+                    self.lease_granted(asker);
+                    answer = Answer::Granted(lease);
+                }
+                Action::Send(to, FromBridge::Refused(reason)) if to == asker => {
+                    self.metrics.refused.add(1);
+                    answer = Answer::Refused(reason);
+                }
+                Action::Close(to, close::NO_RIGHT) if to == asker => {
+                    answer = Answer::Refused(RefusalReason::NoRight);
+                }
+                other => self.do_one(other),
+            }
+        }
+        answer
+    }
+
+    fn do_one(&mut self, action: Action) {
+        match action {
+            Action::Order {
+                source,
+                order,
+                number,
+            } => self.order(source, order, number),
+            Action::Send(client, message) => self.send(client, message),
+            Action::SendAll(message) => self.send_all(message),
+            Action::Close(client, code) => {
+                if let Some(guest) = self.guests.get(&client) {
+                    guest.outbox.close(code);
                 }
             }
         }
@@ -199,15 +302,29 @@ impl Task {
     }
 
     fn send(&self, client: ClientId, mut message: FromBridge) {
-        let Some(outbox) = self.outboxes.get(&client) else {
+        let Some(guest) = self.guests.get(&client) else {
             return;
         };
         match &mut message {
-            FromBridge::Heartbeat(heartbeat) => heartbeat.dropped = outbox.dropped(),
+            FromBridge::Heartbeat(heartbeat) => heartbeat.dropped = guest.outbox.dropped(),
             FromBridge::Refused(_) => self.metrics.refused.add(1),
+            FromBridge::Granted(_) => self.lease_granted(client),
             _ => (),
         }
-        outbox.put(&Arc::new(message));
+        guest.outbox.put(&Arc::new(message));
+    }
+
+    fn lease_granted(&self, client: ClientId) {
+        let does = "has the right to drive";
+        self.note(self.clock.now(), Kind::Lease, client, does);
+    }
+
+    /// Logs what a client does. Names are whatever clients call themselves.
+    fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) {
+        if let Some(Guest { name, peer, .. }) = self.guests.get(&id) {
+            let what = format_args!("client {id} {name:?} at {peer} {does}");
+            self.log.note(now, kind, what);
+        }
     }
 
     fn send_all(&self, message: FromBridge) {
@@ -218,8 +335,8 @@ impl Task {
             recorder.message(&message, self.clock.now());
         }
         let message = Arc::new(message);
-        for outbox in self.outboxes.values() {
-            outbox.put(&message);
+        for guest in self.guests.values() {
+            guest.outbox.put(&message);
         }
     }
 
@@ -228,8 +345,8 @@ impl Task {
     fn shut_down(mut self) {
         self.hub.shut_down(self.clock.now());
         self.act();
-        for outbox in self.outboxes.values() {
-            outbox.close(GOING_AWAY);
+        for guest in self.guests.values() {
+            guest.outbox.close(GOING_AWAY);
         }
         self.sources.clear();
         if let Some(recorder) = self.recorder.take() {

@@ -5,13 +5,14 @@
 //! of the client.
 //!
 //! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older,
-//!    which is counted.
+//!    which is counted. So have the list of devices and the state of safety, which are told whole:
+//!    nothing that others do fills a client's queue.
 //! 2. Odometry is joined instead: the motion of what was not sent yet, followed by the new one.
 //! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
 //!    is disconnected.
-//! 4. What is queued goes first; then the slots take turns, so that a quick stream does not starve
-//!    the others. A scan takes the odometry that waits with it, which goes before: it never comes
-//!    before the motion that led to it.
+//! 4. What is queued goes first, then the state of safety; then the other slots take turns, so that
+//!    a quick stream does not starve the others. A scan takes the odometry that waits with it,
+//!    which goes before: it never comes before the motion that led to it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;
@@ -46,11 +47,19 @@ struct Waiting {
 /// A stream of a source.
 type Slot = (Stream, u8);
 
+/// The state of safety has two: that the robot was disarmed must be heard also by who arms again at
+/// the same moment, for it ends what was under way.
+const DISARMED: Slot = (Stream::Safety, 0);
+const ARMED: Slot = (Stream::Safety, 1);
+
 /// The streams that have slots, in the order in which they are sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Stream {
+    Safety,
+    Devices,
     Odometry,
     Scan,
+    PartialScan,
     Manoeuvre,
     Rangers,
     Bumpers,
@@ -74,6 +83,10 @@ impl Outbox {
     pub(crate) fn put(&self, message: &Arc<FromBridge>) {
         let mut waiting = self.lock();
         match slot(message) {
+            Some(DISARMED) => {
+                waiting.slots.remove(&ARMED);
+                waiting.slots.insert(DISARMED, message.clone());
+            }
             Some(slot) => waiting.fill(slot, message),
             None if waiting.queue.len() < MOST_QUEUED => waiting.queue.push_back(message.clone()),
             // RFC 6455: try again later.
@@ -125,7 +138,8 @@ impl Waiting {
             Some(both) => *old = Arc::new(both),
             None => {
                 *old = message.clone();
-                self.dropped += 1;
+                // Of states only the newest counts: nobody missed a reading.
+                self.dropped += u64::from(slot.0 > Stream::Devices);
             }
         }
     }
@@ -133,6 +147,11 @@ impl Waiting {
     fn next(&mut self) -> Option<Next> {
         if let Some(message) = self.queue.pop_front() {
             return Some(Next::Message(message));
+        }
+        // Also who is shown out learns of it: it says why the robot was stopped.
+        let state = (self.slots.remove(&DISARMED)).or_else(|| self.slots.remove(&ARMED));
+        if let Some(state) = state {
+            return Some(Next::Message(state));
         }
         if let Some(code) = self.close {
             return Some(Next::Close(code));
@@ -173,8 +192,12 @@ impl Waiting {
 /// The slot of a message; none for what is queued.
 fn slot(message: &FromBridge) -> Option<Slot> {
     Some(match message {
+        FromBridge::Safety(state) if state.armed => ARMED,
+        FromBridge::Safety(_) => DISARMED,
+        FromBridge::Devices(_) => (Stream::Devices, 0),
         FromBridge::Odometry(body) => (Stream::Odometry, body.source),
         FromBridge::Scan(body) => (Stream::Scan, body.source),
+        FromBridge::PartialScan(body) => (Stream::PartialScan, body.source),
         FromBridge::Rangers(body) => (Stream::Rangers, body.source),
         FromBridge::Bumpers(body) => (Stream::Bumpers, body.source),
         FromBridge::Battery(body) => (Stream::Battery, body.source),
@@ -203,7 +226,7 @@ fn joined(first: &FromBridge, second: &FromBridge) -> Option<FromBridge> {
 mod tests {
     use slamlab_core::geom::Pose2;
     use slamlab_core::robot::{Scan, Stamp};
-    use slamlab_core::wire::message::{BatteryBody, Notice, ScanBody, Severity};
+    use slamlab_core::wire::message::{BatteryBody, Notice, SafetyBody, ScanBody, Severity};
 
     use super::*;
 
@@ -301,6 +324,35 @@ mod tests {
             sweep: 0.0,
             qualities: vec![],
         }
+    }
+
+    /// Each took a place in the queue: whoever changed it often enough had everybody thrown out.
+    #[tokio::test]
+    async fn of_the_state_of_safety_the_newest_waits_and_goes_first() {
+        let state = |armed| {
+            Arc::new(FromBridge::Safety(SafetyBody {
+                armed,
+                ..SafetyBody::default()
+            }))
+        };
+        let outbox = Outbox::default();
+        outbox.put(&battery(7.0));
+        for times in 0..10 * MOST_QUEUED {
+            outbox.put(&state(times % 2 == 0));
+            outbox.put(&Arc::new(FromBridge::Devices(vec![])));
+        }
+        outbox.put(&state(true));
+        outbox.close(4009);
+        assert_eq!(outbox.dropped(), 0, "nobody missed a reading");
+        // It was disarmed meanwhile.
+        assert_eq!(outbox.next().await, Next::Message(state(false)));
+        assert_eq!(outbox.next().await, Next::Message(state(true)));
+        assert_eq!(outbox.next().await, Next::Close(4009));
+        for armed in [false, true, false] {
+            outbox.put(&state(armed));
+        }
+        assert_eq!(outbox.next().await, Next::Message(state(false)));
+        assert_eq!(outbox.next().await, Next::Close(4009));
     }
 
     #[tokio::test]

@@ -16,7 +16,7 @@ use slamlab_core::slam::Method;
 use slamlab_core::wire::recording::{Recorded, Recording};
 
 use super::ros::{self, Topic};
-use super::thread::Writer;
+use super::writer::Writer;
 use super::{RecordError, place};
 use crate::source::replay;
 

@@ -78,6 +78,11 @@ impl<S: Storage> Journal<S> {
         Err(error)
     }
 
+    /// Bytes that stand in the file.
+    pub(super) fn length(&self) -> u64 {
+        self.0.borrow().length
+    }
+
     /// Forces to the disk what was committed.
     pub(super) fn force(&self) -> io::Result<()> {
         self.0.borrow_mut().storage.force()

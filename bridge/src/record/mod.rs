@@ -10,8 +10,10 @@
 //!    survive the end of the program, by whatever signal; each second they are forced to the disk,
 //!    and survive the end of the power.
 //! 3. A write that fails (the disk is full) is undone: the file ends behind the last acknowledged
-//!    message. Nothing more is written, everybody learns why, and the robot drives on.
-//! 4. At a regular end the summary is added, which lets readers jump. A file without it reads just
+//!    message. Everybody learns why, and the robot drives on.
+//! 4. A folder takes one piece after the other, each with all that its reader must know, and keeps
+//!    a budget of them (`pieces`). Where the disk was full, another piece begins once it is not.
+//! 5. At a regular end the summary is added, which lets readers jump. A file without it reads just
 //!    as well from its start.
 //!
 //! Chunks are not used, for a chunk under way is lost with the program; [`export()`] uses them,
@@ -26,9 +28,11 @@
 mod cdr;
 mod export;
 mod journal;
+mod pieces;
 mod place;
 pub(crate) mod ros;
 mod thread;
+mod writer;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -43,7 +47,8 @@ use slamlab_core::wire::recording::{Recorded, Said};
 use crate::clock::Clock;
 use crate::source::Order;
 pub use export::{ExportError, Exported, MAP_EVERY, export};
-use ros::Topic;
+use pieces::Files;
+pub use pieces::{Keep, MEBIBYTE};
 use thread::Progress;
 
 /// Messages that wait for the disk: ten seconds of a robot with a lidar.
@@ -80,21 +85,22 @@ pub struct Recorder {
 
 impl Recorder {
     /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time
-    /// of day in there.
+    /// of day in there, and further ones as `keep` says.
     ///
     /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
-    pub fn start(path: &Path, clock: Clock) -> Result<Self, RecordError> {
+    pub fn start(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
+        let pieces = Files::new(path, keep, clock);
         let (file, path) = place::create(path, clock.time_of_day(clock.now()))?;
         let (entries, waiting) = sync_channel(MOST_WAITING);
         let progress = Arc::new(Progress::default());
         let name = path.file_name().unwrap_or_default();
         progress.lock().file = name.to_string_lossy().into();
+        let first = (file, path.clone());
         let shared = Arc::clone(&progress);
         let thread = std::thread::Builder::new()
             .name("record".into())
             .spawn(move || {
-                let writer = || thread::Writer::new(file, Topic::HEARD, false);
-                thread::run(writer, &waiting, &shared)
+                thread::run(first, pieces, keep, &waiting, &shared);
             })
             .map_err(|source| RecordError::Io {
                 path: path.clone(),

@@ -37,7 +37,7 @@ pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBu
     taken
 }
 
-fn is_folder(path: &Path) -> bool {
+pub(super) fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 
@@ -51,6 +51,31 @@ fn stem(time_of_day: Duration) -> String {
         "slamlab-{year}-{:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z",
         u8::from(month)
     )
+}
+
+/// Whether a recording in a folder is called so.
+pub(super) fn is_piece(name: &str) -> bool {
+    parts(name).is_some()
+}
+
+/// What sorts pieces by their age: the second in which they began, and their number in it.
+pub(super) fn age_of(path: &Path) -> Option<(String, u32)> {
+    let (stem, number) = parts(path.file_name()?.to_str()?)?;
+    Some((stem.to_owned(), number))
+}
+
+fn parts(name: &str) -> Option<(&str, u32)> {
+    let rest = name.strip_prefix("slamlab-")?.strip_suffix(".mcap")?;
+    let (stem, number) = rest.split_once('Z')?;
+    let is_time = stem.len() == "2026-11-21T09-05-07".len()
+        && stem
+            .bytes()
+            .all(|b| b.is_ascii_digit() || b == b'-' || b == b'T');
+    let number = match number {
+        "" => 1,
+        number => number.strip_prefix('-')?.parse().ok()?,
+    };
+    is_time.then_some((stem, number))
 }
 
 /// Opens a new file.

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::io::{self, Write};
+use std::marker::PhantomData;
 use std::rc::Rc;
 use std::sync::mpsc::sync_channel;
 
@@ -10,7 +11,8 @@ use slamlab_core::wire::message::{BatteryBody, Format, Notice, Severity, decode}
 use slamlab_core::wire::recording::CHANNEL;
 
 use super::journal::Storage;
-use super::thread::{Progress, Writer, run};
+use super::pieces::Pieces;
+use super::thread::{Progress, run};
 use super::*;
 
 /// A disk of a given size, that takes part of the write that fills it, as real ones do.
@@ -54,6 +56,48 @@ impl Storage for SmallDisk {
     fn force(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// There is one piece and no other.
+struct Only<S>(PhantomData<S>);
+
+impl<S: Storage> Pieces for Only<S> {
+    type File = S;
+
+    fn next(&mut self) -> Result<Option<(S, PathBuf)>, RecordError> {
+        Ok(None)
+    }
+
+    fn discard(&mut self, _: &Path) {}
+
+    fn make_room(&mut self, _: &Path) {}
+}
+
+/// Every piece is a disk of its own.
+struct Disks {
+    size: usize,
+    all: Rc<RefCell<Vec<SmallDisk>>>,
+}
+
+impl Disks {
+    fn add(&self) -> (SmallDisk, PathBuf) {
+        let disk = SmallDisk::new(self.size);
+        let mut all = self.all.borrow_mut();
+        all.push(disk.clone());
+        (disk, format!("/drives/{}.mcap", all.len()).into())
+    }
+}
+
+impl Pieces for Disks {
+    type File = SmallDisk;
+
+    fn next(&mut self) -> Result<Option<(SmallDisk, PathBuf)>, RecordError> {
+        Ok(Some(self.add()))
+    }
+
+    fn discard(&mut self, _: &Path) {}
+
+    fn make_room(&mut self, _: &Path) {}
 }
 
 fn battery(stamp: u64) -> FromBridge {
@@ -101,7 +145,9 @@ fn record(size: usize) -> (Vec<u8>, u64, u64, Option<String>) {
         // Nobody takes them any more where the file could not even begin.
         scope.spawn(move || (0..200).for_each(|stamp| _ = entries.send(entry(stamp))));
         run(
-            || Writer::new(disk.clone(), Topic::HEARD, false),
+            (disk.clone(), "only.mcap".into()),
+            Only(PhantomData),
+            Keep::default(),
             &waiting,
             &progress,
         );
@@ -192,7 +238,9 @@ fn what_waits_is_written_in_parts() {
     let (progress, writes) = (Progress::default(), Rc::default());
     let disk = Counting(Rc::clone(&writes));
     run(
-        || Writer::new(disk, Topic::HEARD, false),
+        (disk, "only.mcap".into()),
+        Only(PhantomData),
+        Keep::default(),
         &waiting,
         &progress,
     );
@@ -202,12 +250,112 @@ fn what_waits_is_written_in_parts() {
     assert_eq!(writes, 2 + 1000_usize.div_ceil(thread::MOST_AT_ONCE));
 }
 
+/// Each piece can be read alone: what its reader must know stands first.
+#[test]
+fn a_long_recording_is_cut_into_pieces_that_stand_alone() {
+    let disks = Disks {
+        size: usize::MAX,
+        all: Rc::default(),
+    };
+    let all = Rc::clone(&disks.all);
+    let first = disks.add();
+    let (entries, waiting) = sync_channel(MOST_WAITING);
+    let devices = |stamp| Recorded {
+        said: Said::ByBridge(FromBridge::Devices(vec![])),
+        ..entry(stamp)
+    };
+    entries.send(devices(0)).unwrap();
+    (1..2000).for_each(|stamp| entries.send(entry(stamp)).unwrap());
+    drop(entries);
+    let progress = Progress::default();
+    let keep = Keep {
+        piece_bytes: 30_000,
+        ..Keep::default()
+    };
+    run(first, disks, keep, &waiting, &progress);
+    let body = progress.lock().clone();
+    assert_eq!((body.acknowledged, body.lost, body.fault), (2000, 0, None));
+    let pieces = all.borrow();
+    assert!(pieces.len() > 3, "{} pieces", pieces.len());
+    assert_eq!(body.file, format!("{}.mcap", pieces.len()));
+    let mut found = vec![];
+    for piece in pieces.iter() {
+        let bytes = piece.bytes.borrow();
+        assert!(
+            mcap::Summary::read(&bytes).unwrap().is_some(),
+            "it is finished"
+        );
+        let messages = MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+        let said: Vec<_> = messages
+            .filter(|message| message.channel.topic == CHANNEL)
+            .map(|message| {
+                decode::<FromBridge>(&message.data, Format::Binary)
+                    .unwrap()
+                    .1
+            })
+            .collect();
+        assert!(matches!(said[0], FromBridge::Devices(_)));
+        found.extend(said.iter().filter_map(|said| match said {
+            FromBridge::Battery(body) => Some(body.stamp),
+            _ => None,
+        }));
+    }
+    assert_eq!(found, (1..2000).collect::<Vec<u64>>());
+}
+
+/// Room for the beginning and some messages.
+fn room_for_some() -> usize {
+    let mut sizes = (0..).step_by(200);
+    let takes_some = |size: &usize| record(*size).1 > 0;
+    sizes.find(takes_some).unwrap()
+}
+
+/// Where the disk was full another piece begins as soon as one can, and the fault is over.
+#[test]
+fn a_recording_begins_again_when_there_is_room() {
+    let disks = Disks {
+        size: usize::MAX,
+        all: Rc::default(),
+    };
+    let all = Rc::clone(&disks.all);
+    let full = (SmallDisk::new(room_for_some()), "/drives/full.mcap".into());
+    let (entries, waiting) = sync_channel(MOST_WAITING);
+    let progress = Progress::default();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for stamp in 0..80 {
+                entries.send(entry(stamp)).unwrap();
+                std::thread::sleep(thread::TRY_AGAIN / 50);
+            }
+        });
+        run(full, disks, Keep::default(), &waiting, &progress);
+    });
+    let body = progress.lock().clone();
+    assert!(body.lost > 0 && body.acknowledged > 20, "{body:?}");
+    assert_eq!((body.fault, body.file.as_str()), (None, "1.mcap"));
+    let last = all
+        .borrow()
+        .last()
+        .map(|piece| stamps(&piece.bytes.borrow()));
+    assert_eq!(last.and_then(|stamps| stamps.last().copied()), Some(79));
+}
+
+#[test]
+fn a_full_disk_is_named_in_words_with_the_path() {
+    let (_, _, _, fault) = record(room_for_some());
+    let fault = fault.unwrap();
+    assert!(
+        fault.contains("the disk is full") && fault.contains("only.mcap"),
+        "{fault}"
+    );
+}
+
 #[test]
 fn a_recording_is_never_written_over() {
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
     std::fs::write(&path, "precious").unwrap();
-    let error = Recorder::start(&path, Clock::start()).unwrap_err();
+    let error = Recorder::start(&path, Keep::default(), Clock::start()).unwrap_err();
     assert!(error.to_string().contains("already there"), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), b"precious");
 }
@@ -216,7 +364,7 @@ fn a_recording_is_never_written_over() {
 fn messages_and_orders_stand_in_the_file_when_it_is_finished() {
     let folder = tempfile::TempDir::new().unwrap();
     let path = folder.path().join("a.mcap");
-    let recorder = Recorder::start(&path, Clock::start()).unwrap();
+    let recorder = Recorder::start(&path, Keep::default(), Clock::start()).unwrap();
     let news = FromBridge::Notice(Notice {
         severity: Severity::Info,
         text: "hello".into(),

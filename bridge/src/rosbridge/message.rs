@@ -1,65 +1,14 @@
-//! Messages of rosbridge, and the ROS 2 messages in them, as JSON.
+//! What is sent to a client of rosbridge: ROS 2 messages as JSON.
 
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::{Value, json};
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::EvenBeams;
 use slamlab_core::wire::message::{FromBridge, ScanBody};
 
 use crate::record::ros::{Moved, Odom, in_space, intensities, placed};
-
-/// What a client sends. Fields that only tune how it is answered (queues, compression, types) are
-/// passed over.
-#[derive(Debug, PartialEq, Deserialize)]
-#[serde(tag = "op", rename_all = "snake_case")]
-pub(super) enum Request {
-    Subscribe {
-        topic: String,
-        /// ms.
-        #[serde(default)]
-        throttle_rate: u64,
-    },
-    Unsubscribe {
-        topic: String,
-    },
-    Advertise {
-        topic: String,
-    },
-    Unadvertise,
-    Publish {
-        topic: String,
-        msg: Value,
-    },
-    CallService {
-        id: Option<String>,
-        service: String,
-        #[serde(default)]
-        args: Value,
-    },
-    #[serde(other)]
-    Other,
-}
-
-/// `geometry_msgs/Twist`, as far as a robot on a floor can follow it.
-#[derive(Debug, PartialEq, Deserialize)]
-pub(super) struct Twist {
-    pub(super) linear: Linear,
-    pub(super) angular: Angular,
-}
-
-#[derive(Debug, PartialEq, Deserialize)]
-pub(super) struct Linear {
-    #[serde(default)]
-    pub(super) x: f64,
-}
-
-#[derive(Debug, PartialEq, Deserialize)]
-pub(super) struct Angular {
-    #[serde(default)]
-    pub(super) z: f64,
-}
 
 /// What is sent to it.
 #[derive(Debug, PartialEq, Serialize)]
@@ -71,12 +20,14 @@ pub(super) enum Reply<'a> {
     },
     ServiceResponse {
         #[serde(skip_serializing_if = "Option::is_none")]
-        id: Option<String>,
+        id: Option<Value>,
         service: String,
         values: Value,
         result: bool,
     },
     Status {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<Value>,
         level: &'static str,
         msg: &'a str,
     },
@@ -183,28 +134,6 @@ fn scan(body: &ScanBody, now: Duration) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_roslib_says_is_read() {
-        let read = |text| serde_json::from_str::<Request>(text).unwrap();
-        let subscribe = r#"{"op":"subscribe","id":"subscribe:/scan:1","type":"sensor_msgs/LaserScan","topic":"/scan",
-            "compression":"none","throttle_rate":100,"queue_length":0}"#;
-        let topic = "/scan".to_owned();
-        assert_eq!(
-            read(subscribe),
-            Request::Subscribe {
-                topic,
-                throttle_rate: 100
-            }
-        );
-        let publish = r#"{"op":"publish","topic":"/cmd_vel","msg":{"linear":{"x":0.1,"y":0,"z":0},"angular":{"x":0,"y":0,"z":-0.5}}}"#;
-        let Request::Publish { msg, .. } = read(publish) else {
-            panic!("no publication")
-        };
-        let twist: Twist = serde_json::from_value(msg).unwrap();
-        assert_eq!((twist.linear.x, twist.angular.z), (0.1, -0.5));
-        assert_eq!(read(r#"{"op":"png","data":""}"#), Request::Other);
-    }
 
     #[test]
     fn whoever_asks_for_the_map_learns_where_there_is_one() {

@@ -7,9 +7,9 @@
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a
 //!    challenge, `/slamlab/enter` takes the proof made of it
 //!    ([`slamlab_core::wire::message::proof`]), `/slamlab/take` the lease, `/slamlab/arm` arms.
-//!    Anyone may call `/slamlab/stop`, but where watching needs the token: there the proof must
-//!    come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the rules are those of every client
-//!    ([`crate::safety`]).
+//!    Anyone may call `/slamlab/stop` and `/slamlab/emergency_stop`, but where watching needs the
+//!    token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the
+//!    rules are those of every client ([`crate::safety`]). `/rosapi` says what there is (`rosapi`).
 //! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up
 //!    with its robot on the smallest computer. `export` draws it from a recording.
 //! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is
@@ -20,6 +20,8 @@
 //! ROSBRIDGE_PROTOCOL.md).
 
 mod message;
+mod request;
+mod rosapi;
 mod services;
 
 use std::collections::BTreeMap;
@@ -27,17 +29,22 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::ws::WebSocket;
+use serde_json::Value;
 use slamlab_core::robot::Command;
-use slamlab_core::wire::message::{DriveBody, FromBridge, Header, ToBridge, Watching, close};
+use slamlab_core::wire::message::{
+    DriveBody, FromBridge, Header, RefusalReason, ToBridge, Watching, close,
+};
 
 use crate::adapter::{Adapter, Incoming, PING};
-use crate::ending::{End, MALFORMED};
-use crate::hub::FromClient;
+use crate::ending::{End, GOING_AWAY};
 use crate::hub::outbox::{Next, Outbox};
+use crate::hub::{Answer, FromClient};
 use crate::safety::ClientId;
-use crate::shared::Shared;
-use message::{Reply, Request, Topics, Twist};
+use crate::shared::{Shared, Visitor};
+use message::{Reply, Topics};
+use request::{Asked, Request, velocity};
 use services::Services;
+use tokio::sync::oneshot;
 
 /// Path of the endpoint.
 pub(crate) const PATH: &str = "/rosbridge";
@@ -46,15 +53,18 @@ const VELOCITY: &str = "/cmd_vel";
 const DRIVER_PING: Duration = Duration::from_millis(100);
 /// How old a driving message may be.
 const TTL_MILLIS: u16 = 400;
+/// Between two answers that say why the same way that a command was left out.
+const SAY_AGAIN: Duration = Duration::from_secs(1);
 /// Subscriptions of one client.
 const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
-pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
+pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
     let (adapter, writer) = Adapter::new(socket, shared);
     let mut peer = Peer {
         adapter,
         shared,
+        visitor,
         client: None,
         outbox: Arc::new(Outbox::default()),
         topics: Topics::default(),
@@ -62,8 +72,9 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared) {
         services: Services::default(),
         seen: 0,
         sequence: 0,
+        left_out: None,
     };
-    writer.beside(peer.live()).await;
+    writer.beside(visitor, peer.live()).await;
     peer.leave().await;
 }
 
@@ -77,6 +88,7 @@ struct Subscription {
 struct Peer<'a> {
     adapter: Adapter<'a>,
     shared: &'a Shared,
+    visitor: &'a Visitor,
     /// Its number at the hub, and whether it may drive.
     client: Option<(ClientId, bool)>,
     outbox: Arc<Outbox>,
@@ -86,12 +98,19 @@ struct Peer<'a> {
     /// Newest bridge time that it has surely seen, µs.
     seen: u64,
     sequence: u32,
+    /// Why a command was left out last, and when that was said.
+    left_out: Option<(RefusalReason, Duration)>,
 }
 
 impl Peer<'_> {
     async fn live(&mut self) -> Result<(), End> {
+        let mut why_not = close::ACCESS;
         if self.shared.about.watching == Watching::Anyone {
-            self.join(false).await?;
+            match self.join(false).await {
+                // Who has the token may still show it.
+                Err(Some(close::FULL)) => why_not = close::FULL,
+                joined => joined?,
+            }
         }
         let too_late = tokio::time::sleep(self.shared.limits.hello);
         tokio::pin!(too_late);
@@ -106,7 +125,7 @@ impl Peer<'_> {
                     Next::Close(code) => return Err(Some(code)),
                     Next::Message(message) => self.forward(&message)?,
                 },
-                () = &mut too_late, if self.client.is_none() => return Err(Some(close::ACCESS)),
+                () = &mut too_late, if self.client.is_none() => return Err(Some(why_not)),
                 _ = ping.tick() => {
                     let now = self.shared.clock.now();
                     let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
@@ -122,7 +141,11 @@ impl Peer<'_> {
     /// Becomes a client of the hub; again, with the right to drive, once that is shown.
     async fn join(&mut self, may_drive: bool) -> Result<(), End> {
         self.leave().await;
-        let (id, outbox) = self.shared.join("rosbridge".to_owned(), may_drive).await?;
+        let name = "rosbridge".to_owned();
+        let (id, outbox) = self.shared.join(self.visitor, name, may_drive).await?;
+        if may_drive {
+            self.adapter.trust();
+        }
         self.outbox = outbox;
         self.client = Some((id, may_drive));
         Ok(())
@@ -136,10 +159,10 @@ impl Peer<'_> {
 
     async fn receive(&mut self, incoming: Incoming) -> Result<(), End> {
         match incoming {
-            Incoming::Text(text) => {
-                let asked = serde_json::from_str(&text).map_err(|_| Some(MALFORMED))?;
-                self.handle(asked).await
-            }
+            Incoming::Text(text) => match Request::read(&text) {
+                Ok(request) => self.handle(request).await,
+                Err(said) => self.refuse(said.id, &said.why),
+            },
             Incoming::Pong(bytes) => {
                 let sent = bytes.try_into().map(u64::from_le_bytes).unwrap_or(0);
                 let now = self.shared.clock.now().as_micros() as u64;
@@ -149,90 +172,91 @@ impl Peer<'_> {
                 }
                 Ok(())
             }
-            Incoming::Binary => self.refuse("binary messages are not taken"),
+            Incoming::Binary => self.refuse(None, "binary messages are not taken"),
         }
     }
 
-    async fn handle(&mut self, asked: Request) -> Result<(), End> {
+    async fn handle(&mut self, Request { id, asked }: Request) -> Result<(), End> {
         match asked {
-            Request::Subscribe {
-                topic,
-                throttle_rate,
-            } => self.subscribe(topic, throttle_rate),
-            Request::Unsubscribe { topic } => {
+            Asked::Subscribe { topic, throttle } => self.subscribe(id, topic, throttle),
+            Asked::Unsubscribe { topic } => {
                 self.subscriptions.remove(&topic);
                 Ok(())
             }
-            Request::Publish { topic, msg } if topic == VELOCITY => {
-                let twist: Twist = serde_json::from_value(msg).map_err(|_| Some(MALFORMED))?;
-                self.drive(&twist).await
-            }
-            Request::Advertise { topic } if topic == VELOCITY => Ok(()),
-            Request::Publish { topic, .. } | Request::Advertise { topic } => {
+            Asked::Publish { topic, msg } if topic == VELOCITY => match velocity(&msg) {
+                Ok(motion) => self.drive(id, motion).await,
+                Err(why) => self.refuse(id, &why),
+            },
+            Asked::Advertise { topic } if topic == VELOCITY => Ok(()),
+            Asked::Publish { topic, .. } | Asked::Advertise { topic } => {
                 let why = format!("{topic} is not taken here; {VELOCITY} is");
-                self.refuse(&why)
+                self.refuse(id, &why)
             }
-            Request::CallService { id, service, args } => self.serve(id, service, &args).await,
-            Request::Unadvertise => Ok(()),
-            Request::Other => self.refuse("this operation is not known here"),
+            Asked::CallService { service, args } => self.serve(id, service, &args).await,
+            Asked::Nothing => Ok(()),
         }
     }
 
-    fn subscribe(&mut self, topic: String, throttle_millis: u64) -> Result<(), End> {
+    fn subscribe(
+        &mut self,
+        id: Option<Value>,
+        topic: String,
+        throttle: Duration,
+    ) -> Result<(), End> {
         if !Topics::NAMES.contains(&topic.as_str()) {
-            return self.refuse(&message::no_topic(&topic));
+            return self.refuse(id, &message::no_topic(&topic));
         }
         if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
-            let throttle = Duration::from_millis(throttle_millis);
-            let subscription = Subscription {
-                throttle,
-                sent: None,
-            };
-            self.subscriptions.insert(topic, subscription);
+            let sent = None;
+            self.subscriptions
+                .insert(topic, Subscription { throttle, sent });
         }
         Ok(())
     }
 
-    async fn drive(&mut self, twist: &Twist) -> Result<(), End> {
-        let motion = Command::Velocity {
-            forward: twist.linear.x,
-            turn: twist.angular.z,
-        };
-        self.ask(ToBridge::Drive(DriveBody {
+    async fn drive(&mut self, id: Option<Value>, motion: Command) -> Result<(), End> {
+        let message = ToBridge::Drive(DriveBody {
             epoch: self.services.epoch,
             seen: self.seen,
             ttl_millis: TTL_MILLIS,
             motion,
-        }))
-        .await
+        });
+        let reason = match self.ask(message).await? {
+            Some(Answer::Refused(reason)) => reason,
+            Some(Answer::Done | Answer::Granted(_)) => return Ok(()),
+            None => RefusalReason::NoRight,
+        };
+        let now = self.shared.clock.now();
+        let was_said =
+            |(said, at): (RefusalReason, Duration)| said == reason && now < at + SAY_AGAIN;
+        if self.left_out.is_some_and(was_said) {
+            return Ok(());
+        }
+        self.left_out = Some((reason, now));
+        self.refuse(id, &format!("{VELOCITY} was left out: {reason}"))
     }
 
-    /// Asks the hub for something, as any client would.
-    async fn ask(&mut self, message: ToBridge) -> Result<(), End> {
+    /// Asks the hub for something, as any client would, and waits for what comes of it; none where
+    /// it is no client yet.
+    async fn ask(&mut self, message: ToBridge) -> Result<Option<Answer>, End> {
         let Some((id, _)) = self.client else {
-            return Err(Some(close::ACCESS));
+            return Ok(None);
         };
         self.sequence += 1;
         let header = Header {
             sequence: self.sequence,
             micros: 0,
         };
+        let (answer, answered) = oneshot::channel();
         let now = self.shared.clock.now();
-        let says = FromClient::Message(id, header, message, now);
-        self.shared.tell(says).await
+        let says = FromClient::Asked(id, header, message, now, answer);
+        self.shared.tell(says).await?;
+        // The hub is gone only when the bridge ends.
+        answered.await.map(Some).map_err(|_| Some(GOING_AWAY))
     }
 
-    /// Sends what was subscribed of a message, and answers what waits for it.
+    /// Sends what was subscribed of a message.
     fn forward(&mut self, message: &FromBridge) -> Result<(), End> {
-        if let Some(answer) = self
-            .services
-            .answer_to(message, self.client.map(|(id, _)| id))
-        {
-            self.adapter.send(&answer)?;
-        } else if let FromBridge::Refused(reason) = message {
-            let why = format!("{VELOCITY} was left out: {reason}");
-            self.refuse(&why)?;
-        }
         let now = self.shared.clock.now();
         for (topic, msg) in self
             .topics
@@ -252,8 +276,9 @@ impl Peer<'_> {
         Ok(())
     }
 
-    fn refuse(&mut self, why: &str) -> Result<(), End> {
+    fn refuse(&mut self, id: Option<Value>, why: &str) -> Result<(), End> {
         self.adapter.send(&Reply::Status {
+            id,
             level: "error",
             msg: why,
         })

@@ -1,14 +1,30 @@
-//! The services that stand in for what rosbridge does not know: the token, the lease, arming.
+//! The services that stand in for what rosbridge does not know: the token, the lease, arming; and
+//! the stops.
+//!
+//! Each call is answered at once, whatever was called before. What cannot be done is a call that
+//! failed, with the reason, and ends no connection but where a proof is wrong.
 
 use serde_json::{Value, json};
-use slamlab_core::wire::message::{
-    CHALLENGE_BYTES, FromBridge, PROOF_BYTES, RefusalReason, ToBridge, close,
-};
+use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, RefusalReason, ToBridge, close};
 
-use super::Peer;
 use super::message::Reply;
-use crate::ending::{End, INTERNAL, MALFORMED};
-use crate::safety::ClientId;
+use super::request::argument;
+use super::{Peer, rosapi};
+use crate::ending::{End, INTERNAL};
+use crate::hub::Answer;
+
+/// Behind `/slamlab/`.
+pub(super) const NAMES: [&str; 9] = [
+    "challenge",
+    "enter",
+    "take",
+    "renew",
+    "release",
+    "arm",
+    "stop",
+    "emergency_stop",
+    "reset_emergency_stop",
+];
 
 /// How far a client has come.
 #[derive(Debug, Default)]
@@ -17,109 +33,91 @@ pub(super) struct Services {
     challenge: Option<[u8; CHALLENGE_BYTES]>,
     /// Of the lease; none is 0.
     pub(super) epoch: u32,
-    /// The call that waits for the hub's answer.
-    waiting: Option<Call>,
 }
 
-#[derive(Debug)]
-struct Call {
-    id: Option<String>,
-    service: String,
-}
-
-impl Call {
-    fn answer<'a>(self, result: bool, values: Value) -> Reply<'a> {
-        let Self { id, service } = self;
-        Reply::ServiceResponse {
-            id,
-            service,
-            values,
-            result,
-        }
-    }
-}
-
-impl Services {
-    /// The answer to the call that waits, if this is it.
-    pub(super) fn answer_to<'a>(
-        &mut self,
-        message: &FromBridge,
-        client: Option<ClientId>,
-    ) -> Option<Reply<'a>> {
-        let service = self.waiting.as_ref()?.service.clone();
-        let (result, values) = match message {
-            FromBridge::Granted(lease) if service == "/slamlab/take" => {
-                self.epoch = lease.epoch;
-                (
-                    true,
-                    json!({ "epoch": lease.epoch, "millis": lease.millis }),
-                )
-            }
-            // News from before the call says that it is not armed: only the rest is an answer.
-            FromBridge::Safety(safety)
-                if service == "/slamlab/arm" && (safety.armed || safety.driver != client) =>
-            {
-                let is_ours = safety.armed && safety.driver == client;
-                (is_ours, json!({ "armed": is_ours }))
-            }
-            FromBridge::Refused(reason) if is_of(&service, *reason) => {
-                (false, json!({ "reason": reason }))
-            }
-            _ => return None,
-        };
-        Some(self.waiting.take()?.answer(result, values))
-    }
-}
-
-/// Whether a call of the service can be refused so; other refusals are of commands that were under
-/// way before it.
-fn is_of(service: &str, reason: RefusalReason) -> bool {
-    use RefusalReason::{Emergency, Held, NoRight, NoRobot, StaleEpoch};
-    match service {
-        "/slamlab/take" => matches!(reason, Held | NoRight),
-        _ => matches!(reason, StaleEpoch | Emergency | NoRobot | NoRight),
-    }
-}
+/// What a service answers: whether it did what was asked, and the values.
+type Outcome = (bool, Value);
 
 impl Peer<'_> {
     pub(super) async fn serve(
         &mut self,
-        id: Option<String>,
+        id: Option<Value>,
         service: String,
         args: &Value,
     ) -> Result<(), End> {
-        let call = Call { id, service };
-        match call.service.as_str() {
-            "/slamlab/challenge" => {
+        let (result, values) = match service.split_once('/').map(|(_, name)| name) {
+            Some(name) => self.outcome(name, args).await?,
+            None => no_service(),
+        };
+        self.adapter.send(&Reply::ServiceResponse {
+            id,
+            service,
+            values,
+            result,
+        })
+    }
+
+    async fn outcome(&mut self, service: &str, args: &Value) -> Result<Outcome, End> {
+        if let Some(name) = service.strip_prefix("rosapi/") {
+            return Ok(self.rosapi(name, args));
+        }
+        let epoch = self.services.epoch;
+        let message = match service.strip_prefix("slamlab/").unwrap_or_default() {
+            "challenge" => {
                 let mut challenge = [0; CHALLENGE_BYTES];
                 getrandom::fill(&mut challenge).map_err(|_| Some(INTERNAL))?;
                 self.services.challenge = Some(challenge);
-                let answer = call.answer(true, json!({ "challenge": hex(&challenge) }));
-                self.adapter.send(&answer)
+                return Ok((true, json!({ "challenge": hex(&challenge) })));
             }
-            "/slamlab/enter" => self.enter(call, args).await,
-            "/slamlab/take" => {
-                let force = args.get("force").and_then(Value::as_bool).unwrap_or(false);
-                self.wait(call, ToBridge::Take { force }).await
+            "enter" => return self.enter(args).await,
+            "take" => {
+                let force = argument(args, "force").and_then(Value::as_bool);
+                let force = force.unwrap_or(false);
+                ToBridge::Take { force }
             }
-            "/slamlab/arm" => {
-                let epoch = self.services.epoch;
-                self.wait(call, ToBridge::Arm { epoch }).await
+            "renew" => ToBridge::Renew { epoch },
+            "release" => ToBridge::Release { epoch },
+            "arm" => ToBridge::Arm { epoch },
+            "stop" => ToBridge::Stop,
+            "emergency_stop" => ToBridge::EmergencyStop,
+            "reset_emergency_stop" => ToBridge::ResetEmergencyStop { epoch },
+            _ => return Ok(no_service()),
+        };
+        let arms = matches!(message, ToBridge::Arm { .. });
+        let reason = match self.ask(message).await? {
+            Some(Answer::Done) if arms => return Ok((true, json!({ "armed": true }))),
+            Some(Answer::Done) => return Ok((true, json!({}))),
+            Some(Answer::Granted(lease)) => {
+                self.services.epoch = lease.epoch;
+                let values = json!({ "epoch": lease.epoch, "millis": lease.millis });
+                return Ok((true, values));
             }
-            "/slamlab/stop" => {
-                self.ask(ToBridge::Stop).await?;
-                self.adapter.send(&call.answer(true, json!({})))
-            }
-            _ => {
-                let text = json!("there are /slamlab/challenge, enter, take, arm and stop");
-                self.adapter.send(&call.answer(false, text))
-            }
+            Some(Answer::Refused(reason)) => reason,
+            None => RefusalReason::NoRight,
+        };
+        Ok((false, json!({ "reason": reason })))
+    }
+
+    fn rosapi(&self, name: &str, args: &Value) -> Outcome {
+        if self.client.is_none() {
+            return (
+                false,
+                json!("show the proof first: /slamlab/challenge, /slamlab/enter"),
+            );
+        }
+        let clock = &self.shared.clock;
+        let now = clock.time_of_day(clock.now());
+        match rosapi::answer(name, args, self.shared, now) {
+            Ok(values) => (true, values),
+            Err(why) => (false, json!(why)),
         }
     }
 
     /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one.
-    async fn enter(&mut self, call: Call, args: &Value) -> Result<(), End> {
-        let shown = args.get("proof").and_then(Value::as_str).and_then(unhex);
+    async fn enter(&mut self, args: &Value) -> Result<Outcome, End> {
+        let shown = argument(args, "proof")
+            .and_then(Value::as_str)
+            .and_then(unhex);
         let challenge = self.services.challenge.take();
         let (Some(shown), Some(challenge), Some(token)) = (shown, challenge, &self.shared.token)
         else {
@@ -129,17 +127,15 @@ impl Peer<'_> {
             return Err(Some(close::ACCESS));
         }
         self.join(true).await?;
-        self.adapter.send(&call.answer(true, json!({})))
+        Ok((true, json!({})))
     }
+}
 
-    /// Asks, and answers when the hub does. One call at a time: a second would not know its answer.
-    async fn wait(&mut self, call: Call, message: ToBridge) -> Result<(), End> {
-        if self.services.waiting.is_some() {
-            return Err(Some(MALFORMED));
-        }
-        self.services.waiting = Some(call);
-        self.ask(message).await
-    }
+fn no_service() -> Outcome {
+    (
+        false,
+        json!(format!("there are {}", rosapi::services().join(", "))),
+    )
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -160,28 +156,6 @@ fn unhex(text: &str) -> Option<[u8; PROOF_BYTES]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_command_refused_on_its_way_is_no_answer_to_a_call() {
-        let mut services = Services {
-            waiting: Some(Call {
-                id: None,
-                service: "/slamlab/arm".to_owned(),
-            }),
-            ..Services::default()
-        };
-        let mut is_answer = |reason| {
-            services
-                .answer_to(&FromBridge::Refused(reason), None)
-                .is_some()
-        };
-        assert!(!is_answer(RefusalReason::Disarmed));
-        assert!(is_answer(RefusalReason::NoRobot));
-        assert!(
-            !is_answer(RefusalReason::NoRobot),
-            "the call has its answer"
-        );
-    }
 
     #[test]
     fn hexadecimal_is_read_as_it_is_written_and_nothing_else_is() {

@@ -62,6 +62,9 @@ fn whole() -> Settings {
         allow_origin: Some(vec!["https://lab.example".into()]),
         token_file: path(),
         record: path(),
+        record_piece_mib: Some(10),
+        record_piece_minutes: Some(2),
+        record_budget_mib: Some(100),
         tls: Some(true),
         tls_cert: path(),
         tls_key: path(),
@@ -172,6 +175,28 @@ fn half_a_certificate_and_a_mount_outside_of_the_robot_are_refused() {
     assert!(mount("x = 40.0").contains("x is 40; expected a number of at most 2"));
     assert!(mount("yaw-degrees = nan").contains("yaw-degrees is NaN"));
     assert!(mount("y = -inf").contains("mount of ld06:/dev/x: y is -inf"));
+}
+
+#[test]
+fn recordings_that_cannot_be_kept_and_origins_that_no_browser_writes_are_refused() {
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
+    assert!(refused("record-piece-mib = 0").contains("record-piece-mib is 0; expected 1 to"));
+    assert!(refused("record-piece-minutes = 9999999").contains("record-piece-minutes is 9999999"));
+    let budget = refused("record-budget-mib = 100\nrecord-piece-mib = 60");
+    assert!(budget.contains("room for two pieces"), "{budget}");
+    let settings = read("record-budget-mib = 100\nrecord-piece-mib = 50").unwrap();
+    let keep = settings.complete().unwrap().keep();
+    assert_eq!((keep.piece_bytes, keep.all_bytes), (50 << 20, 100 << 20));
+    for (origin, why) in [
+        ("*", "every page"),
+        ("null", "any page"),
+        ("https://lab.example/", "slash"),
+    ] {
+        let error = refused(&format!(
+            "allow-origin = [\"https://good.example\", {origin:?}]"
+        ));
+        assert!(error.contains(origin) && error.contains(why), "{error}");
+    }
 }
 
 #[test]

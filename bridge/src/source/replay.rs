@@ -127,6 +127,7 @@ fn event(said: FromBridge) -> Option<SourceEvent> {
     Some(match said {
         FromBridge::Odometry(body) => SourceEvent::Odometry(body.odometry().ok()?),
         FromBridge::Scan(body) => SourceEvent::Scan(body.scan().ok()?),
+        FromBridge::PartialScan(body) => SourceEvent::PartialScan(body.scan().ok()?),
         FromBridge::Rangers(body) => SourceEvent::Rangers(body),
         FromBridge::Bumpers(body) => SourceEvent::Bumpers(body),
         FromBridge::Battery(body) => SourceEvent::Battery(body),

@@ -80,6 +80,8 @@ pub struct Hub {
     clients: BTreeMap<ClientId, Connected>,
     last_client: ClientId,
     manoeuvre: Option<Manoeuvre>,
+    /// The state that everybody was told last.
+    told: SafetyBody,
     /// Orders so far.
     orders: u64,
     /// Number of the newest order since a message came, if it is a manoeuvre.
@@ -101,6 +103,7 @@ impl Hub {
             clients: BTreeMap::new(),
             last_client: 0,
             manoeuvre: None,
+            told: SafetyBody::default(),
             orders: 0,
             ordered_manoeuvre: None,
             next_heartbeat: Duration::ZERO,
@@ -271,6 +274,10 @@ impl Hub {
 
     /// Lets the rules take something, and does what they say.
     fn rule(&mut self, now: Duration, input: Input) {
+        let asker = match &input {
+            Input::Asks(client, ..) if client.may_drive => Some(client.id),
+            _ => None,
+        };
         for output in self.safety.on(now, input) {
             match output {
                 Output::Order(order) => {
@@ -280,11 +287,21 @@ impl Hub {
                 Output::Granted(client, lease) => self.send(client, FromBridge::Granted(lease)),
                 Output::Refused(client, reason) => self.send(client, FromBridge::Refused(reason)),
                 Output::Close(client, code) => self.actions.push_back(Action::Close(client, code)),
-                Output::Changed => {
-                    let state = FromBridge::Safety(self.state());
-                    self.actions.push_back(Action::SendAll(state));
-                }
+                Output::Changed => self.tell_state(asker),
             }
+        }
+    }
+
+    /// Tells everybody the state, if it is another than they know; else only a driver who asked for
+    /// it, and waits for an answer.
+    fn tell_state(&mut self, asker: Option<ClientId>) {
+        let state = self.state();
+        if state != self.told {
+            self.told = state.clone();
+            self.actions
+                .push_back(Action::SendAll(FromBridge::Safety(state)));
+        } else if let Some(asker) = asker {
+            self.send(asker, FromBridge::Safety(state));
         }
     }
 

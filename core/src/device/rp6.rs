@@ -2,7 +2,7 @@
 //!
 //! 1. The link comes up disarmed, and the source arms it when an order to move comes; but not one
 //!    that was already being repeated when the robot came back: orders to move must have ceased for
-//!    0.3 seconds once.
+//!    0.3 seconds once, before it came back or after.
 //! 2. While the robot is under way, a sign of life goes to it ten times a second, for its own
 //!    watchdog. Speeds are given again all the time by whoever drives; where none came for a
 //!    quarter of a second the source itself stops the robot.
@@ -52,6 +52,8 @@ pub struct Rp6 {
     nonce: u8,
     report: Report,
     robot: Option<Robot>,
+    /// When an order to move came last, whether or not anybody was there to take it.
+    ordered: Option<Stamp>,
     /// Whether the boot loader was heard since the line was opened or the robot last answered.
     was_boot_loader: bool,
     is_cut_off: bool,
@@ -72,6 +74,7 @@ impl Rp6 {
             nonce: 0,
             report: Report::default(),
             robot: None,
+            ordered: None,
             was_boot_loader: false,
             is_cut_off: false,
             busy: None,
@@ -109,7 +112,7 @@ impl Rp6 {
                 .note(Weight::Error, format!("no scans of its rangers: {error}"));
             None
         });
-        self.robot = Some(Robot::new(hello, sweeps, now));
+        self.robot = Some(Robot::new(hello, sweeps, now, self.ordered));
         if self.is_cut_off {
             self.give(rp6::Command::EStop, now);
         }
@@ -269,6 +272,9 @@ impl Rp6 {
                 rp6::Command::Stop
             }
         };
+        if wire.moves() {
+            self.ordered = Some(now);
+        }
         let Some(robot) = &mut self.robot else {
             return;
         };

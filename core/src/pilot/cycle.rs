@@ -16,6 +16,7 @@
 
 use nalgebra::Point2;
 
+use super::around::people_are_near;
 use super::stages::{Cut, StageReport};
 use super::{Mode, Pilot, Situation, Status};
 use crate::control::{free_distance, leg_is_safe};
@@ -145,7 +146,13 @@ impl Pilot {
             Phase::Leg(leg) => self.begin_leg(&leg, now),
             Phase::Going(from) => {
                 self.phase = Phase::Scan;
-                if (now.estimate.pose.position() - from).length() < 0.5 * SHORT_LEG {
+                let is_short = (now.estimate.pose.position() - from).length() < 0.5 * SHORT_LEG;
+                if is_short && people_are_near(now) {
+                    // Whoever keeps the robot safe has ended the leg for somebody: no fault of the
+                    // way, and no reason to give the goal up.
+                    return Next::Stage;
+                }
+                if is_short {
                     self.get_unstuck(now);
                     let length = -self.free_way(-1.0, SHORT_LEG, now);
                     let wished = -SHORT_LEG;

@@ -186,6 +186,8 @@ impl Feed {
                     is_after_gap = true;
                     self.notes.push(explain_gap(seconds));
                 }
+                // Who came into the way of the robot then is nothing to its map.
+                Some(Reading::PartialScan(_)) => {}
                 Some(Reading::Scan(scan)) => {
                     return Some(Step {
                         odometry,

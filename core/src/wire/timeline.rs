@@ -12,6 +12,7 @@
 //!    (`GAP_SIGMA`).
 //! 3. Without a robot, motion between two scans is zero and unsure as a hand or a foot may move a
 //!    sensor.
+//! 4. Partial scans are those of the robot itself; they wait for motion as whole ones do.
 
 use std::collections::BTreeMap;
 use std::collections::VecDeque;
@@ -41,6 +42,8 @@ pub enum Reading {
     Odometry(Odometry),
     /// No later than the end of the newest odometry.
     Scan(Scan),
+    /// The same, of a robot on the move; for the map it is nothing.
+    PartialScan(Scan),
     /// Motion was missed before this.
     Gap {
         /// For so long, s; 0 where the robot's clock restarted.
@@ -76,6 +79,7 @@ pub struct Timeline {
     shift: u64,
     newest: Option<Stamp>,
     waiting: VecDeque<Scan>,
+    waiting_partial: VecDeque<Scan>,
 }
 
 impl Timeline {
@@ -97,6 +101,9 @@ impl Timeline {
             FromBridge::Scan(body) => (body.clone().scan())
                 .map(|scan| self.scan(body.source, arrived, scan, has_robot))
                 .map_err(|error| error.to_string()),
+            FromBridge::PartialScan(body) => (body.clone().scan())
+                .map(|scan| self.partial_scan(body.source, scan))
+                .map_err(|error| error.to_string()),
             _ => return None,
         };
         Some(readings)
@@ -114,6 +121,7 @@ impl Timeline {
             self.shift = newest.0.saturating_sub(odometry.from.0);
             self.clocks.clear();
             self.waiting.clear();
+            self.waiting_partial.clear();
             out.push(Reading::Gap { seconds: 0.0 });
             out.push(Reading::Odometry(unsure(newest, newest, GAP_SIGMA)));
         } else if from > newest {
@@ -163,11 +171,19 @@ impl Timeline {
             return out;
         };
         scan.stamp = stamp;
-        self.waiting.push_back(scan);
-        while self.waiting.len() > MOST_WAITING {
-            self.waiting.pop_front();
-        }
+        put(&mut self.waiting, scan);
         self.let_through(&mut out);
+        out
+    }
+
+    /// Takes a partial scan of source `source`; one before any motion of the robot says nothing.
+    pub fn partial_scan(&mut self, source: u8, mut scan: Scan) -> Vec<Reading> {
+        let mut out = vec![];
+        if let Some(stamp) = self.on_robots_clock(source, scan.stamp) {
+            scan.stamp = stamp;
+            put(&mut self.waiting_partial, scan);
+            self.let_through(&mut out);
+        }
         out
     }
 
@@ -195,11 +211,24 @@ impl Timeline {
 
     fn let_through(&mut self, out: &mut Vec<Reading>) {
         let Some(newest) = self.newest else { return };
-        while let Some(scan) = self.waiting.pop_front_if(|scan| scan.stamp <= newest) {
-            if newest.since(scan.stamp) < OLDEST {
-                out.push(Reading::Scan(scan));
+        let waiting = [
+            (&mut self.waiting, Reading::Scan as fn(Scan) -> Reading),
+            (&mut self.waiting_partial, Reading::PartialScan),
+        ];
+        for (scans, reading) in waiting {
+            while let Some(scan) = scans.pop_front_if(|scan| scan.stamp <= newest) {
+                if newest.since(scan.stamp) < OLDEST {
+                    out.push(reading(scan));
+                }
             }
         }
+    }
+}
+
+fn put(waiting: &mut VecDeque<Scan>, scan: Scan) {
+    waiting.push_back(scan);
+    while waiting.len() > MOST_WAITING {
+        waiting.pop_front();
     }
 }
 
@@ -245,7 +274,7 @@ mod tests {
     fn stamps(readings: &[Reading]) -> Vec<u64> {
         let stamp = |reading: &Reading| match reading {
             Reading::Odometry(odometry) => Some(odometry.to.0),
-            Reading::Scan(scan) => Some(scan.stamp.0),
+            Reading::Scan(scan) | Reading::PartialScan(scan) => Some(scan.stamp.0),
             Reading::Gap { .. } => None,
         };
         readings.iter().filter_map(stamp).collect()
@@ -258,6 +287,16 @@ mod tests {
         assert!(timeline.scan(ROBOT, 1_500, scan(1_500), true).is_empty());
         let readings = timeline.odometry(ROBOT, 2_000, motion(1_000, 2_000));
         assert_eq!(stamps(&readings), [2_000, 1_500]);
+    }
+
+    #[test]
+    fn a_partial_scan_waits_too_and_is_none_for_the_map() {
+        let mut timeline = Timeline::default();
+        assert_eq!(timeline.partial_scan(ROBOT, scan(500)), [], "no motion yet");
+        timeline.odometry(ROBOT, 1_000, motion(0, 1_000));
+        assert_eq!(timeline.partial_scan(ROBOT, scan(1_500)), []);
+        let readings = timeline.odometry(ROBOT, 2_000, motion(1_000, 2_000));
+        assert_eq!(readings[1], Reading::PartialScan(scan(1_500)));
     }
 
     #[test]

@@ -6,10 +6,11 @@ use slamlab_core::wire::message::{ToBridge, close};
 use tokio_tungstenite::tungstenite::Message;
 
 use crate::client::{Bridge, Client};
-use crate::door;
 use crate::robot::with_robot;
+use crate::{crowding, door};
 
-pub(crate) async fn report() -> (bool, Value) {
+/// A flood of `minutes` is the last case.
+pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     let (config, memory) = with_robot();
     let bridge = Bridge::start(config).await;
     let mut cases = Map::new();
@@ -67,10 +68,26 @@ pub(crate) async fn report() -> (bool, Value) {
     let was_moved = memory.was_moved();
     bridge.stop().await;
     let (door_holds, at_the_door) = door::report().await;
+    let (crowding_holds, crowded) = crowding::report().await;
+    let (flood_holds, flooded) = flood(minutes).await;
     (
-        holds && door_holds && !was_moved,
-        json!({ "cases": cases, "at_the_door": at_the_door, "robot_was_moved": was_moved }),
+        holds && door_holds && crowding_holds && flood_holds && !was_moved,
+        json!({
+            "cases": cases, "at_the_door": at_the_door, "crowded": crowded, "flooded": flooded,
+            "robot_was_moved": was_moved,
+        }),
     )
+}
+
+#[cfg(target_os = "linux")]
+async fn flood(minutes: f64) -> (bool, Value) {
+    crate::flood::report(minutes).await
+}
+
+/// Memory is read from `/proc`.
+#[cfg(not(target_os = "linux"))]
+async fn flood(_: f64) -> (bool, Value) {
+    (false, json!("the flood is measured on Linux only"))
 }
 
 async fn after(client: &mut Client, message: ToBridge) -> Option<u16> {

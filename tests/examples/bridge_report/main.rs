@@ -2,7 +2,7 @@
 //! of it holds.
 //!
 //! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults
-//! [TRIALS [FAULT...]]|latency|access|soak [MINUTES]`
+//! [TRIALS [FAULT...]]|latency|access [MINUTES]|soak [MINUTES]`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -17,10 +17,15 @@ mod robot;
 mod access;
 #[cfg(target_os = "linux")]
 mod bridge_process;
+mod crowding;
 mod door;
 #[cfg(target_os = "linux")]
 mod edge;
 mod faults;
+#[cfg(target_os = "linux")]
+mod flood;
+#[cfg(target_os = "linux")]
+mod hostile;
 mod latency;
 #[cfg(target_os = "linux")]
 mod line_faults;
@@ -44,7 +49,14 @@ async fn main() -> ExitCode {
     let (holds, report) = match name.as_str() {
         "faults" => all_faults(number(100.0) as usize).await,
         "latency" => latency::report().await,
-        "access" => access::report().await,
+        "access" => access::report(number(5.0)).await,
+        #[cfg(target_os = "linux")]
+        "hostile" => {
+            let address = std::env::args().nth(2).and_then(|word| word.parse().ok());
+            let count = std::env::args().nth(3).and_then(|word| word.parse().ok());
+            hostile::run(address.expect("an address"), count.expect("how many")).await;
+            return ExitCode::SUCCESS;
+        }
         #[cfg(target_os = "linux")]
         "line-faults" => line_faults::report(number(100.0) as usize, &names())
             .await
@@ -53,7 +65,7 @@ async fn main() -> ExitCode {
         "soak" => soak::report(number(30.0)).await,
         _ => {
             eprintln!(
-                "expected one of: faults [TRIALS], line-faults [TRIALS [FAULT...]], latency, access, soak [MINUTES]"
+                "expected one of: faults [TRIALS], line-faults [TRIALS [FAULT...]], latency, access [MINUTES], soak [MINUTES]"
             );
             return ExitCode::FAILURE;
         }

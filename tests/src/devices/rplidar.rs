@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use slamlab_core::wire::rplidar::answer::{Descriptor, Health, Info, Rate, Status};
+use slamlab_core::wire::rplidar::configuration::{self, Kind, Question};
 use slamlab_core::wire::rplidar::express::{Capsule, READINGS, Reading};
 use slamlab_core::wire::rplidar::node::Node;
 use slamlab_core::wire::rplidar::request::{Request, RequestDecoder};
@@ -15,6 +16,9 @@ const RATE: Rate = Rate {
     standard_micros: 500,
     express_micros: 250,
 };
+
+/// What an A1 sees at most, m.
+const MAX_METRES: u32 = 12;
 
 /// The simulated lidar.
 #[derive(Clone, Debug)]
@@ -97,6 +101,7 @@ impl Rplidar {
                 self.single(Descriptor::Health, &health.encode());
             }
             Request::Rate => self.single(Descriptor::Rate, &RATE.encode()),
+            Request::Configuration(question) => self.said.extend(configured(question)),
             // An A1's motor is switched by DTR, which a pseudo-terminal has not.
             _ => (),
         }
@@ -170,6 +175,36 @@ impl Rplidar {
             }
             self.readings += at_once;
         }
+    }
+}
+
+/// The answer to a question about its two modes, standard and express; none to another.
+fn configured(question: Question) -> Vec<u8> {
+    let is_express = question.mode == 1;
+    let micros = match is_express {
+        true => RATE.express_micros,
+        false => RATE.standard_micros,
+    };
+    let name: &[u8] = if is_express {
+        b"Express\0"
+    } else {
+        b"Standard\0"
+    };
+    let is_of_mode = |kind| !matches!(kind, Kind::ModeCount | Kind::TypicalMode);
+    match question.known() {
+        Some(kind) if is_of_mode(kind) && question.mode > 1 => vec![],
+        Some(kind) => {
+            let value = match kind {
+                Kind::ModeCount => 2_u16.to_le_bytes().to_vec(),
+                Kind::TypicalMode => 1_u16.to_le_bytes().to_vec(),
+                Kind::SampleTime => (256 * u32::from(micros)).to_le_bytes().to_vec(),
+                Kind::MaxDistance => (256 * MAX_METRES).to_le_bytes().to_vec(),
+                Kind::AnswerType => vec![if is_express { 0x82 } else { 0x81 }],
+                Kind::ModeName => name.to_vec(),
+            };
+            configuration::answer(kind, &value)
+        }
+        None => vec![],
     }
 }
 

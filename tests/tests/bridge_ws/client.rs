@@ -90,6 +90,13 @@ impl Bridge {
     }
 }
 
+/// A connection from `127.0.0.LAST`.
+pub(crate) async fn stream_from(address: SocketAddr, last: u8) -> TcpStream {
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.bind(([127, 0, 0, last], 0).into()).unwrap();
+    socket.connect(address).await.unwrap()
+}
+
 pub(crate) fn limits() -> Limits {
     Limits::default()
 }
@@ -126,6 +133,12 @@ impl Client {
         let socket = TcpSocket::new_v4().unwrap();
         socket.set_recv_buffer_size(bytes).unwrap();
         let stream = socket.connect(address).await.unwrap();
+        Self::over(stream, address, "").await
+    }
+
+    /// A client of another address of this machine, `127.0.0.LAST`.
+    pub(crate) async fn connect_from(address: SocketAddr, last: u8) -> Self {
+        let stream = stream_from(address, last).await;
         Self::over(stream, address, "").await
     }
 

@@ -7,7 +7,9 @@ use slamlab_bridge::source::Order;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::Command;
 use slamlab_core::sim::World;
-use slamlab_core::wire::message::{DisarmReason, FromBridge, RefusalReason, ToBridge, close};
+use slamlab_core::wire::message::{
+    DisarmReason, FromBridge, LinkState, RefusalReason, ToBridge, close,
+};
 use slamlab_tests::calm::async_on_a_calm_machine;
 
 use super::client::{Bridge, Client};
@@ -127,7 +129,11 @@ fn a_cable_that_is_pulled_disarms_and_its_return_moves_nothing() {
         let lost = |message: &FromBridge| reason(message).filter(|r| *r == DisarmReason::Link);
         driver.wait(lost).await;
         memory.cut(false);
-        driver.wait(lost).await;
+        let is_up = |message: &FromBridge| match message {
+            FromBridge::Link(link) => Some(()).filter(|()| link.state == LinkState::Up),
+            _ => None,
+        };
+        driver.wait(is_up).await;
         memory.forget();
         driver.drive_for(Duration::from_millis(300), 0.2).await;
         assert!(!memory.was_moved(), "it must be armed again");

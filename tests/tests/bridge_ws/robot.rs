@@ -47,6 +47,7 @@ impl Memory {
         let mut remembered = self.0.lock().unwrap();
         remembered.orders.clear();
         remembered.ran = None;
+        remembered.sent.clear();
     }
 
     pub(crate) fn cut(&self, is_cut: bool) {
@@ -59,6 +60,13 @@ impl Memory {
 
     pub(crate) fn has_ended(&self) -> bool {
         self.0.lock().unwrap().has_ended
+    }
+
+    /// Whether an order to stop came at `from` or later.
+    pub(crate) fn stopped_since(&self, from: Instant) -> bool {
+        let orders = self.orders();
+        let mut stops = orders.iter().filter(|(_, order)| is_stop(order));
+        stops.any(|(at, _)| *at >= from)
     }
 
     /// The first order to stop that came at `from` or later.

@@ -212,6 +212,10 @@ fn bridge() -> &'static Running {
                 heartbeat: NEVER,
                 hello: NEVER,
                 sockets: 4096,
+                per_address: 4096,
+                watchers: 4096,
+                watchers_per_address: 4096,
+                watcher_rate: 200,
                 ..Limits::default()
             },
             ..Config::default()

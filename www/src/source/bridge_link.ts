@@ -17,7 +17,8 @@ const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
   4010: ["The bridge is of another version than this page: reload the page.", false],
   1001: ["The bridge was shut down.", true],
   1008: ["This page said too much at once; the bridge ended the connection.", true],
-  1013: ["This page was too slow for the bridge.", true],
+  1013: ["This page did not take what the bridge had to tell it: the network is down or slow, or this device is busy.", true],
+  4011: ["As many watch this robot without the token as the bridge lets in. Who opens the address with the token gets in.", true],
 };
 
 export class BridgeLink extends Link {

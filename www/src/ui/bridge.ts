@@ -94,7 +94,7 @@ function sentence(bridge: BridgeState): string {
   if (bridge.emergency) return `Emergency stop: the motors are cut off. ${undoing(bridge)}`;
   if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
   const why = bridge.reason && REASONS[bridge.reason];
-  const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; anyone may stop it.`;
+  const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; whoever has this page open may stop it.`;
   return bridge.mayDrive ? stands : `${stands} This page only watches: it has no token.`;
 }
 

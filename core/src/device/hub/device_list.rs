@@ -36,13 +36,14 @@ impl DeviceList {
                 FromBridge::Odometry(OdometryBody::new(source, &odometry))
             }
             SourceEvent::Scan(scan) => FromBridge::Scan(ScanBody::new(source, &scan)),
+            SourceEvent::PartialScan(scan) => FromBridge::PartialScan(ScanBody::new(source, &scan)),
             SourceEvent::Rangers(body) => FromBridge::Rangers(RangersBody { source, ..body }),
             SourceEvent::Bumpers(body) => FromBridge::Bumpers(BumpersBody { source, ..body }),
             SourceEvent::Battery(body) => FromBridge::Battery(BatteryBody { source, ..body }),
             SourceEvent::Currents(body) => FromBridge::Currents(CurrentsBody { source, ..body }),
             SourceEvent::Link(body) => FromBridge::Link(LinkBody { source, ..body }),
-            // What these mean for driving is known here.
-            SourceEvent::Busy { .. } | SourceEvent::PartialScan(_) => return None,
+            // What it means for driving is known here.
+            SourceEvent::Busy { .. } => return None,
             SourceEvent::Device {
                 state,
                 model,

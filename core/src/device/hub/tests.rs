@@ -265,6 +265,46 @@ fn whoever_stands_at_the_machine_stops_the_robot_without_being_a_client() {
 }
 
 #[test]
+fn everybody_is_told_of_changes_only_and_an_arming_driver_in_any_case() {
+    let (mut hub, driver) = armed();
+    let watcher = hub.join("watcher".to_owned(), false);
+    actions(&mut hub);
+    let mut told = 0;
+    for sequence in 1..400 {
+        let now = at(20 + u64::from(sequence) / 10);
+        let asked = match sequence % 3 {
+            0 => ToBridge::EmergencyStop,
+            _ => ToBridge::Stop,
+        };
+        hub.message(now, now, watcher, header(sequence), asked);
+        let out = actions(&mut hub);
+        told += out.len();
+        if sequence == 1 {
+            assert!(matches!(
+                out[..],
+                [Action::Order { .. }, Action::SendAll(FromBridge::Safety(_))]
+            ));
+        }
+    }
+    assert_eq!(told, 4, "a stop and an emergency stop, each told once");
+    let now = at(100);
+    let asks = [
+        ToBridge::ResetEmergencyStop { epoch: 1 },
+        ToBridge::Arm { epoch: 1 },
+        ToBridge::Arm { epoch: 1 },
+    ];
+    for (sequence, asked) in (3..).zip(asks) {
+        actions(&mut hub);
+        hub.message(now, now, driver, header(sequence), asked);
+    }
+    let again = actions(&mut hub);
+    assert!(
+        matches!(&again[..], [Action::Send(to, FromBridge::Safety(state))] if *to == driver && state.armed),
+        "{again:?}"
+    );
+}
+
+#[test]
 fn sensors_alone_get_no_orders() {
     let lidar = Profile::of_sensor("lidar:test");
     let mut hub = Hub::new(&[&lidar]);

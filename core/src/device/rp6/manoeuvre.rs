@@ -3,7 +3,6 @@
 use crate::robot::Stamp;
 use crate::wire::rp6;
 
-use super::partial_scans::is_partial_scan;
 use super::robot::Motion;
 use super::{ALIVE, FORGOTTEN, Rp6};
 use crate::device::source::SourceEvent;
@@ -24,7 +23,7 @@ impl Rp6 {
     }
 
     fn sweep_acknowledged(&mut self, command: &rp6::Command) {
-        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !is_partial_scan(command);
+        let is_round = matches!(command, rp6::Command::Sweep { .. }) && !command.looks_aside();
         let sweeps = self.robot.as_mut().and_then(|robot| robot.sweeps.as_mut());
         if let Some(sweeps) = sweeps.filter(|_| is_round) {
             sweeps.begin_sweep();

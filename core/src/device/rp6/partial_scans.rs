@@ -50,11 +50,6 @@ impl PartialScans {
     }
 }
 
-/// Whether it is a sweep of one position.
-pub(super) fn is_partial_scan(command: &Command) -> bool {
-    matches!(command, Command::Sweep { from_mrad, to_mrad, .. } if from_mrad == to_mrad)
-}
-
 impl Rp6 {
     /// Orders the next partial scan of a robot that moves.
     pub(super) fn continue_partial_scan(&mut self, telemetry: &Telemetry, now: Stamp) {

@@ -7,7 +7,7 @@ use crate::wire::rp6::{self, Hello, Odometer, Report, Telemetry};
 use super::partial_scans::PartialScans;
 use super::sweeps::Sweeps;
 
-/// Seconds without an order to move before one counts, after the robot came up.
+/// Seconds without an order to move before one counts, where some came before the robot was up.
 const CALM: f64 = 0.3;
 
 /// Telemetry that comes so long after a manoeuvre was acknowledged was measured after it began, s.
@@ -22,7 +22,7 @@ pub(super) struct Robot {
     pub(super) motion: Motion,
     /// Since when the robot is known to have the manoeuvre.
     pub(super) manoeuvre_acknowledged: Option<Stamp>,
-    /// Since when no order to move was refused, and whether that has been long enough.
+    /// Since when there was no order to move, and whether that has been long enough.
     pub(super) calm_since: Stamp,
     pub(super) is_calm: bool,
     pub(super) last_alive: Stamp,
@@ -51,14 +51,19 @@ pub(super) enum Motion {
 }
 
 impl Robot {
-    /// A robot that just said hello.
-    pub(super) fn new(hello: &Hello, sweeps: Option<Sweeps>, now: Stamp) -> Self {
+    /// A robot that just said hello; `ordered` is when it was ordered to move last.
+    pub(super) fn new(
+        hello: &Hello,
+        sweeps: Option<Sweeps>,
+        now: Stamp,
+        ordered: Option<Stamp>,
+    ) -> Self {
         Self {
             odometer: Odometer::new(&hello.model()),
             motion: Motion::None,
             manoeuvre_acknowledged: None,
-            calm_since: now,
-            is_calm: false,
+            calm_since: ordered.unwrap_or(now),
+            is_calm: ordered.is_none_or(|at| now.since(at) >= CALM),
             last_alive: now,
             last_reported: Stamp(0),
             bumpers: [false; 2],

@@ -287,6 +287,50 @@ fn a_manoeuvre_ends_with_the_order_that_takes_its_place_and_with_the_link() {
     assert_eq!(busy(&mut pair).last(), Some(&false));
 }
 
+/// Whoever armed a robot that had just come back and held a key at once drove nowhere until the key
+/// was let go.
+#[test]
+fn who_holds_a_key_at_once_drives_and_who_held_it_all_along_does_not() {
+    let ahead = Command::Velocity {
+        forward: 0.1,
+        turn: 0.0,
+    };
+    let drives = |pair: &mut Pair| {
+        pair.given.clear();
+        for _ in 0..20 {
+            order(pair, ahead);
+            pair.telemetry(State(0), [0; 2]);
+            pair.hear();
+        }
+        pair.given.iter().any(|(_, command)| command.moves())
+    };
+    for is_held in [false, true] {
+        let mut pair = Pair::up();
+        order(&mut pair, ahead);
+        let step = |pair: &mut Pair| {
+            pair.millis += 10;
+            let now = pair.now();
+            if is_held {
+                pair.device.order(Order::Command(ahead), now);
+            }
+            pair.device.tick(now);
+        };
+        // It falls silent, and is greeted when it speaks again.
+        for _ in 0..150 {
+            step(&mut pair);
+        }
+        assert!(pair.device.robot.is_none());
+        for _ in 0..500 {
+            if pair.device.robot.is_none() {
+                step(&mut pair);
+                pair.hear();
+            }
+        }
+        assert!(pair.device.robot.is_some());
+        assert_eq!(drives(&mut pair), !is_held);
+    }
+}
+
 #[test]
 fn a_manoeuvre_that_comes_too_early_is_not_reported_as_over_at_once() {
     let mut pair = Pair::up();

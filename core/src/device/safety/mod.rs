@@ -14,7 +14,8 @@
 //! 4. 200 ms after the last one the robot is stopped: with the time that the order takes, it has it
 //!    within 250 ms.
 //! 5. Anyone may stop. The emergency stop is latched until the client with the lease resets it,
-//!    which moves nothing.
+//!    which moves nothing. A stop that changes nothing, of a robot that was stopped less than
+//!    100 ms ago, is passed over: whoever repeats it quickly keeps neither robot nor clients busy.
 //!
 //! Always: armed implies that somebody has the lease, that the robot's link is up, and that no
 //! emergency stop is latched.
@@ -40,6 +41,8 @@ pub type ClientId = u32;
 pub(super) const WATCHDOG: Duration = Duration::from_millis(200);
 /// A lease ends so long after it was used last.
 pub(super) const LEASE: Duration = Duration::from_secs(2);
+/// A stop that changes nothing is not given again before.
+pub(super) const STOP_AGAIN: Duration = Duration::from_millis(100);
 /// What a sender had seen may never be older, whatever it allows itself.
 const LONGEST_TTL: Duration = Duration::from_millis(500);
 
@@ -95,6 +98,8 @@ pub struct Safety {
     reason: DisarmReason,
     /// When the last driving message counted; none while the robot is to stand.
     driven: Option<Duration>,
+    /// When a client's stop was given last, to a robot that was not armed since.
+    stopped: Option<Duration>,
     out: Vec<Output>,
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::robot::Command;
 use crate::wire::message::{DisarmReason, DriveBody, Lease, RefusalReason, ToBridge, close};
 
-use super::{Client, ClientId, Holder, LEASE, LONGEST_TTL, Output, Safety, WATCHDOG};
+use super::{Client, ClientId, Holder, LEASE, LONGEST_TTL, Output, STOP_AGAIN, Safety, WATCHDOG};
 use crate::device::source::Order;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
@@ -26,8 +26,7 @@ impl Safety {
         let done = match *message {
             // They keep the conversation going, and ask for nothing that could be refused.
             ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. } => Ok(()),
-            ToBridge::Stop => return self.disarm(DisarmReason::Stop),
-            ToBridge::EmergencyStop => return self.emergency_stop(DisarmReason::EmergencyStop),
+            ToBridge::Stop | ToBridge::EmergencyStop => return self.stop(now, message),
             _ if !client.may_drive => return self.out.push(Output::Close(id, close::NO_RIGHT)),
             ToBridge::Take { force } => self.take(now, id, force),
             ToBridge::Renew { epoch } => self.holder(id, epoch).map(|holder| holder.used = now),
@@ -101,7 +100,7 @@ impl Safety {
         if !self.is_robot_up {
             return Err(RefusalReason::NoRobot);
         }
-        self.is_armed = true;
+        (self.is_armed, self.stopped) = (true, None);
         self.out.push(Output::Changed);
         Ok(())
     }
@@ -183,8 +182,22 @@ impl Safety {
         self.disarm(reason);
     }
 
-    /// The stop goes out in any case: it costs nothing, and whoever asks for it may know more than
-    /// the bridge.
+    /// The first stop goes out at once, whatever the bridge believes of the robot: whoever asks for
+    /// it may know more. So does one that changes something; any other waits for its turn.
+    fn stop(&mut self, now: Duration, message: &ToBridge) {
+        let cuts_off = matches!(message, ToBridge::EmergencyStop);
+        let changes = self.is_armed || cuts_off && !self.is_emergency;
+        let is_soon = self.stopped.is_some_and(|at| now < at + STOP_AGAIN);
+        if is_soon && !changes {
+            return;
+        }
+        self.stopped = Some(now);
+        match cuts_off {
+            true => self.emergency_stop(DisarmReason::EmergencyStop),
+            false => self.disarm(DisarmReason::Stop),
+        }
+    }
+
     pub(super) fn disarm(&mut self, reason: DisarmReason) {
         (self.is_armed, self.driven, self.reason) = (false, None, reason);
         self.out.extend([STOP, Output::Changed]);

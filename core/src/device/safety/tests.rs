@@ -229,6 +229,48 @@ fn everybody_may_stop_and_a_watcher_nothing_else() {
     assert_eq!(safety.driver(), Some(A.id), "the lease stays where it is");
 }
 
+/// Whoever sent hundreds at once made the bridge tell everybody hundreds of times, until it closed
+/// all connections, the driver's too.
+#[test]
+fn a_stop_that_changes_nothing_is_passed_over_for_a_while() {
+    let (stop, cut_off) = (ToBridge::Stop, ToBridge::EmergencyStop);
+    let emergency = Output::Order(Order::EmergencyStop);
+    let mut safety = driven();
+    assert_eq!(
+        ask(&mut safety, 10, WATCHER, stop.clone()),
+        [STOP, Output::Changed]
+    );
+    for millis in 10..110 {
+        assert_eq!(ask(&mut safety, millis, WATCHER, stop.clone()), []);
+        assert_eq!(ask(&mut safety, millis, B, stop.clone()), []);
+    }
+    // Whoever asks may see that it still runs.
+    assert_eq!(
+        ask(&mut safety, 110, B, stop.clone()),
+        [STOP, Output::Changed]
+    );
+    // What changes something never waits.
+    assert_eq!(
+        ask(&mut safety, 111, WATCHER, cut_off.clone()),
+        [emergency, Output::Changed]
+    );
+    assert_eq!(ask(&mut safety, 112, WATCHER, cut_off), []);
+    assert_eq!(ask(&mut safety, 113, WATCHER, stop.clone()), []);
+    ask(
+        &mut safety,
+        114,
+        A,
+        ToBridge::ResetEmergencyStop { epoch: 1 },
+    );
+    ask(&mut safety, 115, A, ToBridge::Arm { epoch: 1 });
+    assert!(safety.is_armed());
+    assert_eq!(
+        ask(&mut safety, 115, WATCHER, stop),
+        [STOP, Output::Changed],
+        "the first after it was armed"
+    );
+}
+
 #[test]
 fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
     let mut safety = driven();

@@ -60,7 +60,7 @@ pub struct Lease {
 }
 
 /// Who drives, and whether the robot may move.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SafetyBody {
     /// Number of the client that has the lease.
     pub driver: Option<u32>,

@@ -75,11 +75,11 @@ pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a
 /// type or an order does.
-pub const SCHEMA: u64 = 0x45ef_7ba0_d388_00ae;
+pub const SCHEMA: u64 = 0xa361_60c2_5fd6_5e53;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends,
-/// 1007 malformed, 1008 too many messages, 1009 too large, 1013 too slow to take what must not be
-/// dropped).
+/// 1007 malformed, 1008 too many messages, 1009 too large, 1013 answers and notices, which must not
+/// be dropped, were not taken).
 pub mod close {
     /// No first message in time, a wrong proof, or none where watching needs one.
     pub const ACCESS: u16 = 4001;
@@ -89,6 +89,8 @@ pub mod close {
     pub const HEARTBEAT: u16 = 4008;
     /// Somebody else took the lease.
     pub const TAKEN_OVER: u16 = 4009;
+    /// As many watch without the token as the bridge lets in.
+    pub const FULL: u16 = 4011;
     /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it
     /// would misread what it gets.
     pub const OTHER_SCHEMA: u16 = 4010;
@@ -134,6 +136,9 @@ pub enum FromBridge {
     Recording(RecordingBody),
     /// A manoeuvre began, or is over.
     Manoeuvre(ManoeuvreBody),
+    /// A few readings on the move, of a robot that scans only standing: they show who came, and are
+    /// not for the map.
+    PartialScan(ScanBody),
 }
 
 /// What a client says. The number of a variant plus 128 is its kind.

@@ -23,7 +23,8 @@
 //!    robot stands.
 //! 3. Commands go one at a time: each is sent again until it is acknowledged, so none is overtaken
 //!    and none done twice. Speeds are not sent again; while another command waits for its
-//!    acknowledgement, the newest of them waits too.
+//!    acknowledgement, the newest of them waits too, until a later command takes its place. A look
+//!    aside does not: the servo is not the tracks.
 //! 4. `Stop` and `EStop` wait for nothing and throw away what waits.
 //! 5. Nothing outlives a break of the link: queue and arming are lost, and the link always comes
 //!    back disarmed.
@@ -170,8 +171,9 @@ impl Link {
             if self.queue.len() >= LONGEST_QUEUE {
                 return Err(LinkError::QueueFull);
             }
-            // A command that comes after a speed replaces it.
-            self.latest = None;
+            if !command.looks_aside() {
+                self.latest = None;
+            }
             self.queue.push_back(command);
         } else if !matches!((command, self.latest), (Command::Alive, Some(_))) {
             self.latest = Some(command);

@@ -98,6 +98,12 @@ impl Command {
             _ => false,
         }
     }
+
+    /// Whether it is a sweep of one position: a look aside on the move.
+    #[must_use]
+    pub fn looks_aside(&self) -> bool {
+        matches!(self, Self::Sweep { from_mrad, to_mrad, .. } if from_mrad == to_mrad)
+    }
 }
 
 messages! {

@@ -16,6 +16,7 @@
 //! | `52` | health | `A5 5A 03 00 00 00 06`, 3 bytes: status 0 good, 1 warning, 2 error; error u16 |
 //! | `59` | rate | `A5 5A 04 00 00 00 15`, 4 bytes: µs a reading, standard u16, express u16 |
 //! | `82` | express scan, payload `00 00 00 00 00` | `A5 5A 54 00 00 40 82`, then capsules of 84 bytes without end |
+//! | `84` | configuration, payload: see [`configuration`] | `A5 5A length 00 00 00 20`, kind and value |
 //!
 //! The A1's board switches the motor by DTR.
 //!
@@ -41,6 +42,7 @@
 //! one, reads six bits without sign.
 
 pub mod answer;
+pub mod configuration;
 pub mod decoder;
 pub mod express;
 pub mod node;

@@ -1,6 +1,7 @@
 //! Requests to the sensor, and the reader of them that a simulated sensor needs.
 
 use super::SYNC;
+use super::configuration::{self, Question};
 use crate::wire::inbox::{Inbox, Tally};
 
 /// What the sensor can be asked.
@@ -21,10 +22,13 @@ pub enum Request {
     Health,
     /// Time of a reading.
     Rate,
+    /// Something of its scan modes.
+    Configuration(Question),
 }
 
 impl Request {
-    const ALL: [Self; 7] = [
+    /// Those that are always the same bytes.
+    const PLAIN: [Self; 7] = [
         Self::Stop,
         Self::Reset,
         Self::Scan,
@@ -52,12 +56,17 @@ impl Request {
             Self::Info => 0x50,
             Self::Health => 0x52,
             Self::Rate => 0x59,
+            Self::Configuration(_) => configuration::COMMAND,
         };
         let mut bytes = vec![SYNC, command];
-        if self == Self::ExpressScan {
-            bytes.extend([5, 0, 0, 0, 0, 0]);
-            bytes.push(xor(&bytes));
-        }
+        let payload = match self {
+            Self::ExpressScan => vec![0; 5],
+            Self::Configuration(question) => question.payload(),
+            _ => return bytes,
+        };
+        bytes.push(payload.len() as u8);
+        bytes.extend(payload);
+        bytes.push(xor(&bytes));
         bytes
     }
 }
@@ -87,7 +96,14 @@ impl Iterator for RequestDecoder {
     /// The next request that is complete.
     fn next(&mut self) -> Option<Request> {
         while self.inbox.len() > 0 {
-            let mut all = Request::ALL
+            if let Some(read) = self.configuration() {
+                match read {
+                    Read::Whole(question) => return Some(Request::Configuration(question)),
+                    Read::Waits => return None,
+                    Read::Spoilt => continue,
+                }
+            }
+            let mut all = Request::PLAIN
                 .map(|request| (request, request.encode()))
                 .into_iter();
             match all.find(|(_, bytes)| self.inbox.may_begin(bytes)) {
@@ -100,6 +116,48 @@ impl Iterator for RequestDecoder {
             }
         }
         None
+    }
+}
+
+/// What became of a question about the configuration.
+enum Read {
+    Whole(Question),
+    Waits,
+    Spoilt,
+}
+
+impl RequestDecoder {
+    /// A question about the configuration, where one begins here.
+    fn configuration(&mut self) -> Option<Read> {
+        let [sync, command] = self.inbox.peek(0)?;
+        if [sync, command] != [SYNC, configuration::COMMAND] {
+            return None;
+        }
+        let Some([length]) = self.inbox.peek(2) else {
+            return Some(Read::Waits);
+        };
+        let whole = 3 + usize::from(length) + 1;
+        if self.inbox.len() < whole {
+            return Some(Read::Waits);
+        }
+        let bytes: Vec<u8> = (0..whole)
+            .filter_map(|at| self.inbox.peek(at).map(|[byte]| byte))
+            .collect();
+        let question = match bytes.split_last() {
+            Some((check, rest)) if xor(rest) == *check => rest.get(3..).and_then(Question::of),
+            _ => None,
+        };
+        Some(match question {
+            Some(question) => {
+                self.inbox.accept(whole);
+                Read::Whole(question)
+            }
+            None => {
+                self.inbox.reject();
+                self.inbox.discard(1);
+                Read::Spoilt
+            }
+        })
     }
 }
 

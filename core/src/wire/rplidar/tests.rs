@@ -6,6 +6,7 @@ mod any_stream;
 use std::f64::consts::{PI, TAU};
 
 use super::answer::{Descriptor, Health, Info, Rate, Status};
+use super::configuration::{self, Kind, Question};
 use super::decoder::{Answer, Decoder};
 use super::express::{Capsule, READINGS, Reading};
 use super::node::Node;
@@ -305,4 +306,48 @@ fn the_banner_is_noticed_between_and_during_answers() {
     let mut bytes = standard_stream(&turn(100, 5));
     bytes.extend(banner);
     assert_eq!(decode(&bytes).last(), Some(&Answer::Restarted));
+}
+
+/// What the maker's own driver sends is filled up with zeros; a damaged one costs no other request.
+#[test]
+fn a_question_about_the_configuration_is_read_at_any_length() {
+    let question = Question {
+        kind: 0x75,
+        mode: 1,
+    };
+    assert_eq!(question.known(), Some(Kind::AnswerType));
+    let short = Request::Configuration(question).encode();
+    assert_eq!(
+        short,
+        [
+            0xA5,
+            0x84,
+            6,
+            0x75,
+            0,
+            0,
+            0,
+            1,
+            0,
+            0xA5 ^ 0x84 ^ 6 ^ 0x75 ^ 1
+        ]
+    );
+    let mut long = vec![0xA5, 0x84, 36, 0x75, 0, 0, 0, 1, 0];
+    long.extend([0; 30]);
+    long.push(0xA5 ^ 0x84 ^ 36 ^ 0x75 ^ 1);
+    let mut damaged = short.clone();
+    damaged[9] ^= 0x10;
+    let mut decoder = RequestDecoder::default();
+    let mut read = vec![];
+    for byte in [short, damaged, long, Request::Health.encode()].concat() {
+        decoder.extend(&[byte]);
+        read.extend(decoder.next());
+    }
+    let asked = Request::Configuration(question);
+    assert_eq!(read, [asked, asked, Request::Health]);
+    assert_eq!(decoder.tally().rejected, 1);
+    assert_eq!(
+        configuration::answer(Kind::ModeCount, &2_u16.to_le_bytes()),
+        [0xA5, 0x5A, 6, 0, 0, 0, 0x20, 0x70, 0, 0, 0, 2, 0]
+    );
 }

@@ -117,6 +117,18 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             sequence: 300,
             busy: true,
         }),
+        FromBridge::PartialScan(ScanBody {
+            source: 18,
+            stamp: 19,
+            mount: [0.0; 3],
+            bearings: vec![0.5],
+            ranges: vec![1.5],
+            sigmas: vec![0.1],
+            bearing_sigma: 0.1,
+            max_range: 1.5,
+            sweep: 0.05,
+            qualities: vec![],
+        }),
     ]
 }
 

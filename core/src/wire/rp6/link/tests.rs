@@ -311,3 +311,33 @@ fn another_version_of_the_protocol_is_named_once_and_greeted_slowly() {
     assert_eq!(bench.events(), [LinkEvent::Down(Down::OtherProtocol(77))]);
     assert_eq!(bench.link.phase(), Phase::ResetNeeded);
 }
+
+/// Whoever drove while the rangers looked aside lost each speed that waited for the look's
+/// acknowledgement.
+#[test]
+fn a_look_aside_does_not_take_the_place_of_a_speed_that_waits() {
+    let look = Command::Sweep {
+        from_mrad: 524,
+        to_mrad: 524,
+        step_mrad: 1,
+    };
+    let round = Command::Sweep {
+        from_mrad: -785,
+        to_mrad: 785,
+        step_mrad: 20,
+    };
+    for (sweep, goes_on) in [(look, true), (round, false)] {
+        let mut bench = Bench::running();
+        bench.link.arm().unwrap();
+        bench.command(Command::SetRate { period_ms: 20 }).unwrap();
+        let first = bench.sent();
+        bench.command(SPEED).unwrap();
+        bench.command(sweep).unwrap();
+        bench.ack(first[0].sequence);
+        let second = bench.sent();
+        assert_eq!(commands(&second), [sweep]);
+        bench.ack(second[0].sequence);
+        let rest = commands(&bench.sent());
+        assert_eq!(rest == [SPEED], goes_on, "{sweep:?}: {rest:?}");
+    }
+}

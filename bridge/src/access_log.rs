@@ -1,0 +1,107 @@
+//! What is logged of who comes in, drives and is refused: with the address, never with a token, and
+//! no more of a kind than a person can read.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use crate::rate::Bucket;
+
+/// Entries of a kind in a second, over longer times; twice as many at once.
+const RATE: u32 = 2;
+
+/// Where a connection comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Peer(pub(crate) SocketAddr);
+
+impl fmt::Display for Peer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Kinds of entries; each has its own budget, so that no flood of one hides another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Somebody got the right to drive.
+    Lease,
+    /// Somebody stopped the robot.
+    Stop,
+    /// A proof was wrong.
+    Proof,
+    /// A page of another origin, or a foreign host name.
+    Origin,
+    /// A connection that the bridge ended.
+    ShownOut,
+    /// No place was left.
+    Full,
+}
+
+const KINDS: usize = Kind::Full as usize + 1;
+
+/// The budgets.
+#[derive(Debug)]
+pub(crate) struct AccessLog(Mutex<[Budget; KINDS]>);
+
+#[derive(Clone, Copy, Debug)]
+struct Budget {
+    bucket: Bucket,
+    left_out: u64,
+}
+
+impl AccessLog {
+    pub(crate) fn new() -> Self {
+        let budget = Budget {
+            bucket: Bucket::new(RATE, Duration::ZERO),
+            left_out: 0,
+        };
+        Self(Mutex::new([budget; KINDS]))
+    }
+
+    /// Logs what happened, if its kind was not logged too often; says how many were left out since
+    /// the last.
+    pub(crate) fn note(&self, now: Duration, kind: Kind, what: fmt::Arguments<'_>) {
+        let Some(left_out) = self.admits(now, kind) else {
+            return;
+        };
+        let more = match left_out {
+            0 => String::new(),
+            _ => format!(" ({left_out} more of this kind were not logged)"),
+        };
+        match kind {
+            Kind::Lease | Kind::Stop => tracing::info!("{what}{more}"),
+            _ => tracing::warn!("{what}{more}"),
+        }
+    }
+
+    /// How many were left out before, if this one is to be logged.
+    fn admits(&self, now: Duration, kind: Kind) -> Option<u64> {
+        let mut budgets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let budget = budgets.get_mut(kind as usize)?;
+        if budget.bucket.take(now) {
+            return Some(std::mem::take(&mut budget.left_out));
+        }
+        budget.left_out += 1;
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flood_of_one_kind_hides_no_other_and_is_counted() {
+        let log = AccessLog::new();
+        let now = Duration::from_secs(5);
+        let admitted = (0..1000)
+            .filter(|_| log.admits(now, Kind::Proof).is_some())
+            .count();
+        assert_eq!(admitted, 4);
+        assert_eq!(log.admits(now, Kind::Lease), Some(0));
+        let later = now + Duration::from_secs(1);
+        assert_eq!(log.admits(later, Kind::Proof), Some(996));
+        assert_eq!(log.admits(later, Kind::Proof), Some(0));
+    }
+}

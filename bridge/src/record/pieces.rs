@@ -1,0 +1,202 @@
+//! The pieces of a recording: a folder takes one file after the other, and keeps so many bytes of
+//! them; a file that was named is the only one.
+//!
+//! Pieces are named by the time of day and sort by it: the oldest goes first. Nothing but files
+//! that are named as pieces is ever deleted, and of these never the newest.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use super::journal::Storage;
+use super::{RecordError, place};
+use crate::clock::Clock;
+
+/// How long pieces are, and how much of them is kept. Only of folders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keep {
+    /// A piece ends when it has grown to so many bytes. Default 512 MiB.
+    pub piece_bytes: u64,
+    /// Or when it is so old. Default 1 h.
+    pub piece_age: Duration,
+    /// The oldest pieces are deleted when all in the folder have more bytes. Default 8 GiB.
+    pub all_bytes: u64,
+}
+
+/// 1 MiB.
+pub const MEBIBYTE: u64 = 1 << 20;
+
+impl Default for Keep {
+    fn default() -> Self {
+        Self {
+            piece_bytes: 512 * MEBIBYTE,
+            piece_age: Duration::from_secs(60 * 60),
+            all_bytes: 8 * 1024 * MEBIBYTE,
+        }
+    }
+}
+
+/// Where the next piece comes from.
+pub(super) trait Pieces {
+    /// What is written to.
+    type File: Storage;
+    /// A new piece and its path; none where the first is the only one.
+    fn next(&mut self) -> Result<Option<(Self::File, PathBuf)>, RecordError>;
+    /// A piece that could not even begin: nothing stands in it.
+    fn discard(&mut self, path: &Path);
+    /// Makes room by the budget: what is written now stays.
+    fn make_room(&mut self, current: &Path);
+}
+
+/// Pieces in a folder, or one file.
+#[derive(Debug)]
+pub(super) struct Files {
+    path: PathBuf,
+    is_folder: bool,
+    keep: Keep,
+    clock: Clock,
+}
+
+impl Files {
+    pub(super) fn new(path: &Path, keep: Keep, clock: Clock) -> Self {
+        Self {
+            path: path.to_owned(),
+            is_folder: place::is_folder(path),
+            keep,
+            clock,
+        }
+    }
+}
+
+impl Pieces for Files {
+    type File = File;
+
+    fn next(&mut self) -> Result<Option<(File, PathBuf)>, RecordError> {
+        if !self.is_folder {
+            return Ok(None);
+        }
+        let now = self.clock.time_of_day(self.clock.now());
+        place::create(&self.path, now).map(Some)
+    }
+
+    fn discard(&mut self, path: &Path) {
+        if let Err(error) = fs::remove_file(path) {
+            tracing::warn!("{}: {error}", path.display());
+        }
+    }
+
+    fn make_room(&mut self, current: &Path) {
+        if !self.is_folder {
+            return;
+        }
+        match oldest_beyond(&self.path, current, self.keep.all_bytes) {
+            Ok(too_many) => {
+                for piece in too_many {
+                    match fs::remove_file(&piece) {
+                        Ok(()) => tracing::info!("deleted {}: the budget is full", piece.display()),
+                        Err(error) => tracing::warn!("{}: {error}", piece.display()),
+                    }
+                }
+            }
+            Err(error) => tracing::warn!("{}: {error}", self.path.display()),
+        }
+    }
+}
+
+/// The oldest pieces, without which the rest has no more than `most` bytes.
+fn oldest_beyond(folder: &Path, current: &Path, most: u64) -> io::Result<Vec<PathBuf>> {
+    let mut pieces = vec![];
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        if name.to_str().is_some_and(place::is_piece) && entry.file_type()?.is_file() {
+            pieces.push((
+                place::age_of(&entry.path()),
+                entry.path(),
+                entry.metadata()?.len(),
+            ));
+        }
+    }
+    pieces.sort();
+    let mut all: u64 = pieces.iter().map(|(_, _, bytes)| bytes).sum();
+    let mut too_many = vec![];
+    for (_, path, bytes) in pieces {
+        if all <= most {
+            break;
+        }
+        if path != current {
+            all -= bytes;
+            too_many.push(path);
+        }
+    }
+    Ok(too_many)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oldest_pieces_go_and_nothing_else() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        // Of one second the tenth is younger than the second.
+        for name in [
+            "slamlab-2026-01-01T00-00-00Z.mcap",
+            "slamlab-2026-01-01T00-00-00Z-2.mcap",
+            "slamlab-2026-01-01T00-00-00Z-10.mcap",
+            "slamlab-2026-01-02T00-00-00Z.mcap",
+            "slamlab-2026-01-03T00-00-00Z.mcap",
+        ] {
+            fs::write(path(name), [0; 100]).unwrap();
+        }
+        for precious in [
+            "flat.mcap",
+            "slamlab-flat.mcap",
+            "notes",
+            "slamlab-2026-01-01T00-00-00Z.txt",
+        ] {
+            fs::write(path(precious), [0; 1000]).unwrap();
+        }
+        let current = path("slamlab-2026-01-03T00-00-00Z.mcap");
+        let keep = |all_bytes| Keep {
+            all_bytes,
+            ..Keep::default()
+        };
+        let left = |all_bytes| {
+            let mut files = Files::new(folder.path(), keep(all_bytes), Clock::start());
+            files.make_room(&current);
+            let mut names: Vec<_> = fs::read_dir(folder.path())
+                .unwrap()
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+                .filter(|name| place::is_piece(name))
+                .collect();
+            names.sort();
+            names
+        };
+        assert_eq!(left(500).len(), 5);
+        assert_eq!(
+            left(350),
+            [
+                "slamlab-2026-01-01T00-00-00Z-10.mcap",
+                "slamlab-2026-01-02T00-00-00Z.mcap",
+                "slamlab-2026-01-03T00-00-00Z.mcap"
+            ]
+        );
+        assert_eq!(left(0), ["slamlab-2026-01-03T00-00-00Z.mcap"]);
+        for precious in ["flat.mcap", "slamlab-flat.mcap", "notes"] {
+            assert!(path(precious).exists(), "{precious}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_was_named_is_the_only_one() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("flat.mcap");
+        let mut files = Files::new(&path, Keep::default(), Clock::start());
+        assert!(files.next().unwrap().is_none());
+        let mut files = Files::new(folder.path(), Keep::default(), Clock::start());
+        assert!(files.next().unwrap().is_some());
+    }
+}

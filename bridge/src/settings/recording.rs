@@ -1,0 +1,58 @@
+//! What the settings say of recordings in a folder.
+
+use std::time::Duration;
+
+use super::{Settings, SettingsError};
+use crate::record::{Keep, MEBIBYTE};
+
+/// Greatest figure of a recording: a tebibyte, or two years.
+pub(super) const MOST: u64 = 1024 * 1024;
+
+/// The defaults of these figures.
+pub(super) fn defaults() -> Settings {
+    let keep = Keep::default();
+    Settings {
+        record_piece_mib: Some(keep.piece_bytes / MEBIBYTE),
+        record_piece_minutes: Some(keep.piece_age.as_secs() / 60),
+        record_budget_mib: Some(keep.all_bytes / MEBIBYTE),
+        ..Settings::default()
+    }
+}
+
+impl Settings {
+    /// How recordings in a folder are cut, and how much of them is kept.
+    #[must_use]
+    pub fn keep(&self) -> Keep {
+        let default = Keep::default();
+        let bytes = |mib: Option<u64>, else_bytes: u64| {
+            mib.map_or(else_bytes, |mib| mib.saturating_mul(MEBIBYTE))
+        };
+        let minutes = |minutes: u64| Duration::from_secs(minutes.saturating_mul(60));
+        Keep {
+            piece_bytes: bytes(self.record_piece_mib, default.piece_bytes),
+            piece_age: self.record_piece_minutes.map_or(default.piece_age, minutes),
+            all_bytes: bytes(self.record_budget_mib, default.all_bytes),
+        }
+    }
+
+    pub(super) fn check_recording(&self) -> Result<(), SettingsError> {
+        let figures = [
+            ("record-piece-mib", self.record_piece_mib),
+            ("record-piece-minutes", self.record_piece_minutes),
+            ("record-budget-mib", self.record_budget_mib),
+        ];
+        for (key, value) in figures {
+            if let Some(value) = value.filter(|value| !(1..=MOST).contains(value)) {
+                return Err(SettingsError::Recording { key, value });
+            }
+        }
+        let keep = self.keep();
+        if keep.all_bytes < 2 * keep.piece_bytes {
+            return Err(SettingsError::Budget {
+                budget: keep.all_bytes / MEBIBYTE,
+                piece: keep.piece_bytes / MEBIBYTE,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,69 @@
+//! How a phone comes to trust the bridge: a page that explains it, and the authority's certificate.
+//!
+//! Both are served in the clear too, for a phone that does not trust the bridge yet cannot read
+//! them otherwise. Nothing there is secret; but whoever sits in between could hand out another
+//! certificate, so the page says with what to compare it: the fingerprint on the robot's own
+//! screen, which is in the QR code too.
+
+use axum::Router;
+use axum::http::header;
+use axum::response::IntoResponse;
+use axum::routing::get;
+
+use crate::tls::Identity;
+
+/// Path of the page.
+pub const PAGE: &str = "/trust";
+const CERTIFICATE: &str = "/slamlab-ca.crt";
+const STYLE: &str = "/trust.css";
+
+const HTML: &str = include_str!("trust/trust.html");
+const CSS: &str = include_str!("trust/trust.css");
+
+/// The address that a phone opens first, with the fingerprint of what it is to trust; in the clear.
+#[must_use]
+pub fn address(url: &str, fingerprint: &str) -> String {
+    let url = url.trim_end_matches('/').replacen("https://", "http://", 1);
+    format!("{url}{PAGE}#sha256={fingerprint}")
+}
+
+/// The routes; none where the certificate is not the bridge's own.
+pub(crate) fn routes(identity: Option<&Identity>) -> Router {
+    let Some((identity, der)) =
+        identity.and_then(|identity| Some((identity, identity.authority()?)))
+    else {
+        return Router::new();
+    };
+    let html = HTML.replace("{fingerprint}", identity.fingerprint());
+    let der = der.to_vec();
+    let typed = |kind: &'static str| [(header::CONTENT_TYPE, kind)];
+    Router::new()
+        .route(
+            PAGE,
+            get(async move || (typed("text/html; charset=utf-8"), html.clone()).into_response()),
+        )
+        .route(
+            STYLE,
+            get(async move || (typed("text/css"), CSS).into_response()),
+        )
+        .route(
+            CERTIFICATE,
+            get(async move || (typed("application/x-x509-ca-cert"), der.clone()).into_response()),
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_names_what_it_serves() {
+        for served in [CERTIFICATE, STYLE, "{fingerprint}"] {
+            assert!(HTML.contains(served), "{served}");
+        }
+        assert_eq!(
+            address("https://192.168.1.7:8080/", "AB:01"),
+            "http://192.168.1.7:8080/trust#sha256=AB:01"
+        );
+    }
+}
