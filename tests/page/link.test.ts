@@ -35,7 +35,7 @@ test('a run with all that was done in it is done again by its link, in another b
   await theirs.goto(address);
   await theirs.getByTestId('speed').selectOption('Infinity');
   const noted = (): Promise<string[]> => theirs.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
-  await expect.poll(noted, { message: 'it comes to the same state', timeout: 60_000 }).toContainEqual(expect.stringContaining('The same state as the link'));
+  await expect.poll(noted, { message: 'it comes to the same state', timeout: 60_000 }).toContainEqual(expect.stringContaining('the state is the same, to the bit'));
   await other.close();
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 });
@@ -83,6 +83,6 @@ test('a run that no list of actions can tell makes no link, and says why', async
 test('another result than the link tells is said', async ({ page, lab }) => {
   await page.goto('/#run&world=arena&sensor=lidar&method=line-ekf&seed=7&until=40&hash=0123456789abcdef');
   const noted = (): Promise<string[]> => page.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
-  await expect.poll(noted, { timeout: 30_000 }).toContainEqual(expect.stringContaining('Not the state that the link tells'));
+  await expect.poll(noted, { timeout: 30_000 }).toContainEqual(expect.stringContaining('the state is not the one that it tells'));
   expect((await lab.state()).setup.world).toBe('arena');
 });

@@ -19,8 +19,8 @@ export function span({ status, furthest, source }: Store): number {
   return Math.max(whole, furthest);
 }
 
-/** With one more; what somebody waited for and what went wrong are worth a mark. A run that goes the
-    same way again tells the same once more. */
+/** With one more; what somebody waited for and what went wrong are worth a mark. A run that goes
+    the same way again tells the same once more. */
 export function marked(marks: readonly Mark[], { time, level, text }: Mark): readonly Mark[] {
   if (level === "info" || marks.some((mark) => mark.time === time && mark.text === text)) return marks;
   const all = [...marks, { time, level, text }].sort((a, b) => a.time - b.time);

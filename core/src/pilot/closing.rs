@@ -1,8 +1,8 @@
 //! Drives that close loops: through places that the map has next to each other, and of which it
 //! does not know yet that they are.
 //!
-//! In: the pose graph of a map in which nothing unknown is left, and its grid. Out: goals, one after
-//! the other.
+//! In: the pose graph of a map in which nothing unknown is left, and its grid. Out: goals, one
+//! after the other.
 //!
 //! A loop is closed by a submap that shows both of its ends. The robot often has none: it stops as
 //! soon as nothing unknown is in sight, and the errors of its whole way stay in the gap.

@@ -18,8 +18,8 @@ config! {
         pub avoidance: Avoidance = Avoidance::default(),
         /// Exploration.
         pub frontier: FrontierConfig = FrontierConfig::default(),
-        /// Whether it drives through the gap of each open loop when all is explored, as far as the map
-        /// is made by a pose graph. Default true.
+        /// Whether it drives through the gap of each open loop when all is explored, as far as the
+        /// map is made by a pose graph. Default true.
         pub close_loops: bool = true,
         /// Whether it goes back to where it began when all is explored. Default false.
         pub return_home: bool = false,

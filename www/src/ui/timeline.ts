@@ -1,7 +1,7 @@
 // The run from its beginning to as far as it came: its events, where it is now, and the way back to
 // an earlier moment.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { span } from "../past.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
@@ -17,8 +17,11 @@ export class SlamTimeline extends SlamElement {
     div.line { display: flex; align-items: center; gap: 10px; padding: 2px 12px 2px 4px; border: 1px solid var(--line); border-radius: 12px; background: var(--glass); box-shadow: var(--shadow); }
     .track { position: relative; flex: 1; min-width: 0; height: 30px; }
     input { position: absolute; inset: 0; width: 100%; height: 100%; margin: 0; accent-color: var(--accent); cursor: pointer; }
-    i { position: absolute; top: 3px; width: 3px; height: 7px; margin-left: -1.5px; border-radius: 2px; pointer-events: none; background: var(--good); }
-    i.warn { background: var(--warn); }
+    /* As the handle runs: half its width from either end. */
+    svg { position: absolute; left: 8px; top: 0; width: calc(100% - 16px); height: 12px; overflow: visible; pointer-events: none; }
+    rect { fill: var(--good); transform: translateX(-1.5px); }
+    rect.warn { fill: var(--warn); }
+    .back svg { position: static; width: 20px; height: 20px; }
     .back { width: 36px; min-height: 32px; border-color: transparent; background: transparent; }
     .num { font: 500 12px/1 var(--mono); white-space: nowrap; color: var(--muted); }
     .num b { color: var(--ink); font-weight: 500; }
@@ -35,15 +38,14 @@ export class SlamTimeline extends SlamElement {
     const whole = span(store);
     if (store.source === "bridge" || store.reading || !status || whole < SHORTEST) return nothing;
     const at = this.#dragged ?? store.seeking ?? status.time;
-    // As the handle runs: half its width from either end.
-    const place = (time: number): string => `calc(8px + (100% - 16px) * ${Math.min(time / whole, 1)})`;
+    const place = (time: number): string => `${100 * Math.min(time / whole, 1)}%`;
     return html`<div class="line" role="group" aria-label="Past">
       <button class="back icon" data-testid="back" aria-label="Back one scan" title="Back one scan (B)" @click=${this.press(() => client.back())}>${icons.back}</button>
       <span class="track">
         <input type="range" data-testid="timeline" min="0" max=${whole} step="any" .value=${String(at)} aria-label="Moment of the run" aria-valuetext="${clock(at)} of ${clock(whole)}"
           title="Drag to go back. From there the run goes the same way again, until you do something else"
           @input=${(e: Event) => this.#drag(Number(valueOf(e)))} @change=${(e: Event) => this.#drop(Number(valueOf(e)))}>
-        ${marks.map((mark) => html`<i class=${mark.level} style="left:${place(mark.time)}"></i>`)}
+        <svg aria-hidden="true">${marks.map((mark) => svg`<rect class=${mark.level} x=${place(mark.time)} y="3" width="3" height="7" rx="1.5"/>`)}</svg>
       </span>
       <span class="num"><b>${clock(at)}</b> / ${clock(whole)}</span>
     </div>`;

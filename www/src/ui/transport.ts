@@ -34,7 +34,7 @@ export class SlamTransport extends SlamElement {
     progress::-webkit-progress-bar { background: var(--sunk); }
     progress::-webkit-progress-value { background: var(--accent); }
     progress::-moz-progress-bar { background: var(--accent); }
-    @container stage (max-width: 640px) {
+    @container stage (max-width: 710px) {
       .modes svg, .stop svg { display: none; }
       select { min-width: 58px; padding: 0 2px; }
       :host { gap: 5px; padding: 6px; }

@@ -37,8 +37,8 @@ pub struct OpenLoop {
 }
 
 impl PoseGraph {
-    /// All open loops, those first whose ends are nearest to each other for their way round. One gap
-    /// may be named by several pairs. O(p e log e) for p poses that others lie next to and e edges.
+    /// All open loops, those first whose ends are nearest to each other for their way round. One
+    /// gap may be named by several pairs. O(p e log e) for p poses that others lie next to and e edges.
     #[must_use]
     pub fn open_loops(&self) -> Vec<OpenLoop> {
         let neighbours = self.neighbours();
@@ -172,7 +172,7 @@ mod tests {
             pairs,
             [(0, 19), (0, 18), (1, 19), (0, 17), (1, 18), (2, 19)]
         );
-        let chord = 2.0 * 40.0 / TAU * (TAU / 40.0).sin();
+        let chord = 2.0 * 40.0 / TAU * libm::sin(TAU / 40.0);
         assert!((found[0].apart - chord).abs() < 1e-12);
         assert!((found[0].around - 19.0 * chord).abs() < 1e-9, "{found:?}");
         assert!(ring.is_loop_open(&found[0]));

@@ -5,9 +5,8 @@ use crate::estimation::Edge;
 use crate::geom::{Length, sides_of};
 use crate::plan::FrontierChoice;
 
-/// The flat explored with a pose graph of a way by which the two poses are 20 m apart, the first
-/// one beside a pose 2 m to the left; and how near the robot came to each of `watched` after all was
-/// explored.
+/// The flat explored with a pose graph by which the two poses are 20 m apart; and how near the
+/// robot came to each of `watched` while it closed the loop.
 fn closed(
     ends: [(f64, f64); 2],
     close_loops: bool,
