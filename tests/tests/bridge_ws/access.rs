@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 use slamlab_bridge::{Config, Limits};
 use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{
-    ClientHello, Format, FromBridge, Header, RefusalReason, SCHEMA, ToBridge, Watching, close,
-    encode, proof,
+    ClientHello, Format, FromBridge, Header, RefusalReason, SCHEMA, ToBridge, close, encode, proof,
 };
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -16,7 +15,7 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
 
 use super::client::{Bridge, Came, Client, limits, stream_from};
-use super::robot::{is_stop, with_robot};
+use super::robot::{is_stop, private, with_robot};
 use super::streams::get;
 
 /// Status of the answer to an upgrade with these headers; 101 where it succeeds.
@@ -98,12 +97,7 @@ fn a_missing_wrong_or_replayed_proof_is_worth_nothing() {
 #[test]
 fn where_watching_needs_the_token_nobody_watches_without() {
     async_on_a_calm_machine(async || {
-        let (config, _) = with_robot();
-        let bridge = Bridge::start(Config {
-            watching: Some(Watching::Token),
-            ..config
-        })
-        .await;
+        let bridge = Bridge::start(private()).await;
         let mut client = bridge.connect().await;
         let hello = client.hello(None);
         client.say(hello).await;
@@ -398,12 +392,7 @@ fn watchers_from_everywhere_leave_a_place_for_the_owner() {
 #[test]
 fn who_shows_nothing_without_the_token_shows_no_figures_either() {
     async_on_a_calm_machine(async || {
-        let (config, _) = with_robot();
-        let bridge = Bridge::start(Config {
-            watching: Some(Watching::Token),
-            ..config
-        })
-        .await;
+        let bridge = Bridge::start(private()).await;
         for path in ["/bridge.json", "/metrics"] {
             let text = get(&bridge, path).await;
             assert!(

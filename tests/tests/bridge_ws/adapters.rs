@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::json;
 use slamlab_bridge::{Config, Limits};
-use slamlab_core::wire::message::{Watching, close};
+use slamlab_core::wire::message::close;
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
@@ -16,7 +16,7 @@ use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::http::HeaderValue;
 
 use super::client::{Bridge, limits};
-use super::robot::{is_stop, with_robot};
+use super::robot::{is_stop, private, with_robot};
 use super::streams::get;
 
 const NEVER: Duration = Duration::from_secs(60);
@@ -115,12 +115,10 @@ fn a_client_of_rosbridge_that_reads_nothing_still_stops_the_robot() {
 #[test]
 fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() {
     async_on_a_calm_machine(async || {
-        let (config, _) = with_robot();
         let bridge = Bridge::start(Config {
             rosbridge: true,
             foxglove: true,
-            watching: Some(Watching::Token),
-            ..config
+            ..private()
         })
         .await;
         let mut silent = socket(&bridge, "/rosbridge").await;

@@ -8,7 +8,7 @@ use slamlab_bridge::Config;
 use slamlab_bridge::source::{Order, Port, Profile, Source, SourceEvent, Waited};
 use slamlab_core::robot::Command;
 use slamlab_core::sim::{SensorModel, Simulation, World, worlds};
-use slamlab_core::wire::message::{LinkBody, LinkState};
+use slamlab_core::wire::message::{LinkBody, LinkState, Watching};
 
 const PERIOD: Duration = Duration::from_millis(5);
 
@@ -102,6 +102,14 @@ pub(crate) struct TestRobot {
 /// A bridge with such a robot, and what it remembers.
 pub(crate) fn with_robot() -> (Config, Memory) {
     with_robot_in(worlds::builtin("arena").unwrap())
+}
+
+/// A bridge with such a robot that nobody watches without the token.
+pub(crate) fn private() -> Config {
+    Config {
+        watching: Some(Watching::Token),
+        ..with_robot().0
+    }
 }
 
 pub(crate) fn with_robot_in(world: World) -> (Config, Memory) {
