@@ -606,7 +606,7 @@ export class Client {
     link: ({ link }) => void this.#giveLink(link),
     failed: ({ text }) => {
       this.#answered(true);
-      this.store.set("run", { loading: "" });
+      this.store.set("run", { loading: "", seeking: null });
       this.#note("warn", text);
       this.#warn(text);
       // A link that is wrong leaves nothing to look at.

@@ -1,7 +1,7 @@
 // Composes the page: store, scene, client, components, keys. Nothing is decided here.
 
 import { Client } from "./client.js";
-import { addressOf, exhibitAt } from "./gallery.js";
+import { exhibitAt } from "./gallery.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { Keyframes } from "./keyframes.js";
@@ -259,8 +259,7 @@ Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 addEventListener("hashchange", () => client.visit(location.hash) || store.set("exhibit", { exhibit: null }));
 // Who begins something else leaves the experiment, and its address.
 store.on("exhibit", () => {
-  const address = store.exhibit && addressOf(store.exhibit);
-  if (!address && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
+  if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
 });
 
 // Nobody steers a robot from a page that is out of sight.

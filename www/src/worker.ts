@@ -123,7 +123,7 @@ function command(act: (run: Run) => void): void {
 
 /** To another moment of the run; what would come after it is shown at once. */
 function seek(...where: Parameters<Player["seek"]>): void {
-  if (reading) stopReading();
+  interrupt();
   given("", () => player.seek(...where));
 }
 
@@ -199,10 +199,10 @@ const handlers: Handlers<Command> = {
     for (let i = 0; run && i < MOST_STEPS && run.scans === scans && !run.finished; i += 1) run.step();
     player.show();
   },
-  seek: ({ time }) => seek((run) => run.time > time, (run) => run.time >= time),
+  seek: ({ time }) => seek((player.run?.time ?? 0) > time, (run) => run.time >= time),
   back: () => {
     const before = (player.run?.scans ?? 0) - 1;
-    seek(() => true, (run) => run.scans >= before);
+    seek(true, (run) => run.scans >= before);
   },
   speed: ({ factor }) => player.setSpeed(factor),
   stage: () => {

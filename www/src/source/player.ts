@@ -96,12 +96,12 @@ export class Player {
     this.resume();
   }
 
-  /** To where `is_there` holds of the run, and waits there: on the way it goes, or from its
-      beginning, where it has passed that already. */
-  seek(isPast: (run: Run) => boolean, isThere: (run: Run) => boolean): void {
+  /** On to where `isThere` holds of the run, and waits there; from its beginning, where that has
+      passed. */
+  seek(hasPassed: boolean, isThere: (run: Run) => boolean): void {
     const { run } = this;
     if (!run || run.kind === "bridge") return;
-    if (isPast(run)) this.begin(run.again(), { setup: this.#setup, playing: true, isAgain: true });
+    if (hasPassed) this.begin(run.again(), { setup: this.#setup, playing: true, isAgain: true });
     this.play(true);
     this.#until = isThere;
   }
@@ -236,11 +236,11 @@ export class Player {
     }
     if (late) this.#pace.fallBehind(begin, run.time);
     this.#pace.measure(performance.now(), run.time);
-    if (until?.(run) && !run.finished) {
-      this.play(false);
-    } else if (run.finished) {
+    if (run.finished) {
       this.play(false);
       if (run.kind === "replay") this.judge();
+    } else if (until?.(run)) {
+      this.play(false);
     } else if (run.kind === "replay") {
       this.#judgeOnTheWay(run);
     }

@@ -34,7 +34,7 @@ export class Run implements RunFacts {
   #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
 
-  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string, notes: readonly string[] = []) {
+  constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string, private readonly noted: readonly string[] = []) {
     [this.kind, this.title, this.method] = [kind, title, method];
     module.draw_dead_reckoned();
     this.#story = new Story(module);
@@ -44,13 +44,13 @@ export class Run implements RunFacts {
     this.#knownArea = new Slow(() => module.known_area());
     this.#status = module.status();
     if (begins !== "") this.#story.note("info", begins);
-    for (const note of notes) this.#story.note("info", note);
+    for (const note of noted) this.#story.note("info", note);
     this.update(0);
   }
 
   /** The same from its beginning. */
   again(): Run {
-    return new Run(this.module.again(), this, this.begins);
+    return new Run(this.module.again(), this, this.begins, this.noted);
   }
 
   /** Seconds of simulation, recording or robot so far. */

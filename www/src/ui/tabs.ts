@@ -17,9 +17,6 @@ const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResul
   { tab: "log", label: "Log", icon: icons.list },
 ];
 
-/** What takes the place of the plots on a wide screen. */
-const SIDE: readonly Tab[] = ["filter", "paths", "settings", "log"];
-
 export class SlamTabs extends SlamElement {
   static override styles = css`
     nav { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
@@ -63,7 +60,8 @@ export class SlamTabs extends SlamElement {
   #isShown(tab: Tab): boolean {
     const { tab: chosen } = this.store;
     if (!this.#wide.matches || chosen === tab) return chosen === tab;
-    return tab === "plots" && !SIDE.includes(chosen);
+    const isPanel = TABS.some((t) => t.tab === chosen && !t.phoneOnly && !t.narrowOnly);
+    return tab === "plots" && !isPanel;
   }
 
   #choose(tab: Tab): void {

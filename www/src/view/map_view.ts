@@ -211,10 +211,12 @@ export class SlamMap extends SlamElement {
     if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase" });
   }
 
-  /** A new run: forget the old view at once. */
+  /** A new run: forget the old picture at once, and the view, if it is not to stay. */
   restart(keepsView: boolean): void {
-    if (!this.store.follow && !keepsView) this.#auto = true;
-    if (!keepsView) this.#fitAt = -Infinity;
+    if (!keepsView) {
+      if (!this.store.follow) this.#auto = true;
+      this.#fitAt = -Infinity;
+    }
     this.#jump = true;
     this.#forget();
   }

@@ -38,7 +38,8 @@ pub struct OpenLoop {
 
 impl PoseGraph {
     /// All open loops, those first whose ends are nearest to each other for their way round. One
-    /// gap may be named by several pairs. O(p e log e) for p poses that others lie next to and e edges.
+    /// gap may be named by several pairs. O(p e log e) for p poses that others lie next to and e
+    /// edges.
     #[must_use]
     pub fn open_loops(&self) -> Vec<OpenLoop> {
         let neighbours = self.neighbours();
