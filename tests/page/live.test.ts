@@ -43,14 +43,18 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await expect.poll(async () => (await state())?.reason).toBe('stop');
 });
 
-test('a bridge that is private shows its robot to who has the token, and to nobody else', async ({ lab, folder, state }) => {
+test('a bridge that is private shows its robot to who has the token, and to nobody else', async ({ lab, page, folder, state, problems }) => {
   const file = join(folder, 'private');
   const bridge = await Bridge.start([...SOURCE, '--private', '--token-file', file]);
   const token = (await readFile(file, 'utf8')).trim();
-  await lab.open(bridge.url);
+  // Nothing comes of it to wait for: it is refused.
+  await page.goto(bridge.url);
   await expect.poll(async () => (await state())?.connection).toBe('refused');
   await lab.open(`${bridge.url}?again#token=${token}`);
   await lab.watch((s) => s.scans, 'scans come').toBeGreaterThan(5);
+  // What is behind the bridge is not shown without the token, and the browser notes that.
+  expect(problems.length).toBeGreaterThan(0);
+  for (const problem of problems.splice(0)) expect(problem).toContain('403');
   await bridge.stop();
 });
 

@@ -23,7 +23,7 @@ export class Chunks {
     }
     if (begun - this.#reportedAt >= REPORT_MILLIS) {
       this.#reportedAt = begun;
-      post({ kind: "reading", name: this.name, done: Math.min(1, this.#at / this.#bytes.length) });
+      post({ kind: "reading", name: this.name, done: Math.min(1, this.#at / Math.max(1, this.#bytes.length)) });
     }
     return this.#at >= this.#bytes.length;
   }

@@ -43,6 +43,8 @@ const LEAST_SCALED = 140;
 
 /** Pixels of width from which on a story has room beside the map. */
 const LEAST_BESIDE = 960;
+/** What the line of a run's past takes of the lower end, CSS pixels. */
+const TIME_LINE = 50;
 
 /** The panels that a phone shows as a sheet over the map. */
 const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
@@ -69,7 +71,7 @@ export class SlamMap extends SlamElement {
     #scale { display: flex; align-items: end; gap: 8px; }
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
-    @container stage (max-width: 1700px) { #foot { bottom: 92px; } }
+    @container stage (max-width: 1700px) { #foot { bottom: 142px; } }
     @media (max-width: 760px) {
       #foot { bottom: auto; top: 12px; left: 12px; }
       :host([low]) #scale { display: none; }
@@ -391,7 +393,7 @@ export class SlamMap extends SlamElement {
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
     this.camera.inset = phone
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
-      : { top: 24, right: 62 + told, bottom: this.store.inCycle ? 206 : 92, left: legend };
+      : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
     for (const id of ["ground", "record", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
       canvas.width = Math.round(clientWidth * ratio);
