@@ -16,6 +16,7 @@ import { isLink } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
+import { isFirstVisit } from "./visit.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -42,6 +43,8 @@ export class Client {
     this.send({ kind: "unplug" });
     this.#warn(text);
   });
+  /** As the page was opened: the tour notes that somebody was here. */
+  readonly #isFirstVisit = isFirstVisit();
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
 
@@ -499,7 +502,7 @@ export class Client {
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
       this.store.set("run", { offer });
-      void this.#ports.prepare();
+      void this.#ports.prepare(this.#isFirstVisit);
     },
     started: (start) => {
       this.#answered(start.setup !== null);

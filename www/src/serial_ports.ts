@@ -76,11 +76,13 @@ export class SerialPorts {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
-  /** Loads the rules ahead of the first run, where somebody plugged a device before: most
-      visitors have none, and their module is no part of a first visit. */
-  async prepare(): Promise<void> {
-    const ports = await webSerial()?.getPorts().catch(() => []);
-    if (!ports?.length || this.#rules || this.#spare) return;
+  /** Loads the rules, where there may be a device to plug: at a robot there may be no server. Most
+      visitors never plug one, so that on a first visit they are loaded only where the browser
+      knows of one. */
+  async prepare(isFirstVisit: boolean): Promise<void> {
+    const serial = webSerial();
+    const mayPlug = serial && (!isFirstVisit || (await serial.getPorts().catch(() => [])).length > 0);
+    if (!mayPlug || this.#rules || this.#spare) return;
     this.#keep(rulesWorker());
   }
 
