@@ -332,7 +332,7 @@ impl Device for Rp6 {
     }
 
     fn opened(&mut self, now: Stamp) {
-        // Orders that came while there was no line were forgotten, so somebody may hold a key still.
+        // Orders that came while there was no line were forgotten: somebody may hold a key still.
         self.ordered = Some(now);
         self.nonce = self.nonce.wrapping_add(16);
         self.link = Link::new(now, self.nonce);
