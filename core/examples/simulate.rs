@@ -1,7 +1,7 @@
 //! Runs one experiment in the simulated world and prints its figures.
 //!
 //! The exit status is 0, or 3 where the map is torn, nothing was matched to it or the robot is lost
-//! in the one that was given, and 1 where something failed.
+//! in the one that was given, 4 where a lesson's goal is missed, and 1 where something failed.
 //!
 //! ```text
 //! cargo run --release -p slamlab-core --example simulate -- --world office --sensor lidar --seed 7 --mode explore --json
@@ -37,6 +37,7 @@ use slamlab_core::experiment::{Experiment, ExperimentConfig, Link};
 use slamlab_core::format::revolution_log::RevolutionLog;
 use slamlab_core::format::{floor_plan, tum};
 use slamlab_core::geom::{Length, Pose2, Segment};
+use slamlab_core::lesson::{Goal, Grade, LESSONS, Lesson, Mark};
 use slamlab_core::pilot::{Mode, Status};
 use slamlab_core::settings::{Scope, Settings, Source};
 use slamlab_core::sim::{SensorKind, World, reachable_area, worlds};
@@ -47,7 +48,7 @@ use prior_map::{Start, load};
 /// A robot in a simulated world: it maps, finds itself, plans and drives.
 #[derive(Parser)]
 #[command(
-    after_help = "Exit status: 0, 3 where the map is torn, nothing was matched to it or the robot is lost in it, 1 where something failed."
+    after_help = "Exit status: 0, 3 where the map is torn, nothing was matched to it or the robot is lost in it, 4 where a lesson's goal is missed, 1 where something failed."
 )]
 struct Args {
     /// A built-in world, or the path of a world file (.json), of a map of ROS map_server (.yaml),
@@ -58,6 +59,10 @@ struct Args {
     /// its `#`. It fails where another state comes of it than the link says.
     #[arg(long, value_name = "LINK", conflicts_with_all = ["world", "sensor", "seed", "mode", "goal", "method", "prior_map", "start", "kidnap", "settings", "preset", "go_on"])]
     link: Option<String>,
+    /// Do a lesson: its run, with what `--method` and `--set` mend. Graded when its errand is over or
+    /// its time is up; the exit status is 4 where a goal is missed.
+    #[arg(long, value_name = "NAME", value_parser = lesson, conflicts_with_all = ["link", "world", "sensor", "seed", "mode", "goal", "prior_map", "start", "kidnap", "preset", "go_on", "max_seconds"])]
+    lesson: Option<&'static Lesson>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
     #[arg(long, value_name = "METRES")]
     svg_unit: Option<f64>,
@@ -74,9 +79,10 @@ struct Args {
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
     /// How the robot estimates its pose: odometry, line-ekf, scan-matching, grid-particles,
-    /// prior-map, particle-localisation or histogram-localisation.
-    #[arg(long, default_value = "line-ekf")]
-    method: String,
+    /// prior-map, particle-localisation or histogram-localisation; line-ekf, or the lesson's own, by
+    /// default.
+    #[arg(long)]
+    method: Option<String>,
     /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds
     /// the robot in: YAML of ROS map_server, OGmap.txt, submap (.smap), floor plan (.svg) or world
     /// (.json). By default the walls of the world.
@@ -117,6 +123,8 @@ struct Args {
 const ON_WALL: f64 = 0.15;
 /// Walls are asked about in pieces of this length, m.
 const PIECE: f64 = 0.1;
+/// Exit status where a lesson's goal is missed.
+const NOT_MENDED: u8 = 4;
 /// A map of which a smaller part shows walls of the world may be of another one.
 const LEAST_SHOWN: f64 = 0.7;
 
@@ -124,6 +132,11 @@ const LEAST_SHOWN: f64 = 0.7;
 enum Errand {
     Explore,
     Goto,
+}
+
+fn lesson(name: &str) -> Result<&'static Lesson, String> {
+    let names = || LESSONS.iter().map(|lesson| lesson.name).collect::<Vec<_>>();
+    Lesson::named(name).ok_or_else(|| format!("expected one of {}", names().join(", ")))
 }
 
 fn duration(text: &str) -> Result<f64, &'static str> {
@@ -142,15 +155,22 @@ fn main() -> ExitCode {
     }
 }
 
-/// The run of a link, as if its parts had been given one by one.
+/// The run of a link or a lesson, as if its parts had been given one by one.
 fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
-    let Some(text) = &args.link else {
-        return Ok((args, None));
+    let method = args.method.as_deref().map(str::parse);
+    let link = match (args.lesson, &args.link) {
+        (Some(lesson), _) => {
+            let method = method.transpose().context("--method")?;
+            let mended = lesson.mended(method, &args.changes.settings);
+            args.max_seconds = lesson.seconds;
+            mended.with_context(|| format!("--lesson {}", lesson.name))?
+        }
+        (None, Some(text)) => Link::read(text).context("--link")?,
+        (None, None) => return Ok((args, None)),
     };
-    let link = Link::read(text).context("--link")?;
     args.world.clone_from(&link.world);
     (args.sensor, args.seed) = (Some(link.sensor), Some(link.seed));
-    link.method.name().clone_into(&mut args.method);
+    args.method = Some(link.method.name().to_owned());
     args.changes.settings.clone_from(&link.settings);
     Ok((args, Some(link)))
 }
@@ -158,7 +178,8 @@ fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
 fn run(args: Args) -> Result<ExitCode> {
     let (args, link) = linked(args)?;
     let args = &args;
-    let method: Method = args.method.parse().context("--method")?;
+    let method = args.method.as_deref().unwrap_or(Method::LineEkf.name());
+    let method: Method = method.parse().context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
     let mut read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
     read.extend(args.saved_map.read_paths());
@@ -265,6 +286,8 @@ fn run(args: Args) -> Result<ExitCode> {
         "distance_m": figures.distance,
         "state_hash": format!("{:016x}", figures.state_hash),
     });
+    let grade = args.lesson.map(|lesson| lesson.grade(&experiment, &area));
+    report["grade"] = grade.as_ref().map(marks).into();
     if let Some(quality) = experiment.session().slam().view().pose_quality {
         report["localisation"] = quality.localisation.name().into();
     }
@@ -299,11 +322,32 @@ fn run(args: Args) -> Result<ExitCode> {
         eprintln!("simulate: {line}");
     }
     print(&report, args.json).context("cannot write to standard output")?;
+    if let Some(grade) = grade {
+        return Ok(match grade.is_passed() {
+            true => ExitCode::SUCCESS,
+            false => ExitCode::from(NOT_MENDED),
+        });
+    }
     let is_believed = quality.as_ref().is_none_or(worth::is_believed);
     Ok(match is_believed && lost.is_none() {
         true => ExitCode::SUCCESS,
         false => ExitCode::from(worth::NOT_BELIEVED),
     })
+}
+
+/// What a run of a lesson has reached, goal by goal.
+fn marks(grade: &Grade) -> Value {
+    let mark = |mark: &Mark| {
+        let Goal { measure, bound } = mark.goal;
+        let sense = if measure.is_least() {
+            "at_least"
+        } else {
+            "at_most"
+        };
+        json!({ "measure": measure.name(), sense: bound, "value": mark.value, "is_met": mark.is_met })
+    };
+    let marks: Vec<Value> = grade.marks.iter().map(mark).collect();
+    json!({ "is_over": grade.is_over, "is_passed": grade.is_passed(), "marks": marks })
 }
 
 /// What the map is worth, all that was seen included, of the method that is judged. The run may go

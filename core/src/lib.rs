@@ -75,6 +75,8 @@ pub mod session;
 // Its sources: a simulation, a recording, a robot behind a bridge.
 pub mod experiment;
 
+pub mod lesson;
+
 pub mod replay;
 
 pub mod live;

@@ -238,7 +238,10 @@ impl Settings {
     }
 }
 
-fn find(key: &str) -> Result<&'static Setting, SettingError> {
+/// The row of a setting.
+///
+/// # Errors    [`SettingError::Unknown`].
+pub(crate) fn find(key: &str) -> Result<&'static Setting, SettingError> {
     let found = table().find(|setting| setting.key == key);
     found.ok_or_else(|| SettingError::Unknown(key.to_owned()))
 }

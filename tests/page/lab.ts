@@ -4,7 +4,7 @@
 // for.
 import { expect, type Locator, type Page } from '@playwright/test';
 import type { Status } from '../../www/src/protocol/frame.ts';
-import type { Setup } from '../../www/src/protocol/module.ts';
+import type { Grade, Setup } from '../../www/src/protocol/module.ts';
 
 interface Window {
   slamlab: {
@@ -14,6 +14,7 @@ interface Window {
     source: string;
     title: string;
     setup: Setup;
+    grade: Grade | null;
     method: string;
     /** Walls that light up. */
     spot: { hovered: number[]; pinned: number | null };
@@ -54,7 +55,7 @@ export class Lab {
     return this.page.evaluate(() => {
       const { slamlab: s } = window as unknown as Window;
       return {
-        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
+        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, grade: s.grade, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
         framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors,
       };
     });

@@ -90,6 +90,7 @@ const MAY_IMPORT: [(&str, Imports); 27] = [
     ("twin", AllBefore),
     ("session", AllBefore),
     ("experiment", AllBefore),
+    ("lesson", AllBefore),
     ("replay", AllBefore),
     ("live", AllBefore),
     (

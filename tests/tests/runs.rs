@@ -2,6 +2,7 @@
 #![allow(missing_docs)] // a test binary has no public interface
 
 mod clockwise_lidar;
+mod lessons;
 mod same_bits;
 mod same_run;
 mod sim_loop;

@@ -1,7 +1,5 @@
 //! A run from its beginning, on the way to an earlier moment.
 
-use std::cell::OnceCell;
-
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::WebError;
@@ -17,10 +15,9 @@ impl WebRun {
     pub fn again(&self) -> Result<Self, WebError> {
         let source = match &self.source {
             Source::Simulation(sim) => Source::Simulation(Box::new(Simulated {
-                experiment: sim.experiment.again()?,
-                defaults: sim.defaults.clone(),
-                area: OnceCell::new(),
                 expected: sim.expected,
+                lesson: sim.lesson,
+                ..Simulated::new(sim.experiment.again()?, sim.defaults.clone())
             })),
             Source::Recording(replay) => Source::Recording(Box::new(replay.again()?)),
             Source::Live(_) => return Err(RunError::Past.into()),

@@ -50,6 +50,8 @@ mod files;
 #[cfg(feature = "run")]
 mod inspection;
 #[cfg(feature = "run")]
+mod lesson;
+#[cfg(feature = "run")]
 mod link;
 #[cfg(feature = "run")]
 mod live;

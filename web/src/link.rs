@@ -1,7 +1,5 @@
 //! An experiment as a link, made and followed.
 
-use std::cell::OnceCell;
-
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::{CONTROL_PERIOD, Experiment, Link, Untold};
 use slamlab_core::{pilot, sim};
@@ -47,27 +45,63 @@ pub struct LinkStart {
 #[wasm_bindgen]
 pub fn read_link(text: &str) -> Typed<LinkStart> {
     let link = Link::read(text)?;
-    let seed = u32::try_from(link.seed).map_err(|_| SetupError::Seed(link.seed))?;
+    let (actions, result) = (link.actions.len() as u32, link.result);
     typed(&LinkStart {
-        setup: Setup {
-            world: link.world,
-            world_json: None,
-            sensor: link.sensor.name().to_owned(),
-            seed,
-            method: link.method.into(),
-            mode: match link.mode {
-                pilot::Mode::Manual => Mode::Manual,
-                pilot::Mode::GoTo(_) | pilot::Mode::Explore => Mode::Explore,
-            },
-            cycle: link.cycle,
-            settings: link.settings.into_iter().collect(),
-            calibration: None,
-            prior_map: None,
+        setup: setup_of(link)?,
+        actions,
+        seconds: result.map_or(0.0, |(until, _)| until as f64 * CONTROL_PERIOD),
+    })
+}
+
+/// What a link begins with.
+///
+/// # Errors    [`SetupError::Seed`].
+pub(crate) fn setup_of(link: Link) -> Result<Setup, SetupError> {
+    Ok(Setup {
+        world: link.world,
+        world_json: None,
+        sensor: link.sensor.name().to_owned(),
+        seed: u32::try_from(link.seed).map_err(|_| SetupError::Seed(link.seed))?,
+        method: link.method.into(),
+        mode: match link.mode {
+            pilot::Mode::Manual => Mode::Manual,
+            pilot::Mode::GoTo(_) | pilot::Mode::Explore => Mode::Explore,
         },
-        actions: link.actions.len() as u32,
-        seconds: link
-            .result
-            .map_or(0.0, |(until, _)| until as f64 * CONTROL_PERIOD),
+        cycle: link.cycle,
+        settings: link.settings.into_iter().collect(),
+        calibration: None,
+        prior_map: None,
+        lesson: None,
+    })
+}
+
+/// The link of a run that begins with `setup`.
+///
+/// # Errors    A sentence on what does not fit into one.
+pub(crate) fn link_of(setup: Setup) -> Result<Link, WebError> {
+    if setup.world_json.is_some() {
+        return Err(NoLink::World(setup.world).into());
+    }
+    let file = [
+        (setup.calibration.is_some(), "calibration pairs"),
+        (setup.prior_map.is_some(), "a map to be found in"),
+    ];
+    if let Some((_, what)) = file.iter().find(|(is_used, _)| *is_used) {
+        return Err(NoLink::File(what).into());
+    }
+    Ok(Link {
+        world: setup.world,
+        sensor: setup.sensor.parse::<sim::SensorKind>()?,
+        method: setup.method.0,
+        seed: setup.seed.into(),
+        mode: match setup.mode {
+            Mode::Manual => pilot::Mode::Manual,
+            Mode::Explore | Mode::GoTo => pilot::Mode::Explore,
+        },
+        cycle: setup.cycle,
+        settings: setup.settings.0.into_iter().collect(),
+        actions: vec![],
+        result: None,
     })
 }
 
@@ -82,10 +116,8 @@ impl WebRun {
         let mut experiment = Experiment::new(config)?;
         experiment.follow(link.actions);
         let source = Source::Simulation(Box::new(Simulated {
-            experiment,
-            defaults,
-            area: OnceCell::new(),
             expected: link.result,
+            ..Simulated::new(experiment, defaults)
         }));
         Ok(Self { source })
     }
@@ -94,31 +126,11 @@ impl WebRun {
     ///
     /// # Errors    A sentence on what does not fit into one.
     pub fn link(&self, setup: &Ts<Setup>) -> Result<String, WebError> {
-        let setup = setup.to_rust()?;
         let experiment = &self.simulated()?.experiment;
-        if setup.world_json.is_some() {
-            return Err(NoLink::World(setup.world).into());
-        }
-        let file = [
-            (setup.calibration.is_some(), "calibration pairs"),
-            (setup.prior_map.is_some(), "a map to be found in"),
-        ];
-        if let Some((_, what)) = file.iter().find(|(is_used, _)| *is_used) {
-            return Err(NoLink::File(what).into());
-        }
         let link = Link {
-            world: setup.world,
-            sensor: setup.sensor.parse::<sim::SensorKind>()?,
-            method: setup.method.0,
-            seed: setup.seed.into(),
-            mode: match setup.mode {
-                Mode::Manual => pilot::Mode::Manual,
-                Mode::Explore | Mode::GoTo => pilot::Mode::Explore,
-            },
-            cycle: setup.cycle,
-            settings: setup.settings.0.into_iter().collect(),
             actions: experiment.actions().map_err(NoLink::from)?.to_vec(),
             result: Some((experiment.periods(), experiment.state_hash())),
+            ..link_of(setup.to_rust()?)?
         };
         Ok(link.write()?)
     }

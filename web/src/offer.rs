@@ -11,12 +11,13 @@ use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{MethodName, Typed, typed};
+use crate::lesson::{LessonInfo, lessons};
 use crate::settings::PresetInfo;
 
 /// All that can be chosen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
-#[tsify(hashmap_as_object)]
+#[tsify(hashmap_as_object, missing_as_null)]
 pub struct Offer {
     /// Names of the built-in worlds.
     pub worlds: Vec<String>,
@@ -28,6 +29,8 @@ pub struct Offer {
     pub devices: Vec<DeviceKind>,
     /// Named sets of settings.
     pub presets: Vec<PresetInfo>,
+    /// Runs with a fault, to be mended.
+    pub lessons: Vec<LessonInfo>,
     /// The pairs of the data sheet of the rangers that are simulated, as text.
     pub data_sheet: String,
 }
@@ -100,6 +103,7 @@ pub fn offer() -> Typed<Offer> {
         methods: Method::ALL.map(method).into(),
         devices: Kind::distinct().map(device).collect(),
         presets: PRESETS.iter().map(Into::into).collect(),
+        lessons: lessons()?,
         data_sheet: format!("range_cm;volts\n{}", pairs.collect::<String>()),
     })
 }

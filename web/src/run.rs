@@ -6,6 +6,7 @@ use std::cell::OnceCell;
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::Experiment;
 use slamlab_core::hash::StateHash;
+use slamlab_core::lesson::{Grade, Lesson};
 use slamlab_core::live::Live;
 use slamlab_core::pilot::Pilot;
 use slamlab_core::replay::Replay;
@@ -71,6 +72,23 @@ pub(crate) struct Simulated {
     pub(crate) area: OnceCell<ReachableArea>,
     /// Of a link that is followed: periods until it was made, and the hash of the state then.
     pub(crate) expected: Option<(u64, u64)>,
+    /// What it is a try at.
+    pub(crate) lesson: Option<&'static Lesson>,
+    /// What it had reached when it was over.
+    pub(crate) graded: OnceCell<Grade>,
+}
+
+impl Simulated {
+    pub(crate) fn new(experiment: Experiment, defaults: Settings) -> Self {
+        Self {
+            experiment,
+            defaults,
+            area: OnceCell::new(),
+            expected: None,
+            lesson: None,
+            graded: OnceCell::new(),
+        }
+    }
 }
 
 /// What a person should read.
@@ -106,6 +124,7 @@ impl WebRun {
         match &mut self.source {
             Source::Simulation(sim) => {
                 sim.experiment.advance()?;
+                sim.note_grade();
                 Ok(true)
             }
             Source::Recording(replay) => Ok(replay.step()?),

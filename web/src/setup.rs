@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use slamlab_core::experiment::ExperimentConfig;
 use slamlab_core::format::{calibration, world};
+use slamlab_core::lesson::Lesson;
 use slamlab_core::pilot;
 use slamlab_core::settings::{Settings, Source};
 use slamlab_core::sim::{SensorKind, SensorModel, World, worlds};
@@ -25,6 +26,9 @@ pub enum SetupError {
     /// More than the page can show.
     #[error("the seed is {0}, at most {max}", max = u32::MAX)]
     Seed(u64),
+    /// No lesson of that name.
+    #[error("there is no lesson `{0}`")]
+    Lesson(String),
     /// A goal to begin with.
     #[error("a run begins by hand or exploring: a goal is chosen on its map")]
     Goal,
@@ -57,6 +61,8 @@ pub struct Setup {
     pub calibration: Option<Pairs>,
     /// The map that the method `prior-map` finds the robot in; null for the walls of the world.
     pub prior_map: Option<PriorMapSetup>,
+    /// Name of the lesson that it is a try at; null for none.
+    pub lesson: Option<String>,
 }
 
 impl Setup {
@@ -91,6 +97,15 @@ impl Setup {
             config.slam.prior_map = map.into();
         }
         Ok((config, defaults))
+    }
+
+    /// The lesson that it is a try at.
+    ///
+    /// # Errors    [`SetupError::Lesson`].
+    pub(crate) fn lesson(&self) -> Result<Option<&'static Lesson>, SetupError> {
+        let named =
+            |name: &String| Lesson::named(name).ok_or_else(|| SetupError::Lesson(name.clone()));
+        self.lesson.as_ref().map(named).transpose()
     }
 
     fn load_world(&self) -> Result<World, WebError> {

@@ -4,13 +4,15 @@ use std::cell::OnceCell;
 
 use slamlab_core::association::RefindingCurve;
 use slamlab_core::experiment::Experiment;
+use slamlab_core::lesson::Grade;
 use slamlab_core::settings;
-use slamlab_core::sim::{SensorModel, Wall, reachable_area};
+use slamlab_core::sim::{ReachableArea, SensorModel, Wall, reachable_area};
 use tsify::Ts;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::bench::{BenchResponse, BenchTrial};
 use crate::border::{DoorRow, RefindingRow, SettingValues, Stage, Typed, WebError, flat, typed};
+use crate::link::link_of;
 use crate::run::{Simulated, Source, WebRun};
 use crate::setup::Setup;
 use crate::status::RunStatus;
@@ -22,12 +24,17 @@ impl WebRun {
     ///
     /// # Errors    A sentence on the first thing that cannot be.
     pub fn simulate(setup: &Ts<Setup>) -> Result<Self, WebError> {
-        let (config, defaults) = setup.to_rust()?.read()?;
+        let setup = setup.to_rust()?;
+        let lesson = setup.lesson()?;
+        let (config, defaults) = setup.read()?;
+        let mut experiment = Experiment::new(config)?;
+        if let Some(lesson) = lesson {
+            lesson.check(&link_of(setup)?)?;
+            experiment.follow(lesson.begin()?.actions);
+        }
         let source = Source::Simulation(Box::new(Simulated {
-            experiment: Experiment::new(config)?,
-            defaults,
-            area: OnceCell::new(),
-            expected: None,
+            lesson,
+            ..Simulated::new(experiment, defaults)
         }));
         Ok(Self { source })
     }
@@ -152,12 +159,29 @@ impl Simulated {
     }
 
     fn explored(&self) -> f64 {
-        let (experiment, sim) = (&self.experiment, self.experiment.sim());
-        let area = self.area.get_or_init(|| {
-            let resolution = experiment.session().slam().grid().resolution();
+        self.experiment.explored_fraction(self.area())
+    }
+
+    fn area(&self) -> &ReachableArea {
+        self.area.get_or_init(|| {
+            let sim = self.experiment.sim();
+            let resolution = self.experiment.session().slam().grid().resolution();
             reachable_area(sim.world(), sim.robot().radius(), resolution)
-        });
-        experiment.explored_fraction(area)
+        })
+    }
+
+    /// What this try at a lesson has reached: by now, or when it was over.
+    pub(crate) fn grade(&self) -> Option<Grade> {
+        let now = || Some(self.lesson?.grade(&self.experiment, self.area()));
+        self.graded.get().cloned().or_else(now)
+    }
+
+    /// Keeps what was reached as soon as the try is over: what happens then does not count.
+    pub(crate) fn note_grade(&mut self) {
+        let is_over = self.lesson.is_some_and(|l| l.is_over(&self.experiment));
+        if is_over && self.graded.get().is_none() {
+            self.graded = self.grade().map(OnceCell::from).unwrap_or_default();
+        }
     }
 
     pub(crate) fn configure(&mut self, values: &SettingValues) -> Result<(), WebError> {

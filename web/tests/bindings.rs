@@ -42,6 +42,7 @@ fn setup(world: &str, json: Option<&str>) -> Setup {
         settings: SettingValues::default(),
         calibration: None,
         prior_map: None,
+        lesson: None,
     }
 }
 

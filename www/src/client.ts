@@ -12,6 +12,7 @@ import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
+import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
 import { isLink } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
@@ -60,6 +61,8 @@ export class Client {
     this.#worker.postMessage(command, transfer);
   }
 
+  /** Name of the lesson that begins when it is known what there is. */
+  #wanted: string | null = null;
   /** What was asked of simulated runs that have not begun yet, and how many they are. */
   #asked: Partial<Setup> = {};
   #starts = 0;
@@ -72,9 +75,12 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
+    // Another building, robot or noise is none of the lesson.
+    const leaves = patch.lesson === undefined && (["world", "worldJson", "sensor", "seed"] as const).some((part) => part in patch);
+    const asked = leaves ? { settings: withoutFault(this.store), ...patch, lesson: null } : patch;
     // Who chooses a world and a sensor one right after the other means both.
-    const setup = { ...this.store.setup, ...this.#asked, ...patch };
-    this.#asked = { ...this.#asked, ...patch };
+    const setup = { ...this.store.setup, ...this.#asked, ...asked };
+    this.#asked = { ...this.#asked, ...asked };
     this.#starts += 1;
     this.store.set("run", { loading: setup.world });
     this.send({ kind: "start", setup, play: true });
@@ -151,6 +157,11 @@ export class Client {
       this.follow(hash);
       return true;
     }
+    const lesson = lessonAt(hash);
+    if (lesson !== null) {
+      this.#lesson(lesson);
+      return true;
+    }
     const found = exhibitAt(hash);
     if (found === null) return false;
     if (typeof found !== "string") {
@@ -159,6 +170,19 @@ export class Client {
     }
     this.#warn(`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
     return false;
+  }
+
+  /** Begins a lesson as soon as it is known what there is. */
+  #lesson(name: string): void {
+    const { lessons } = this.store.offer;
+    if (lessons.length === 0) {
+      this.#wanted = name;
+      return;
+    }
+    const lesson = lessons.find((each) => each.name === name);
+    if (lesson) return teach(this.store, this, lesson);
+    this.#warn(`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
+    if (this.#run === 0) this.start();
   }
 
   /** Devices at serial ports that this page has open. */
@@ -502,6 +526,8 @@ export class Client {
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
       this.store.set("run", { offer });
+      if (this.#wanted !== null) this.#lesson(this.#wanted);
+      this.#wanted = null;
       void this.#ports.prepare(this.#isFirstVisit);
     },
     started: (start) => {
@@ -554,6 +580,11 @@ export class Client {
       this.store.set("quality", { quality, judging: null });
       // The places are others now, or say something else.
       if (this.store.torn) this.store.set("torn", { torn: null });
+    },
+    grade: ({ run, grade }) => {
+      if (run !== this.#run) return;
+      if (grade?.isPassed && this.store.started.lesson) notePassed(this.store.started.lesson);
+      this.store.set("lesson", { grade });
     },
     judging: ({ run, part }) => {
       if (run === this.#run) this.store.set("quality", { judging: part });

@@ -2,6 +2,7 @@
 
 import { Client } from "./client.js";
 import { exhibitAt } from "./gallery.js";
+import { current as currentLesson, lessonAt } from "./lessons.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { Keyframes } from "./keyframes.js";
@@ -28,6 +29,7 @@ import "./ui/edit.js";
 import "./ui/fit.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
+import "./ui/lesson.js";
 import { SlamGallery } from "./ui/gallery.js";
 import "./ui/topics.js";
 import { SlamHelp } from "./ui/help.js";
@@ -214,7 +216,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
@@ -261,6 +263,14 @@ addEventListener("hashchange", () => client.visit(location.hash) || store.set("e
 store.on("exhibit", () => {
   if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
 });
+
+// And a lesson.
+for (const topic of ["run", "lesson"] as const) {
+  store.on(topic, () => {
+    const isLoading = store.loading !== "" || store.offer.lessons.length === 0;
+    if (!isLoading && lessonAt(location.hash) !== null && !currentLesson(store)) history.replaceState(null, "", location.pathname + location.search);
+  });
+}
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -210,6 +210,8 @@ export type Answer =
   | { kind: "judging"; run: number; part: number }
   /** What the map is worth; null where the method cannot tell. */
   | { kind: "quality"; run: number; quality: Quality | null }
+  /** What a try at a lesson has reached. */
+  | { kind: "grade"; run: number; grade: Grade | null }
   /** A preset that was opened. */
   | ({ kind: "preset" } & PresetFile)
   /** How the planners stand, or why they cannot be asked. */

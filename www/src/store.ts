@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type Grade, type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
@@ -20,7 +20,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson";
 
 export interface LogEntry {
   time: number;
@@ -110,8 +110,8 @@ export class Store {
   loading = "";
   speed = 4;
   /** What can be chosen; empty until the module is there. */
-  offer: Offer = { worlds: [], sensors: [], methods: [], devices: [], presets: [], dataSheet: "" };
-  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null };
+  offer: Offer = { worlds: [], sensors: [], methods: [], devices: [], presets: [], lessons: [], dataSheet: "" };
+  setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null, lesson: null };
   /** What the present run was started from: settings that wait for a restart differ. */
   started: Setup = this.setup;
   /** All settings, with what each is in this run. */
@@ -177,6 +177,8 @@ export class Store {
   moved = 0;
   /** What the map was worth when it was asked for. */
   quality: Quality | null = null;
+  /** What this try at a lesson has reached. */
+  grade: Grade | null = null;
   /** The part that is done where the map is being judged, 0 to 1. */
   judging: number | null = null;
   /** The place where it is torn that was chosen on the map. */
@@ -214,7 +216,7 @@ export class Store {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
       hiddenSubmaps: new Set(), chosenSubmap: null, removedSubmaps: [],
       loadedMaps: this.loadedMaps.map((map) => ({ ...map, alignment: null, error: "", isAligning: false })),
-      rooms: null, roomSpot: null, closure: null, join: null, moved: 0, quality: null, judging: null, torn: null, log: [], status: null, hash: "", toast: null,
+      rooms: null, roomSpot: null, closure: null, join: null, moved: 0, quality: null, judging: null, grade: null, torn: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
     // A recording that is mapped again with what was fitted to it keeps the table.
@@ -224,9 +226,9 @@ export class Store {
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     const isBegun = method === "scan-matching";
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
+    this.started = { ...(setup ?? this.setup) };
     this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn", "submaps"] as const) this.notify(topic);
-    this.started = { ...this.setup };
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn", "submaps", "lesson"] as const) this.notify(topic);
   }
 
   take(frame: Frame): void {

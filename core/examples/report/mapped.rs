@@ -7,7 +7,6 @@ use nalgebra::Point2;
 use slamlab_core::estimation::{MapVerdict, ScanMatcher, align, ate_rmse};
 use slamlab_core::experiment::{Experiment, ExperimentConfig};
 use slamlab_core::geom::Pose2;
-use slamlab_core::map::{CellIndex, CellState, Grid};
 use slamlab_core::robot::Stamp;
 use slamlab_core::sim::Caster;
 use slamlab_core::slam::Method;
@@ -59,8 +58,8 @@ impl Mapped {
         let (true_way, estimated) = ways(&matcher, &truth);
         let truth_from_map = align(&true_way, &estimated).unwrap_or_else(Pose2::identity);
         let errors = |world_from_map: Pose2| {
-            let walls = occupied(matcher.grid());
-            walls
+            let walls = matcher.grid().occupied();
+            (walls.into_iter())
                 .map(|in_map| caster.clearance(world_from_map * in_map, REACH))
                 .collect()
         };
@@ -91,21 +90,6 @@ impl Mapped {
 fn truth_of(experiment: &Experiment) -> BTreeMap<Stamp, Pose2> {
     let samples = experiment.record().samples().iter();
     samples.map(|sample| (sample.stamp, sample.truth)).collect()
-}
-
-/// The middles of the cells that are occupied, map frame.
-pub(crate) fn occupied(grid: &Grid) -> impl Iterator<Item = Point2<f64>> {
-    let rect = grid.bounds();
-    let states = rect.map_or(vec![], |rect| grid.states(rect));
-    let middle = move |index: usize| {
-        let rect = rect?;
-        let (row, col) = (index / rect.width(), index % rect.width());
-        let cell = CellIndex::new(rect.min.col + col as i32, rect.min.row + row as i32);
-        Some(grid.centre_of(cell))
-    };
-    let cells = states.into_iter().enumerate();
-    let occupied = cells.filter(|(_, state)| *state == CellState::Occupied);
-    occupied.filter_map(move |(index, _)| middle(index))
 }
 
 /// Where the robot was at each scan and where it is known to have been at the end; map frame.

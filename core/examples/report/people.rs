@@ -30,7 +30,6 @@ use slamlab_core::slam::Method;
 use slamlab_core::tracking::{TrackAssociation, TrackMotion, ospa};
 
 use super::{Args, Outcome};
-use crate::mapped::occupied;
 use crate::ride::{carry_out, world_named};
 use crate::statistics::{median, quantile};
 use crate::threads::each;
@@ -262,7 +261,9 @@ impl Run {
         let aligned = align(&truth, &estimated).context("the robot never moved")?;
         let world_from_map = start * aligned;
         let grid = experiment.session().slam().grid();
-        let occupied: Vec<Point2<f64>> = occupied(grid).map(|at| world_from_map * at).collect();
+        let occupied: Vec<Point2<f64>> = (grid.occupied().into_iter())
+            .map(|at| world_from_map * at)
+            .collect();
         let contacts = experiment.sim().contacts();
         Ok(Self {
             is_done,

@@ -38,7 +38,7 @@ use std::borrow::Cow;
 use nalgebra::{Point2, Vector2};
 
 use self::said::{fits, said};
-use self::seen::{occupied, seen_from};
+use self::seen::seen_from;
 use self::starts::{by_landmarks, by_walls, shared};
 use super::agreement::Agreement;
 use crate::geom::{Length, Pose2, wrap};
@@ -70,7 +70,7 @@ impl MapPoints {
         landmarks: impl IntoIterator<Item = Point2<f64>>,
     ) -> Self {
         Self {
-            walls: occupied(grid),
+            walls: grid.occupied(),
             way: way.into_iter().collect(),
             landmarks: landmarks.into_iter().collect(),
             grid: Some(grid.clone()),
@@ -198,7 +198,7 @@ pub fn align_map(
     grid: &Grid,
     landmarks: &[Point2<f64>],
 ) -> Result<MapAlignment, MapAlignmentError> {
-    let drawn = occupied(grid);
+    let drawn = grid.occupied();
     let cloud = |which: &'static str, points: &[Point2<f64>], most: usize| {
         let found = points.len();
         if found < FEWEST_POINTS {

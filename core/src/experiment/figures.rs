@@ -92,24 +92,43 @@ impl Experiment {
     /// [`crate::sim::reachable_area`]: it costs more than a step, and does not change.
     #[must_use]
     pub fn figures(&self, area: &ReachableArea) -> Figures {
-        let (truth, estimate) = (self.truth(), self.session.estimate().pose);
-        let positions = |of: fn(&Sample) -> Pose2| -> Vec<_> {
-            let poses = self.record.samples.iter().map(of);
-            poses.map(|pose| pose.position()).collect()
-        };
         Figures {
             sim_seconds: self.sim.stamp().seconds(),
             explored_fraction: self.explored_fraction(area),
             contacts: self.sim.contacts(),
-            position_error: (truth.position() - estimate.position()).length(),
-            heading_error: wrap(truth.heading() - estimate.heading()).abs(),
-            odometry_error: (truth.position() - self.session.dead_reckoning().position()).length(),
-            ate_rmse: ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose)),
+            position_error: self.position_error(),
+            heading_error: wrap(self.truth().heading() - self.session.estimate().pose.heading())
+                .abs(),
+            odometry_error: self.odometry_error(),
+            ate_rmse: self.ate_rmse(),
             nees_mean: self.record.nees_mean(),
             features: self.session.slam().view().confirmed(),
             distance: self.record.distance,
             state_hash: self.state_hash(),
         }
+    }
+
+    /// Distance of the estimated from the true position now, m.
+    pub(crate) fn position_error(&self) -> f64 {
+        self.off(self.session.estimate().pose)
+    }
+
+    /// Distance of the position by odometry from the true one now, m.
+    pub(crate) fn odometry_error(&self) -> f64 {
+        self.off(self.session.dead_reckoning())
+    }
+
+    fn off(&self, pose: Pose2) -> f64 {
+        (self.truth().position() - pose.position()).length()
+    }
+
+    /// Absolute trajectory error, m, after alignment.
+    pub(crate) fn ate_rmse(&self) -> Option<f64> {
+        let positions = |of: fn(&Sample) -> Pose2| -> Vec<_> {
+            let poses = self.record.samples.iter().map(of);
+            poses.map(|pose| pose.position()).collect()
+        };
+        ate_rmse(&positions(|s| s.truth), &positions(|s| s.estimate.pose))
     }
 
     /// Part of the reachable area that the map knows, 0 to 1.

@@ -3,6 +3,7 @@
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use slamlab_core::lesson::Measure;
 use slamlab_core::plan::Planner;
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::{DeviceState, DisarmReason};
@@ -49,6 +50,8 @@ core_names! {
     MethodName of Method;
     /// A planner.
     PlannerName of Planner;
+    /// What a try at a lesson is graded by.
+    MeasureName of Measure;
     /// How a device is.
     DeviceStateName of DeviceState;
     /// Why the robot is disarmed.

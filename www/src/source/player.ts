@@ -139,6 +139,7 @@ export class Player {
     if (now - this.#hashAt >= HASH_MILLIS) {
       this.#hashAt = now;
       post({ kind: "hash", run: this.#number, text: run.module.state_hash() });
+      if (this.#setup?.lesson) post({ kind: "grade", run: this.#number, grade: run.module.grade() ?? null });
     }
     if (!this.#pageReady || !this.#stale) return;
     this.#pageReady = false;

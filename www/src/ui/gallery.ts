@@ -1,7 +1,9 @@
 // The gallery: a dozen experiments to begin by a click.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, html, nothing, type TemplateResult } from "lit";
 import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
+import { addressOf as addressOfLesson, passed, teach } from "../lessons.js";
+import type { LessonInfo } from "../protocol/module.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
@@ -13,6 +15,8 @@ export class SlamGallery extends SlamDialog {
     li button { display: grid; align-content: start; justify-items: start; justify-content: stretch; grid-template-columns: minmax(0, 1fr); gap: 4px; width: 100%; height: 100%; padding: 13px 15px; white-space: normal; text-align: left; border-radius: 14px; }
     b { font-weight: 620; font-size: 15px; }
     small { font-size: 13px; line-height: 1.4; color: var(--muted); font-weight: 400; }
+    h3:not(#title) { margin: 20px 0 0; }
+    .done { color: var(--good); }
     .made { margin-top: 3px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
   `];
 
@@ -20,15 +24,29 @@ export class SlamGallery extends SlamDialog {
 
   override render(): TemplateResult {
     return html`<dialog aria-labelledby="title" data-testid="gallery" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
-      <header><h3 id="title">Experiments</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
+      <header><h3 id="title">Experiments and lessons</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
       <p>Each is a run that is set up so that one thing is seen. It begins at once; what to watch stands beside the map.</p>
       <ul>${EXHIBITS.map((each) => html`<li><button data-testid="exhibit-${each.name}" @click=${() => this.#begin(each)}>
         <b>${each.title}</b><small>${each.about}</small><span class="made">${this.#made(each)}</span></button></li>`)}</ul>
+      <h3>Lessons</h3>
+      <p>Each is a run with a fault. Find the setting or the method that mends it: figures say whether it is, and the map whether you can see it.</p>
+      <ul>${this.store.offer.lessons.map((each, place) => this.#lesson(each, place))}</ul>
     </dialog>`;
   }
 
+  #lesson(lesson: LessonInfo, place: number): TemplateResult {
+    return html`<li><button data-testid="lesson-${lesson.name}" @click=${() => this.#teach(lesson)}>
+      <b>${place + 1}. ${lesson.title}</b><small>${lesson.task}</small><span class="made">${this.#made(lesson)}${passed().has(lesson.name) ? html` · <span class="done">✓ mended</span>` : nothing}</span></button></li>`;
+  }
+
+  #teach(lesson: LessonInfo): void {
+    this.close();
+    if (location.hash === addressOfLesson(lesson)) teach(this.store, this.client, lesson);
+    else location.hash = addressOfLesson(lesson);
+  }
+
   /** World, sensor and method, as the choosers call them. */
-  #made({ setup }: Exhibit): string {
+  #made({ setup }: Pick<Exhibit, "setup"> | LessonInfo): string {
     const { sensors, methods } = this.store.offer;
     const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
     const method = methods.find(({ name }) => name === setup.method)?.title ?? setup.method;

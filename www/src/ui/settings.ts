@@ -2,6 +2,7 @@
 // at once or on restart.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { current } from "../lessons.js";
 import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -50,9 +51,10 @@ export class SlamSettings extends SlamElement {
     const effective = store.settings.filter((s) => s.idle === "");
     const found = effective.filter((s) => matches(s, this.#search));
     // Search finds everything, and what was changed stays in sight.
-    const shown = found.filter((s) => this.#all || this.#search !== "" || s.isBasic || s.key in store.setup.settings);
+    const shown = found.filter((s) => this.#all || this.#search !== "" || s.isBasic || this.#differs(s));
     const groups = [...new Set(shown.map((s) => s.group))];
-    const changed = effective.filter((s) => s.key in store.setup.settings).length;
+    const changed = effective.filter((s) => this.#differs(s)).length;
+    const isLesson = current(store) !== null;
     const idle = store.settings.filter((s) => s.idle !== "" && s.key in store.setup.settings);
     const waits = this.#waiting();
     return html`
@@ -60,16 +62,25 @@ export class SlamSettings extends SlamElement {
       <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = valueOf(e); this.requestUpdate(); }}>
       <label class="all"><input type="checkbox" data-testid="settings-all" .checked=${this.#all} @change=${(e: Event) => { this.#all = isChecked(e); this.requestUpdate(); }}> All settings</label>
       ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.join(", ")} ${waits.length === 1 ? "waits" : "wait"} for a restart.</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
-      ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure({})}>All defaults</button></div>` : ""}
+      ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${isLesson ? "what the lesson gave" : changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure(this.#given)}>${isLesson ? "As it was given" : "All defaults"}</button></div>` : ""}
       ${idle.length > 0 ? html`<ul class="idle" data-testid="settings-idle">${idle.map((s) => html`<li>${s.idle}.</li>`)}</ul>` : ""}
       ${groups.map((group) => this.#group(group, shown.filter((s) => s.group === group)))}
       ${shown.length === 0 && this.#search !== "" ? html`<p>No setting matches. The search covers names, units and meanings.</p>` : ""}
     `;
   }
 
+  /** What is changed from: nothing, or the fault of a lesson, which is not to be given away. */
+  get #given(): SettingValues {
+    return current(this.store)?.lesson.setup.settings ?? {};
+  }
+
+  #differs({ key, default: byDefault }: SettingInfo): boolean {
+    return (this.store.setup.settings[key] ?? byDefault) !== (this.#given[key] ?? byDefault);
+  }
+
   #group(group: string, settings: readonly SettingInfo[]): TemplateResult {
     const presets = this.store.offer.presets.filter((p) => p.group === group);
-    const changed = settings.filter((s) => s.key in this.store.setup.settings).length;
+    const changed = settings.filter((s) => this.#differs(s)).length;
     return html`<details data-testid="settings-${group}" ?open=${this.#search !== ""}>
       <summary><span>${group}</span>${changed > 0 ? html`<span class="count">${changed} changed</span>` : ""}</summary>
       ${presets.length > 0 ? html`<div class="presets" role="group" aria-label="Presets of ${group}">${presets.map((preset) => html`<button title=${preset.meaning} aria-pressed=${this.#holds(preset)} @click=${() => this.#apply(preset)}>${preset.name}</button>`)}</div>` : ""}
@@ -80,12 +91,13 @@ export class SlamSettings extends SlamElement {
   #row(s: SettingInfo): TemplateResult {
     const { settings } = this.store.setup;
     const value = settings[s.key] ?? s.default;
-    const differs = s.key in settings;
+    const differs = this.#differs(s);
+    const before = this.#given[s.key] ?? s.default;
     const id = `s-${s.key}`;
     return html`<div class="row ${differs ? "changed" : ""} ${s.kind === "choice" ? "choice" : ""}">
       <label for=${id}>${s.name}</label>
       <span class="field">${this.#field(s, id, value)}</span>
-      <button class="back" ?hidden=${!differs} title="Back to ${written(s, s.default)}" aria-label="${s.name}: back to ${written(s, s.default)}" @click=${() => this.#set(s, s.default)}>${icons.again}</button>
+      <button class="back" ?hidden=${!differs} title="Back to ${written(s, before)}" aria-label="${s.name}: back to ${written(s, before)}" @click=${() => this.#set(s, before)}>${icons.again}</button>
       <small>${s.meaning} ${s.kind === "real" || s.kind === "whole" ? html`${range(s)}, default ${written(s, s.default)}.` : ""}${s.atOnce ? "" : html` <em>On restart.</em>`}</small>
     </div>`;
   }

@@ -1,6 +1,7 @@
 // One hint for the first visit, dismissed for good by the first action.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { current as currentLesson } from "../lessons.js";
 import { ifAllowed } from "../storage.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -15,14 +16,14 @@ export class SlamTip extends SlamElement {
     @keyframes in { from { opacity: 0; transform: translateY(6px); } }
   `;
 
-  protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit"] as const;
+  protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit", "lesson"] as const;
   #seen = ifAllowed(() => localStorage.getItem(KEY)) !== null;
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, layers, editing, tour, exhibit } = this.store;
     // The tour says so at its end, and an experiment has a story of its own. A click chooses a
     // room, or start and goal, where those are shown.
-    if (this.#seen || tour || exhibit || editing || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    if (this.#seen || tour || exhibit || currentLesson(this.store) || editing || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Point2;
 
 use crate::geom::{Length, Pose2, unit_vector};
-use crate::map::{CellState, Evidence, Grid, GridConfig, GridError};
+use crate::map::{Evidence, Grid, GridConfig, GridError};
 use crate::points::thinned;
 
 /// From so many places of a way is looked around at most, ...
@@ -61,15 +61,4 @@ pub(super) fn seen_from(way: &[Point2<f64>], walls: &[Point2<f64>]) -> Result<Gr
         grid.draw(&evidence, &Pose2::identity());
     }
     Ok(grid)
-}
-
-/// Middles of the occupied cells.
-pub(super) fn occupied(grid: &Grid) -> Vec<Point2<f64>> {
-    let is_occupied = |odds| grid.state_of(odds) == CellState::Occupied;
-    let rect = grid.rect_where(is_occupied).into_iter();
-    let cells = rect.flat_map(|rect| rect.cells());
-    cells
-        .filter(|cell| is_occupied(grid.log_odds(*cell)))
-        .map(|cell| grid.centre_of(cell))
-        .collect()
 }

@@ -84,7 +84,7 @@ fn loaded(
     let there = map_from_loaded.inverse();
     let moved = |points: &[Point2<f64>]| points.iter().map(|p| there * *p).collect();
     MapPoints {
-        walls: moved(&occupied(grid)),
+        walls: moved(&grid.occupied()),
         way: moved(way),
         landmarks: moved(landmarks),
         grid: None,
@@ -184,7 +184,7 @@ fn what_is_seen_from_a_way_is_free() {
     let rng = &mut ChaCha8Rng::seed_from_u64(5);
     let building = Building::new("office");
     let (drawn, way) = building.seen([0.0, 1.0], 60, rng);
-    let seen = seen_from(&way, &occupied(&drawn)).unwrap();
+    let seen = seen_from(&way, &drawn.occupied()).unwrap();
     let rect = seen
         .rect_where(|odds| seen.state_of(odds) == CellState::Free)
         .unwrap();

@@ -1,5 +1,7 @@
 //! What a grid holds of a rectangle.
 
+use nalgebra::Point2;
+
 use super::{BLOCK, Grid};
 use crate::map::{BlockIndex, CellRect, CellState};
 
@@ -27,6 +29,18 @@ impl Grid {
             }
         }
         states
+    }
+
+    /// Middles of the occupied cells, m, in the grid's frame; row by row.
+    #[must_use]
+    pub fn occupied(&self) -> Vec<Point2<f64>> {
+        let is_occupied = |odds| self.state_of(odds) == CellState::Occupied;
+        let rect = self.rect_where(is_occupied).into_iter();
+        let cells = rect.flat_map(|rect| rect.cells());
+        cells
+            .filter(|cell| is_occupied(self.log_odds(*cell)))
+            .map(|cell| self.centre_of(cell))
+            .collect()
     }
 
     /// The blocks that a rectangle of cells meets, of those that there are.

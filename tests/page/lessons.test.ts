@@ -1,0 +1,86 @@
+// Lessons: a run with a fault, mended as a person would, graded by what is measured.
+import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+
+const begin = async (lab: Lab, name: string): Promise<void> => {
+  await lab.at('show-gallery').click();
+  await lab.at(`lesson-${name}`).click();
+  await expect(lab.at('lesson')).toBeVisible();
+};
+
+/** To the end of a try. */
+const graded = async (lab: Lab): Promise<void> => {
+  await lab.speed('Infinity');
+  await expect.poll(async () => (await lab.state()).grade?.isOver, { timeout: 120_000 }).toBe(true);
+};
+
+test('a robot that goes through no door is mended, and it stays noted', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
+  test.setTimeout(240_000);
+  await lab.open();
+  await begin(lab, 'shy');
+  expect((await lab.state()).setup.settings).toEqual({ 'pilot.gap': 0.3 });
+  await expect(lab.at('mark-explored')).toContainText('≥ 95 %');
+  if (isMobile) await lab.hidePanels();
+  await graded(lab);
+  await expect(lab.at('verdict')).toContainText('Not mended yet');
+  await expect(lab.at('mark-explored')).toHaveAttribute('data-met', 'false');
+  await expect(lab.at('mark-contacts')).toHaveAttribute('data-met', 'true');
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+
+  await lab.show('settings');
+  await lab.at('settings-search').fill('kept from obstacles');
+  await lab.at('s-pilot.gap').fill('5');
+  await lab.at('s-pilot.gap').blur();
+  if (isMobile) await lab.hidePanels();
+  await lab.at('try-again').click();
+  await expect.poll(async () => (await lab.state()).grade?.isOver ?? false).toBe(false);
+  await graded(lab);
+  await expect(lab.at('verdict')).toContainText('Mended');
+  await expect(lab.at('next-lesson')).toBeVisible();
+
+  await page.reload();
+  await lab.at('show-gallery').click();
+  await expect(lab.at('lesson-shy')).toContainText('mended');
+  await expect(lab.at('lesson-crooked')).not.toContainText('mended');
+});
+
+test('a teacher passes on an address, and another method may be the way out', async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await page.goto('/#lesson=blind-faith');
+  await expect(lab.at('lesson')).toContainText('It never looks twice');
+  await expect.poll(async () => (await lab.state()).method).toBe('odometry');
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
+  await expect(lab.at('lesson'), 'it is the same lesson').toBeVisible();
+  await graded(lab);
+  await expect(lab.at('verdict')).toContainText('Mended');
+  await lab.at('next-lesson').click();
+  await expect(lab.at('lesson')).toContainText('Through no door');
+  expect(new URL(page.url()).hash).toBe('#lesson=shy');
+});
+
+test('the fault itself is not taken away, nor the method where it matters', async ({ lab }) => {
+  await lab.open();
+  await begin(lab, 'crooked');
+  await lab.watch((s) => s.scans, 'it runs').toBeGreaterThan(1);
+  const hash = (await lab.state()).setup;
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await expect(lab.at('toast')).toContainText("the lesson's method is");
+  expect((await lab.state()).setup, 'the run goes on').toEqual(hash);
+  await expect(lab.at('lesson')).toBeVisible();
+});
+
+test('who goes elsewhere leaves the lesson, its address and its fault', async ({ lab, page }) => {
+  await lab.open();
+  await begin(lab, 'shy');
+  await lab.watch((s) => s.scans, 'it runs').toBeGreaterThan(1);
+  await lab.show('run');
+  await lab.at('world').selectOption('arena');
+  await expect(lab.at('lesson')).toHaveCount(0);
+  await expect.poll(async () => (await lab.state()).setup).toMatchObject({ world: 'arena', lesson: null, settings: {} });
+  expect(new URL(page.url()).hash).toBe('');
+  await page.goto('/#lesson=no-such');
+  await expect(lab.at('toast')).toContainText('There is no lesson no-such');
+});

@@ -1,0 +1,109 @@
+//! Lessons, for the page: what there is to mend, and what a try has reached.
+
+use serde::{Deserialize, Serialize};
+use slamlab_core::lesson::{self, LESSONS, Lesson, NotOfLesson};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{MeasureName, WebError, typed};
+use crate::link;
+use crate::run::WebRun;
+use crate::setup::Setup;
+
+crate::border::kinds! { Setup: NotOfLesson; }
+
+/// A run with a fault; see `Lesson` of the core.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct LessonInfo {
+    pub name: String,
+    pub title: String,
+    pub fault: String,
+    pub task: String,
+    pub hint: String,
+    /// What it begins with.
+    pub setup: Setup,
+    pub is_method_free: bool,
+    /// When it is graded at the latest, s.
+    pub seconds: f64,
+}
+
+/// What a try has reached of one goal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct Mark {
+    /// What is measured.
+    pub measure: MeasureName,
+    /// Whether the bound is the least that is asked for, or the most that is allowed.
+    pub is_least: bool,
+    /// The bound, in the unit of the measure.
+    pub bound: f64,
+    /// What was measured, in that unit; NaN where there is nothing yet.
+    pub value: f64,
+    /// Whether it is enough.
+    pub is_met: bool,
+}
+
+/// What a try has reached.
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct Grade {
+    /// Goal by goal.
+    pub marks: Vec<Mark>,
+    /// Whether it stands: the errand is over, or the time is up.
+    pub is_over: bool,
+    /// Whether it is over, and all is reached.
+    pub is_passed: bool,
+}
+
+impl From<lesson::Grade> for Grade {
+    fn from(grade: lesson::Grade) -> Self {
+        let mark = |mark: &lesson::Mark| Mark {
+            measure: mark.goal.measure.into(),
+            is_least: mark.goal.measure.is_least(),
+            bound: mark.goal.bound,
+            value: mark.value,
+            is_met: mark.is_met,
+        };
+        Self {
+            marks: grade.marks.iter().map(mark).collect(),
+            is_over: grade.is_over,
+            is_passed: grade.is_passed(),
+        }
+    }
+}
+
+/// All lessons.
+///
+/// # Errors    None that a page can cause.
+pub(crate) fn lessons() -> Result<Vec<LessonInfo>, WebError> {
+    let info = |lesson: &Lesson| {
+        Ok(LessonInfo {
+            name: lesson.name.to_owned(),
+            title: lesson.title.to_owned(),
+            fault: lesson.fault.to_owned(),
+            task: lesson.task.to_owned(),
+            hint: lesson.hint.to_owned(),
+            setup: Setup {
+                lesson: Some(lesson.name.to_owned()),
+                ..link::setup_of(lesson.begin()?)?
+            },
+            is_method_free: lesson.is_method_free,
+            seconds: lesson.seconds,
+        })
+    };
+    LESSONS.iter().map(info).collect()
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// What this try at a lesson has reached: by now, or when it was over; nothing of a run that is
+    /// none. Costs more than a step.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn grade(&self) -> Result<Option<Ts<Grade>>, WebError> {
+        let sim = self.simulated().ok();
+        let grade = sim.and_then(|sim| sim.grade());
+        grade.map(|grade| typed(&Grade::from(grade))).transpose()
+    }
+}
