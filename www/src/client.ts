@@ -12,6 +12,7 @@ import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
 import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
+import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
 import { isLink } from "./link.js";
 import { greet } from "./tour.js";
@@ -24,6 +25,9 @@ const LEASE_MILLIS = 5000;
 
 /** What makes another run of a simulation that goes the same way again. */
 const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto", "drive", "stop", "kidnap", "door", "cycle", "configure", "edit", "undo-edit", "remove-submap", "undo-removal"]);
+
+/** What begins another run. */
+const BEGINS: ReadonlySet<Command["kind"]> = new Set(["start", "follow", "replay", "connect", "cable", "begin-at"]);
 
 export class Client {
   readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
@@ -58,9 +62,13 @@ export class Client {
 
   send(command: Command, transfer: Transferable[] = []): void {
     if (this.store.source === "sim" && FORKS.has(command.kind)) this.store.fork();
+    // Who does something here wants nothing else.
+    if (this.store.lastRun && (FORKS.has(command.kind) || BEGINS.has(command.kind))) this.store.set("last", { lastRun: null });
     this.#worker.postMessage(command, transfer);
   }
 
+  /** How far the next run goes at once, s. */
+  #until: number | null = null;
   /** Name of the lesson that begins when it is known what there is. */
   #wanted: string | null = null;
   /** What was asked of simulated runs that have not begun yet, and how many they are. */
@@ -147,7 +155,10 @@ export class Client {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
-    else if (!this.visit(location.hash) && !greet(this.store, this)) this.start();
+    else if (!this.visit(location.hash) && !greet(this.store, this)) {
+      this.start();
+      this.store.set("last", { lastRun: lastRun() });
+    }
   }
 
   /** Begins what stands behind the page's address, a link or an experiment; `false` where nothing
@@ -392,9 +403,15 @@ export class Client {
     if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
-  /** Does the experiment of a link again. */
-  follow(link: string): void {
+  /** The recording that is shown, and which of its topics are meant. */
+  get recording(): { file: File; topics: Topics | null } | null {
+    return this.#recording && { file: this.#recording, topics: this.#topics };
+  }
+
+  /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
+  follow(link: string, until: number | null = null): void {
     this.store.set("run", { loading: "the experiment" });
+    this.#until = until;
     this.send({ kind: "follow", link });
   }
 
@@ -543,6 +560,8 @@ export class Client {
       this.store.begin(start);
       this.#list();
       this.onStart(start.isAgain);
+      if (this.#until !== null) this.seek(this.#until);
+      this.#until = null;
       if (this.#skipped === "") return;
       this.store.note({ time: 0, level: "warn", text: this.#skipped });
       this.#warn(this.#skipped);
@@ -638,6 +657,7 @@ export class Client {
       this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
     },
     link: ({ link }) => void this.#giveLink(link),
+    kept: ({ link }) => keepSimulation(this.store, link),
     failed: ({ text }) => {
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });

@@ -2,6 +2,7 @@
 
 import { Client } from "./client.js";
 import { exhibitAt } from "./gallery.js";
+import { keepLastRun } from "./last_run.js";
 import { current as currentLesson, lessonAt } from "./lessons.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
@@ -29,6 +30,7 @@ import "./ui/edit.js";
 import "./ui/fit.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
+import "./ui/last_run.js";
 import "./ui/lesson.js";
 import { SlamGallery } from "./ui/gallery.js";
 import "./ui/topics.js";
@@ -73,6 +75,7 @@ const scene = new Scene();
 const client = new Client(store, scene);
 startTheme(store);
 keepView(store);
+keepLastRun(store, client);
 
 /** Makes each component where index.html has its place. */
 for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {

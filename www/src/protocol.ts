@@ -30,6 +30,8 @@ export type Command =
   | { kind: "follow"; link: string }
   /** Asks for the link of this run, which began with `setup`; it is answered by `link`. */
   | { kind: "link"; setup: Setup }
+  /** The same for the next visit; it is answered by `kept`. */
+  | { kind: "keep"; setup: Setup }
   /** A building to drive in from files of others: a floor plan (.svg), a submap (.smap),
       OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
@@ -219,5 +221,7 @@ export type Answer =
   | { kind: "bridge"; state: BridgeState | null }
   /** Something could not be done; the state before stays. */
   /** What stands behind the `#` of the address of this run. */
+  /** `null` where no link can tell what was done. */
+  | { kind: "kept"; link: string | null }
   | { kind: "link"; link: string }
   | { kind: "failed"; about: ErrorKind; text: string };

@@ -9,6 +9,7 @@ import type { Frame, Status } from "./protocol/frame.js";
 import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
+import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
 import { type Mark, marked } from "./past.js";
 import type { Shown } from "./gallery.js";
@@ -20,7 +21,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last";
 
 export interface LogEntry {
   time: number;
@@ -177,6 +178,8 @@ export class Store {
   moved = 0;
   /** What the map was worth when it was asked for. */
   quality: Quality | null = null;
+  /** What was left on the last visit, while it is offered. */
+  lastRun: LastRun | null = null;
   /** What this try at a lesson has reached. */
   grade: Grade | null = null;
   /** The part that is done where the map is being judged, 0 to 1. */

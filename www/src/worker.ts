@@ -5,7 +5,7 @@ import init, { WebRun, offer, read_link } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
-import type { EditName } from "./protocol/module.js";
+import type { EditName, Setup } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
 import { BridgeLink } from "./source/bridge_link.js";
@@ -160,6 +160,15 @@ function simulated(act: (run: Run) => void): void {
   if (player.run?.kind === "sim") command(act);
 }
 
+/** `null` where there is none: a person did what no link tells. */
+function linkOf({ module }: Run, setup: Setup): string | null {
+  try {
+    return module.link(setup);
+  } catch {
+    return null;
+  }
+}
+
 const handlers: Handlers<Command> = {
   ...questions(player, savedMap),
   start: ({ setup, play }) => {
@@ -180,6 +189,10 @@ const handlers: Handlers<Command> = {
   link: ({ setup }) => {
     const { run } = player;
     if (run) post({ kind: "link", link: run.module.link(setup) });
+  },
+  keep: ({ setup }) => {
+    const { run } = player;
+    if (run?.kind === "sim") post({ kind: "kept", link: linkOf(run, setup) });
   },
   replay: (command) => {
     interrupt();

@@ -121,7 +121,7 @@ export class SlamMap extends SlamElement {
       this.#hasTable = hasTable;
     });
     for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
-    for (const topic of ["tab", "tour", "exhibit", "lesson"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
+    for (const topic of ["tab", "tour", "exhibit", "lesson", "last"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
       if (this.#draft && !this.store.editing) this.#setDraft(null);
@@ -388,7 +388,7 @@ export class SlamMap extends SlamElement {
     this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
     // What is told covers the upper part of a phone, and stands beside the map where there is room
     // for both. During the tour there is no legend.
-    const isTold = this.store.tour !== null || this.store.exhibit !== null || currentLesson(this.store) !== null;
+    const isTold = this.store.tour !== null || this.store.exhibit !== null || currentLesson(this.store) !== null || this.store.lastRun !== null;
     const card = isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
     const legend = matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;

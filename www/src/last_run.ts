@@ -1,0 +1,105 @@
+// The run that was under way when the page was left: kept in this browser, and offered on the next
+// visit. A simulation is kept as the link that does it again, a recording with its file.
+
+import type { Client } from "./client.js";
+import type { Topics } from "./protocol.js";
+import type { MethodName, SettingValues, Setup } from "./protocol/module.js";
+import { ifAllowed } from "./storage.js";
+import type { Store } from "./store.js";
+
+const KEY = "slamlab-last-run";
+const DATABASE = "slamlab";
+const FILES = "files";
+const RECORDING = "recording";
+/** How often what there is is kept, wall milliseconds. */
+const KEEPS_EVERY = 3000;
+/** A shorter run is none that somebody misses, s. */
+const LEAST_SECONDS = 20;
+/** A larger recording is not kept, bytes: browsers have little more room for a page. */
+const MOST_BYTES = 256e6;
+
+interface Told { readonly title: string; readonly method: MethodName; /** s of the run. */ readonly time: number }
+/** `link` is null where none can tell what was done: then it begins again from `setup`. */
+export type LastSimulation = Told & { readonly kind: "sim"; readonly link: string | null; readonly setup: Setup };
+export type LastRecording = Told & { readonly kind: "replay"; readonly topics: Topics | null; readonly settings: SettingValues };
+export type LastRun = LastSimulation | LastRecording;
+
+/** What was left, if somebody left something. */
+export function lastRun(): LastRun | null {
+  try {
+    const last = JSON.parse(localStorage.getItem(KEY) ?? "null") as LastRun | null;
+    const isOne = last && (last.kind === "sim" || last.kind === "replay") && typeof last.title === "string" && Number.isFinite(last.time);
+    return isOne ? last : null;
+  } catch {
+    // Forbidden, or not written by us.
+    return null;
+  }
+}
+
+/** Keeps what runs from here on; not while what was left before is still offered. */
+export function keepLastRun(store: Store, client: Client): void {
+  let kept: File | null = null;
+  setInterval(() => {
+    const { source, status, lastRun: offered } = store;
+    if (offered || !status || status.time < LEAST_SECONDS) return;
+    if (source === "sim") client.send({ kind: "keep", setup: store.started });
+    const { recording } = client;
+    if (source !== "replay" || !recording) return;
+    if (recording.file !== kept) {
+      kept = recording.file;
+      void keepFile(recording.file);
+    }
+    const { title, method, setup: { settings } } = store;
+    keep({ kind: "replay", title, method, time: status.time, topics: recording.topics, settings });
+  }, KEEPS_EVERY);
+}
+
+/** The link of a simulation that is under way. */
+export function keepSimulation({ title, method, status, started, lastRun: offered }: Store, link: string | null): void {
+  if (!offered && status) keep({ kind: "sim", title, method, time: status.time, link, setup: started });
+}
+
+/** Goes on in what was left. */
+export async function goOn(store: Store, client: Client): Promise<void> {
+  const { lastRun: last } = store;
+  store.set("last", { lastRun: null });
+  if (last?.kind === "sim") return last.link === null ? client.start(last.setup) : client.follow(last.link, last.time);
+  if (last?.kind !== "replay") return;
+  const file = await keptFile();
+  if (!file) {
+    store.set("toast", { toast: { level: "warn", text: `The browser did not keep ${last.title}: open it again.` } });
+    return;
+  }
+  store.set("settings", { setup: { ...store.setup, settings: last.settings } });
+  await client.open(new File([file], last.title), last.method, last.topics);
+}
+
+function keep(last: LastRun): void {
+  ifAllowed(() => localStorage.setItem(KEY, JSON.stringify(last)));
+}
+
+async function keepFile(file: File): Promise<void> {
+  if (file.size > MOST_BYTES) return;
+  // A browser that has no room for it keeps nothing, and says so when it is asked for.
+  await inFiles("readwrite", (files) => files.put(file, RECORDING)).catch(() => {});
+}
+
+const keptFile = (): Promise<Blob | null> =>
+  inFiles<unknown>("readonly", (files) => files.get(RECORDING)).then((file) => (file instanceof Blob ? file : null), () => null);
+
+function inFiles<T>(mode: IDBTransactionMode, ask: (files: IDBObjectStore) => IDBRequest<T>): Promise<T> {
+  return new Promise((resolve, reject) => {
+    const opening = indexedDB.open(DATABASE, 1);
+    opening.onupgradeneeded = () => opening.result.createObjectStore(FILES);
+    opening.onerror = () => reject(opening.error ?? new Error("no storage"));
+    opening.onsuccess = () => {
+      const database = opening.result;
+      const transaction = database.transaction(FILES, mode);
+      const request = ask(transaction.objectStore(FILES));
+      transaction.oncomplete = () => resolve(request.result);
+      transaction.onabort = () => reject(transaction.error ?? new Error("no room"));
+      // Close waits for the transaction.
+      database.close();
+    };
+  });
+}
