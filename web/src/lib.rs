@@ -10,7 +10,7 @@
 //! | feature | module | what it has |
 //! |---|---|---|
 //! | `run` | `slamlab_web` | runs of any source, and what is asked of them |
-//! | `files` | `slamlab_files` | files of others: buildings, pose graphs, recordings of ROS |
+//! | `files` | `slamlab_files` | files of others: buildings, pose graphs, recordings of ROS; worlds that are drawn |
 //! | `lab` | `slamlab_lab` | the registration lab |
 //! | `cable` | `slamlab_cable` | the local bridge |
 #![cfg_attr(
@@ -93,6 +93,8 @@ mod status;
 mod submaps;
 #[cfg(feature = "run")]
 mod view;
+#[cfg(feature = "files")]
+mod world_editor;
 
 #[cfg(feature = "run")]
 pub use bench::{BenchResponse, BenchTrial};
@@ -166,3 +168,5 @@ pub use view::{GridChange, SlamView};
 fn start() {
     std::panic::set_hook(Box::new(|info| wasm_bindgen::throw_str(&info.to_string())));
 }
+#[cfg(feature = "files")]
+pub use world_editor::{NoSuchWorld, WorldCheck, WorldFault, check_world, world_file};

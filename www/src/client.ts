@@ -14,9 +14,10 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { isLink } from "./link.js";
+import { isLink, isSharedWorld } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
+import type { WorldDesk } from "./world_desk.js";
 import { LEAST_MOVE } from "./view/submaps.js";
 import { isFirstVisit } from "./visit.js";
 
@@ -50,6 +51,8 @@ export class Client {
   });
   /** As the page was opened: the tour notes that somebody was here. */
   readonly #isFirstVisit = isFirstVisit();
+  /** The world editor, while it is open: what is read then is drawn on, and not driven in. */
+  desk: WorldDesk | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
 
@@ -155,7 +158,7 @@ export class Client {
     const token = tokenOf(location);
     const url = await bridgeAddress(location);
     if (url) this.connect(url, token);
-    else if (!this.visit(location.hash) && !greet(this.store, this)) {
+    else if (!this.visit(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
       this.start();
       this.store.set("last", { lastRun: lastRun() });
     }
@@ -494,7 +497,8 @@ export class Client {
     await this.#reading(file.name, async () => {
       const { name } = file;
       const bytes = await file.arrayBuffer();
-      if (content === "world") this.start({ world: name, worldJson: new TextDecoder().decode(bytes), mode: "explore" });
+      if (content === "world" && this.desk) this.desk.open(name, new TextDecoder().decode(bytes), []);
+      else if (content === "world") this.start({ world: name, worldJson: new TextDecoder().decode(bytes), mode: "explore" });
       else if (content === "preset") this.send({ kind: "preset", name, bytes }, [bytes]);
       else if (content === "graph") this.send({ kind: "solve-graph", name, bytes }, [bytes]);
       else this.send({ kind: "go-on", name, bytes }, [bytes]);
@@ -614,7 +618,10 @@ export class Client {
     },
     contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
     bridge: ({ state }) => this.store.set("bridge", { bridge: state }),
+    "world-file": ({ world, text }) => this.desk?.open(world, text, []),
+    "world-checked": ({ number, fault }) => this.desk?.judge(number, fault),
     built: ({ name, worldJson, skipped }) => {
+      if (this.desk) return this.desk.open(name, worldJson, skipped);
       this.start({ world: name, worldJson, mode: "explore" });
       this.#leaveOut(name, skipped);
     },

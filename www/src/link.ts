@@ -5,3 +5,11 @@
 export function isLink(hash: string): boolean {
   return hash.startsWith("#run&");
 }
+
+/** What the address of a drawn world begins with behind its `#`, itself included. */
+export const WORLD_PREFIX = "#world=";
+
+/** Whether what stands behind the address is a drawn world; the editor reads it. */
+export function isSharedWorld(hash: string): boolean {
+  return hash.startsWith(WORLD_PREFIX);
+}

@@ -6,6 +6,7 @@ import { keepLastRun } from "./last_run.js";
 import { current as currentLesson, lessonAt } from "./lessons.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
+import { isSharedWorld } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
@@ -61,6 +62,7 @@ import "./ui/toast.js";
 import "./ui/tour.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
+import type { SlamEditor } from "./editor/editor.js";
 import type { SlamRegistration } from "./registration/lab.js";
 import type { Box } from "./view/camera.js";
 import { landmarksOf } from "./view/layers/landmarks.js";
@@ -156,6 +158,33 @@ function hideLab(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
+/** The world editor, the same way. The run waits behind it. */
+let editor: SlamEditor | null = null;
+async function showEditor(link: string | null = null): Promise<void> {
+  if (client.mayBeDriving) client.stop();
+  if (store.source === "sim") client.send({ kind: "pause" });
+  if (!editor) {
+    try {
+      await import(new URL("editor.js", import.meta.url).href);
+    } catch {
+      store.set("toast", { toast: { level: "warn", text: "The world editor could not be loaded. Is the server still there?" } });
+      return;
+    }
+    // It reads the link of the address by itself.
+    link = null;
+    editor ??= Object.assign(document.createElement("slam-editor") as SlamEditor, { store, client, onClose: hideEditor });
+  }
+  setBehind(true);
+  document.body.append(editor);
+  editor.focus();
+  if (link !== null) await editor.openLink(link);
+}
+function hideEditor(): void {
+  editor?.remove();
+  setBehind(false);
+  dispatchEvent(new Event("focus-map"));
+}
+
 /** What lies behind the lab cannot be reached. */
 function setBehind(isBehind: boolean): void {
   for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
@@ -166,6 +195,7 @@ store.on("tour", () => document.body.toggleAttribute("data-tour", store.tour !==
 
 addEventListener("show-help", () => help.show());
 addEventListener("show-gallery", () => gallery.show());
+addEventListener("show-editor", () => (editor?.isConnected ? hideEditor() : void showEditor()));
 addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
 addEventListener("show-robot", (event) => ((event as CustomEvent<boolean>).detail ? store.follow || map.toggleFollow() : map.fit()));
@@ -181,7 +211,7 @@ const byHand = {
 startGamepad(byHand);
 startKeyboard({
   ...byHand,
-  busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false),
+  busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
   steers: () => store.source !== "replay",
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
@@ -207,6 +237,7 @@ startKeyboard({
     g: () => gallery.show(),
     k: () => store.source === "sim" && client.copyLink(),
     l: () => void showLab(),
+    o: () => void showEditor(),
     t: () => switchTheme(store),
     x: () => store.source === "sim" && store.toggleLayer("truth"),
     "?": () => help.show(),
@@ -261,6 +292,7 @@ for (const name of OF_THE_STORE) Object.defineProperty(figures, name, { get: () 
 Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 
 // An address that is changed while the page is open.
+addEventListener("hashchange", () => isSharedWorld(location.hash) && void showEditor(location.hash));
 addEventListener("hashchange", () => client.visit(location.hash) || store.set("exhibit", { exhibit: null }));
 // Who begins something else leaves the experiment, and its address.
 store.on("exhibit", () => {
@@ -281,3 +313,4 @@ document.addEventListener("visibilitychange", () => {
 });
 
 void client.begin();
+if (isSharedWorld(location.hash)) void showEditor();

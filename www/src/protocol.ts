@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -38,6 +38,10 @@ export type Command =
   /** The same, or a world, as a map to be found in; without files the map as the present run has
       drawn it. It is answered by `prior-map`. */
   | { kind: "read-prior-map"; name: string; files: readonly GivenBytes[] }
+  /** A built-in world to be drawn on. It is answered by `world-file`. */
+  | { kind: "world-file"; world: string }
+  /** Whether a robot can be in what was drawn. It is answered by `world-checked`. */
+  | { kind: "check-world"; text: string; number: number }
   /** A recorded log. Topics are those of a recording of ROS; without them they are asked for by
       `topics` where it has several. */
   | ({ kind: "replay"; name: string; bytes: ArrayBuffer; topics: Topics | null } & ReplaySetup)
@@ -183,6 +187,10 @@ export type Answer =
   /** A building that was asked for, as the text of a world file, and what of the file is not in
       it. */
   | ({ kind: "built"; name: string } & Building)
+  /** A built-in world as the text of a world file. */
+  | { kind: "world-file"; world: string; text: string }
+  /** What is wrong with the drawing of this number; null: nothing. */
+  | { kind: "world-checked"; number: number; fault: WorldFault | null }
   /** A map to be found in that was asked for. */
   | ({ kind: "prior-map" } & PriorMapFile)
   /** The saved map that runs go on in from here on, none where the name is empty; whether one is to

@@ -89,6 +89,35 @@ pub enum WorldFileError {
     },
 }
 
+/// What is wrong with a world, for whoever has its drawing before them and no lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WorldFault {
+    /// The kind of part that is wrong: `start`, `goal`, `world`, `obstacle`, `door` or `mover`;
+    /// `file` where there is no world to be drawn at all.
+    pub part: String,
+    /// Its number from 0, where there are several of the kind.
+    pub index: Option<usize>,
+    /// What is wrong, in words.
+    pub text: String,
+}
+
+impl From<&WorldFileError> for WorldFault {
+    fn from(error: &WorldFileError) -> Self {
+        let (part, index, text) = match error {
+            WorldFileError::World { source, .. } => {
+                let (part, index) = source.part();
+                (part, index, source.to_string())
+            }
+            _ => ("file", None, error.to_string()),
+        };
+        Self {
+            part: part.to_owned(),
+            index,
+            text,
+        }
+    }
+}
+
 /// Reads a world and checks that its robot can stand at the start.
 ///
 /// # Errors    [`WorldFileError`], with the line of what is wrong. Never panics, whatever the
@@ -166,13 +195,10 @@ fn in_words(error: &serde_path_to_error::Error<serde_json::Error>) -> String {
 /// The line on which the part that an error names begins: the key of the world, or the element of
 /// its list.
 fn line_of_part(bytes: &[u8], error: &WorldError) -> usize {
-    let part = match error {
-        WorldError::Value { part, .. } | WorldError::Count { part, .. } => part.as_str(),
-        _ => "start",
-    };
-    let (key, index) = match part.split_once(' ') {
-        Some((list, number)) => (format!("{list}s"), number.parse().ok()),
-        None => (part.to_owned(), None),
+    let (kind, index) = error.part();
+    let key = match index {
+        Some(_) => format!("{kind}s"),
+        None => kind.to_owned(),
     };
     line_of_key(bytes, &key, index).unwrap_or(1)
 }

@@ -2,6 +2,6 @@
 // flat arrays. Both are made with them. What two modules have is of the one that runs.
 
 export type * from "../../pkg/slamlab_web.js";
-export type { Building, GivenFile, ImportedLog, OfferedTopic, RosTopics, SolvedGraph } from "../../pkg/slamlab_files.js";
+export type { Building, GivenFile, ImportedLog, OfferedTopic, RosTopics, SolvedGraph, WorldFault } from "../../pkg/slamlab_files.js";
 export type { AdvisedMethod, BasinAsk, CloudPair, MeasuredRow, PairInfo, Registered, RegistrationAdvice, RegistrationOffer } from "../../pkg/slamlab_lab.js";
 export * from "../../pkg/layout.js";

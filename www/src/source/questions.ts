@@ -11,7 +11,7 @@ import type { FileModule } from "./files.js";
 import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "world-file" | "check-world" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
@@ -62,6 +62,8 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
       const graph = solve_graph(new Uint8Array(bytes));
       post({ kind: "solved-graph", name, graph }, [graph.before, graph.after, graph.file].map(({ buffer }) => buffer as ArrayBuffer));
     }),
+    "world-file": ({ world }) => void givenFile("", ({ world_file }) => post({ kind: "world-file", world, text: world_file(world) })),
+    "check-world": ({ text, number }) => void givenFile("", ({ check_world }) => post({ kind: "world-checked", number, ...check_world(text) })),
     contest: ({ ask, watched }) => {
       const { run } = player;
       if (run) contest.begin(watched, () => run.module.contest(ask));

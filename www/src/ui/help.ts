@@ -23,6 +23,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["R", "start again"],
   ["M, or Shift + A", "save the map; A alone steers to the left, and saves where there is nothing to steer: in a recording"],
   ["K", "copy the link of this run"],
+  ["O", "draw a world of your own, and let the robot map it"],
   ["L", "the registration lab: two scans on each other, by every method"],
   ["X", "show or hide the truth, which only a simulator knows"],
   ["G", "the gallery of experiments"],

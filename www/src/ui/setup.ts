@@ -43,7 +43,7 @@ export class SlamSetup extends SlamElement {
     label > * { color: var(--ink); font-size: 14px; }
     .wide { grid-column: 1 / -1; }
     .seed { display: flex; gap: 6px; }
-    .seed button:not(.icon) { flex: 1; }
+    .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
     .files { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
     .files button, .files select { padding: 0 6px; }
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
@@ -63,11 +63,15 @@ export class SlamSetup extends SlamElement {
       <h2 id="run">Run</h2>
       <div class="grid" role="group" aria-labelledby="run">
         <label class="wide">World
+          <span class="seed">
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: valueOf(e), worldJson: null })}>
             ${recorded ? html`<option selected value="">${source === "bridge" ? "Robot at" : "Recording:"} ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
             ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
           </select>
+          <button class="icon" title="Draw a world of your own, or change this one (O)" aria-label="Draw a world" data-testid="draw-world"
+            @click=${() => dispatchEvent(new Event("show-editor"))}>${icons.pencil}</button>
+          </span>
         </label>
         <label ?hidden=${recorded}>Sensor
           <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: valueOf(e) })}>

@@ -173,6 +173,32 @@ fn what_is_no_world_file_is_refused() {
 }
 
 #[test]
+fn a_fault_names_the_part_of_the_drawing() {
+    let fault = |text: &str| WorldFault::from(&read(text.as_bytes()).unwrap_err());
+    let with = |parts: &str| {
+        fault(&format!(
+            r#"{{ "slamlab_world": 1, "name": "x", "start": {{ "x": 0, "y": 0 }}, {parts} }}"#
+        ))
+    };
+    let inside = with(
+        r#""obstacles": [ { "shape": "circle", "centre": [3, 0], "radius": 1 },
+                          { "shape": "circle", "centre": [0, 0], "radius": 1 } ]"#,
+    );
+    assert_eq!((inside.part.as_str(), inside.index), ("start", None));
+    assert!(inside.text.contains("stands in obstacle 1 (a circle)"));
+    let thin = with(
+        r#""obstacles": [], "doors": [ { "from": [1, 0], "to": [2, 0] },
+                                       { "from": [1, 1], "to": [1, 1] } ]"#,
+    );
+    assert_eq!((thin.part.as_str(), thin.index), ("door", Some(1)));
+    assert!(thin.text.starts_with("door 1: width is 0"), "{}", thin.text);
+    let shapeless = with(r#""obstacles": [ { "shape": "circle", "centre": [0, 0] } ]"#);
+    assert_eq!((shapeless.part.as_str(), shapeless.index), ("file", None));
+    assert_eq!(fault("[").part, "file");
+    assert_eq!(fault("").part, "file");
+}
+
+#[test]
 fn built_in_worlds_survive_being_written_and_read() {
     for name in worlds::NAMES {
         let world = worlds::builtin(name).unwrap();

@@ -54,6 +54,22 @@ pub enum WorldError {
     },
 }
 
+impl WorldError {
+    /// The part of the world that is wrong, by its kind (`start`, `goal`, `world`, `obstacle`,
+    /// `door`, `mover`) and, where there are several, its number from 0.
+    #[must_use]
+    pub fn part(&self) -> (&str, Option<usize>) {
+        let part = match self {
+            Self::Value { part, .. } | Self::Count { part, .. } => part.as_str(),
+            Self::StartBlocked { .. } => "start",
+        };
+        match part.split_once(' ') {
+            Some((kind, number)) => (kind, number.parse().ok()),
+            None => (part, None),
+        }
+    }
+}
+
 pub(super) fn check_point(part: &str, point: &Point2<f64>) -> Result<(), WorldError> {
     check_coordinate(part, "x", point.x)?;
     check_coordinate(part, "y", point.y)

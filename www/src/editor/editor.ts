@@ -1,0 +1,389 @@
+// The world editor: it lies over the map, and its code is loaded when it is opened first. What is
+// drawn is a world file; whether a robot can be in it the core says.
+
+import { css, html, LitElement, nothing, type TemplateResult } from "lit";
+import type { Client } from "../client.js";
+import { faultOf } from "../fault.js";
+import { isSharedWorld } from "../link.js";
+import type { WorldFault } from "../protocol/module.js";
+import { download } from "../save.js";
+import { ifAllowed } from "../storage.js";
+import type { Store } from "../store.js";
+import { icons } from "../ui/icons.js";
+import { filesOf, valueOf } from "../ui/input.js";
+import { shared } from "../ui/style.js";
+import type { WorldDesk } from "../world_desk.js";
+import "./board.js";
+import type { EditorBoard } from "./board.js";
+import { type Drawing, EMPTY, type Material, parsed, type PartRef, written } from "./drawing.js";
+import { inspector, MATERIALS } from "./inspector.js";
+import { EditorModel } from "./model.js";
+import { sharedHash, sharedWorld } from "./share.js";
+import { type ToolName, TOOLS } from "./tools.js";
+
+/** Where the browser keeps the drawing. */
+const KEPT = "slamlab-drawing";
+/** Wall milliseconds of rest before a drawing is checked and kept. */
+const REST = 200;
+/** A run that has gone on for longer is not ended without a question, s. */
+const LONG_RUN = 60;
+
+export class SlamEditor extends LitElement implements WorldDesk {
+  static override styles = [shared, css`
+    :host { position: fixed; inset: 56px 0 0; z-index: 20; background: var(--page); outline: none; }
+    .page { height: 100%; padding: 10px 14px 14px; display: grid; grid-template: auto minmax(0, 1fr) / minmax(0, 1fr) 300px; gap: 10px; }
+    .head { grid-column: 1 / -1; display: flex; flex-wrap: wrap; align-items: center; gap: 8px; }
+    h2 { font: 620 20px/1.2 var(--sans); letter-spacing: -.02em; text-transform: none; color: var(--ink); white-space: nowrap; margin-right: 6px; }
+    .tools { display: flex; gap: 5px; flex-wrap: wrap; }
+    .tools button { padding: 0 10px; }
+    button[aria-pressed="true"] { border-color: var(--accent); box-shadow: inset 0 0 0 1px var(--accent); color: var(--accent-ink); }
+    .grow { flex: 1; }
+    .run { background: var(--accent); color: var(--on-accent); border-color: transparent; }
+    .run:hover { background: var(--accent-ink); border-color: transparent; }
+    .side { min-height: 0; overflow-y: auto; display: flex; flex-direction: column; gap: 12px; padding: 14px; border: 1px solid var(--line); border-radius: 12px; background: var(--surface); scrollbar-width: thin; }
+    .side p { margin: 0; font-size: 13px; line-height: 1.45; }
+    h3 { margin: 0 0 8px; font: 620 15px/1.2 var(--sans); }
+    .fields { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; }
+    label { display: grid; gap: 3px; font-size: 12.5px; color: var(--muted); }
+    label > input, label > select { color: var(--ink); font-size: 14px; }
+    .wide, .check { grid-column: 1 / -1; }
+    .check { display: flex; align-items: center; gap: 8px; min-height: 32px; color: var(--ink); font-size: 13.5px; }
+    .check input { width: 17px; height: 17px; accent-color: var(--accent); }
+    .row { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 10px; }
+    .row button, .row .button { min-height: 34px; font-size: 13px; padding: 0 10px; }
+    .said { padding: 9px 11px; border-radius: 10px; border: 1px solid var(--line); }
+    .bad { border-color: var(--warn); color: var(--warn-ink); }
+    hr { width: 100%; border: 0; border-top: 1px solid var(--line); margin: 0; }
+    .file { position: relative; display: contents; }
+    @media (max-width: 760px) {
+      :host { inset: 54px 0 0; }
+      .page { padding: 8px; gap: 8px; grid-template: auto minmax(0, 1.5fr) minmax(0, 1fr) / minmax(0, 1fr); }
+      h2, .grow { display: none; }
+      .tools { flex-wrap: nowrap; overflow-x: auto; width: 100%; padding: 2px; scrollbar-width: none; }
+      .tools button { flex: none; }
+      .run { flex: 1; }
+      .side { padding: 10px; }
+    }
+  `];
+
+  /** Set by whoever makes the element. */
+  store!: Store;
+  client!: Client;
+  onClose: () => void = () => {};
+  readonly #model = new EditorModel();
+  /** The number of what was last asked to be checked, and a file among it that is to be opened. */
+  #number = 0;
+  #opening: { number: number; name: string; text: string; skipped: readonly string[] } | null = null;
+  /** What is done when that is opened, or refused. */
+  #next: (() => void) | null = null;
+  #resting = 0;
+  #checked: Drawing | null = null;
+  #judged: Drawing | null = null;
+  /** A run is to begin as soon as the drawing is judged; with a question, or surely. */
+  #runsThen: "perhaps" | "surely" | null = null;
+  #isFirst = true;
+  #isBegun = false;
+  #asksToEnd = false;
+  #note: { text: string; isBad: boolean } | null = null;
+
+  constructor() {
+    super();
+    this.#model.on(() => this.#changed());
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.setAttribute("role", "dialog");
+    this.setAttribute("aria-label", "World editor");
+    this.tabIndex = -1;
+    this.client.desk = this;
+    this.#asksToEnd = false;
+    if (this.#isBegun) return;
+    this.#isBegun = true;
+    this.store.on("theme", () => this.#board?.recolour());
+    this.addEventListener("keydown", (event) => this.#key(event));
+    this.addEventListener("keyup", (event) => event.key === "Alt" && this.#holdOff(false));
+    for (const kind of ["dragenter", "dragover", "dragleave"]) this.addEventListener(kind, (event) => {
+      event.preventDefault();
+      event.stopPropagation();
+    });
+    this.addEventListener("drop", (event) => {
+      event.preventDefault();
+      event.stopPropagation();
+      void this.client.openAll([...(event.dataTransfer?.files ?? [])]);
+    });
+    this.#model.begin(EMPTY);
+    const kept = ifAllowed(() => localStorage.getItem(KEPT));
+    const linked = isSharedWorld(location.hash) ? location.hash : null;
+    // The drawing of before is one step behind that of the link.
+    this.#next = kept && linked ? () => void this.openLink(linked) : null;
+    if (kept) this.open("your last drawing", kept, []);
+    else if (linked) void this.openLink(linked);
+    else this.#openPresent();
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    if (this.client.desk === this) this.client.desk = null;
+  }
+
+  /** Draws on the world of a link. */
+  async openLink(hash: string): Promise<void> {
+    try {
+      this.open("the world of the link", await sharedWorld(hash), []);
+    } catch (error) {
+      this.#say(faultOf(error).text, true);
+    }
+  }
+
+  get #board(): EditorBoard | null {
+    return this.renderRoot.querySelector("editor-board");
+  }
+
+  /** The world of the run behind the editor. */
+  #openPresent(): void {
+    const { source, started } = this.store;
+    if (source !== "sim") return this.#model.open(EMPTY);
+    if (started.worldJson !== null) this.open(started.world, started.worldJson, []);
+    else this.client.send({ kind: "world-file", world: started.world });
+  }
+
+  open(name: string, text: string, skipped: readonly string[]): void {
+    this.#opening = { number: ++this.#number, name, text, skipped };
+    this.client.send({ kind: "check-world", text, number: this.#number });
+  }
+
+  judge(number: number, fault: WorldFault | null): void {
+    if (number !== this.#number) return;
+    const opening = this.#opening;
+    if (opening?.number === number) {
+      this.#opening = null;
+      const next = this.#next;
+      this.#next = null;
+      if (next) queueMicrotask(next);
+      if (fault?.part === "file") return this.#say(`${opening.name}: ${fault.text}`, true);
+      const drawing = parsed(opening.text);
+      this.#checked = drawing;
+      if (this.#isFirst) this.#model.begin(drawing);
+      else this.#model.open(drawing);
+      this.#isFirst = false;
+      this.#say(opening.skipped.length > 0 ? `${opening.name}: left out ${opening.skipped.join(", ")}.` : "", true);
+      this.#board?.fit();
+    }
+    this.#model.fault = fault;
+    this.#judged = this.#checked;
+    this.#model.notify();
+    const runs = this.#runsThen;
+    this.#runsThen = null;
+    if (runs) this.#run(runs === "surely");
+  }
+
+  #say(text: string, isBad = false): void {
+    this.#note = text === "" ? null : { text, isBad };
+    this.requestUpdate();
+  }
+
+  #changed(): void {
+    this.requestUpdate();
+    clearTimeout(this.#resting);
+    if (this.#model.drawing !== this.#checked) this.#resting = setTimeout(() => this.#check(), REST);
+  }
+
+  /** Has the drawing checked, and keeps it. */
+  #check(): void {
+    const { drawing } = this.#model;
+    if (drawing === this.#checked) return;
+    this.#checked = drawing;
+    const text = written(drawing);
+    ifAllowed(() => localStorage.setItem(KEPT, text));
+    // The address of a link is that of another drawing from here on.
+    if (isSharedWorld(location.hash)) history.replaceState(null, "", location.pathname + location.search);
+    this.client.send({ kind: "check-world", text, number: ++this.#number });
+  }
+
+  #holdOff(isOff: boolean): void {
+    this.#model.isHeldOff = isOff;
+  }
+
+  #key(event: KeyboardEvent): void {
+    const target = event.composedPath()[0];
+    const isField = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
+    if (event.key === "Alt") {
+      event.preventDefault();
+      return this.#holdOff(true);
+    }
+    if (event.key === "Escape") {
+      event.preventDefault();
+      if (this.#model.draft) this.#model.cancel();
+      else if (this.#model.chosen) this.#model.choose(null);
+      else this.onClose();
+      return;
+    }
+    if (isField) return;
+    const act = event.ctrlKey || event.metaKey ? this.#withControl(event) : KEYS[event.key.toLowerCase()];
+    if (!act) return;
+    event.preventDefault();
+    act(this.#model, this.#board);
+  }
+
+  #withControl({ key, shiftKey }: KeyboardEvent): Act | undefined {
+    const name = key.toLowerCase();
+    if (name === "z") return shiftKey ? (model) => model.redo() : (model) => model.undo();
+    if (name === "y") return (model) => model.redo();
+    if (name === "d") return (model) => model.duplicate();
+    return undefined;
+  }
+
+  /** Begins a run in the drawing. A run that somebody has waited for is not ended without a
+      question. */
+  #run(isSure: boolean): void {
+    const { drawing, fault } = this.#model;
+    if (drawing !== this.#judged) {
+      this.#runsThen = isSure ? "surely" : "perhaps";
+      return this.#check();
+    }
+    if (fault) return;
+    const { source, status } = this.store;
+    if (!isSure && (source !== "sim" || (status?.time ?? 0) > LONG_RUN)) {
+      this.#asksToEnd = true;
+      this.requestUpdate();
+      return;
+    }
+    this.client.start({ world: drawing.name || "my world", worldJson: written(drawing), mode: "explore" });
+    this.onClose();
+  }
+
+  #save(): void {
+    const { drawing } = this.#model;
+    download(new Blob([written(drawing)], { type: "application/json" }), `${drawing.name.replace(/[^\w-]+/g, "-") || "world"}.json`);
+  }
+
+  async #share(): Promise<void> {
+    try {
+      const hash = await sharedHash(written(this.#model.drawing));
+      history.replaceState(null, "", `${location.pathname}${location.search}${hash}`);
+    } catch (error) {
+      return this.#say(faultOf(error).text, true);
+    }
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.#say("The link is copied: it opens this drawing.");
+    } catch {
+      // No clipboard without the right to it, or without TLS.
+      this.#say("The link stands in the address of this page: it opens this drawing.");
+    }
+  }
+
+  #beginWith(event: Event): void {
+    const world = valueOf(event);
+    (event.target as HTMLSelectElement).value = "";
+    if (world === "(empty)") {
+      this.#model.open({ ...EMPTY });
+      this.#board?.fit();
+    } else if (world === "(present)") this.#openPresent();
+    else this.client.send({ kind: "world-file", world });
+  }
+
+  override render(): TemplateResult {
+    const model = this.#model;
+    const { tool, draft, fault } = model;
+    return html`
+      <div class="page">
+        <div class="head">
+          <h2>Draw a world</h2>
+          <div class="tools" role="toolbar" aria-label="Tools">
+            ${(Object.entries(TOOLS) as [ToolName, (typeof TOOLS)[ToolName]][]).map(([name, { title, key }]) => html`
+              <button data-testid="tool-${name}" title="${title} (${key})" aria-pressed=${tool === name} @click=${() => model.take(name)}>${title}</button>`)}
+          </div>
+          <div class="grow"></div>
+          <button class="icon" data-testid="editor-undo" aria-label="Undo" title="Undo (Ctrl + Z)" ?disabled=${!model.canUndo} @click=${() => model.undo()}>${icons.undo}</button>
+          <button class="icon" data-testid="editor-redo" aria-label="Redo" title="Redo (Ctrl + Shift + Z)" ?disabled=${!model.canRedo} @click=${() => model.redo()}>${REDO}</button>
+          <button class="icon" aria-label="Show the whole drawing" title="Show the whole drawing (0)" @click=${() => this.#board?.fit()}>${icons.fit}</button>
+          <button class="run" data-testid="editor-run" ?disabled=${fault !== null} @click=${() => this.#run(false)}>${icons.play} Run in it</button>
+          <button class="icon" data-testid="editor-close" aria-label="Close the editor; the drawing is kept" title="Close; the drawing is kept (Esc)" @click=${() => this.onClose()}>${icons.close}</button>
+        </div>
+        <editor-board .model=${model}></editor-board>
+        <div class="side">
+          ${this.#asksToEnd ? html`
+            <div class="said bad" role="alert" data-testid="editor-ends">
+              <p>The present run and the map that it has drawn end with it.</p>
+              <div class="row">
+                <button class="run" data-testid="editor-run-surely" @click=${() => this.#run(true)}>Begin in the drawing</button>
+                <button @click=${() => { this.#asksToEnd = false; this.requestUpdate(); }}>Keep the run</button>
+              </div>
+            </div>` : nothing}
+          ${fault ? html`
+            <div class="said bad" role="alert">
+              <p data-testid="editor-fault">${fault.text[0]?.toUpperCase()}${fault.text.slice(1)}.</p>
+              ${this.#wrong(fault)}
+            </div>` : nothing}
+          ${this.#note ? html`<p class="said ${this.#note.isBad ? "bad" : ""}" role="status" data-testid="editor-note">${this.#note.text}</p>` : nothing}
+          <p data-testid="editor-hint"><b>${TOOLS[tool].title}.</b> ${TOOLS[tool].words}</p>
+          ${draft && TOOLS[draft.tool].takes === "many" ? html`
+            <div class="row">
+              <button data-testid="editor-done" @click=${() => model.finish(false)}>Done</button>
+              ${draft.points.length > 2 ? html`<button data-testid="editor-close-shape" @click=${() => model.finish(true)}>Join to the first</button>` : nothing}
+              <button data-testid="editor-cancel" @click=${() => model.cancel()}>Cancel</button>
+            </div>` : nothing}
+          ${tool === "wall" || tool === "box" || tool === "post" ? html`
+            <label>surface of what is drawn
+              <select data-testid="editor-material" @change=${(e: Event) => { model.material = valueOf(e) as Material; model.notify(); }}>
+                ${Object.entries(MATERIALS).map(([name, words]) => html`<option value=${name} .selected=${model.material === name}>${words}</option>`)}
+              </select>
+            </label>` : nothing}
+          <label class="check"><input type="checkbox" data-testid="editor-snap" .checked=${model.snaps} @change=${(e: Event) => { model.snaps = (e.target as HTMLInputElement).checked; }}>Snap to ends, right angles, grid <span class="muted">(Alt: not)</span></label>
+          ${tool === "select" ? html`<hr><div>${inspector(model)}</div>` : nothing}
+          <hr>
+          <label>name<input type="text" maxlength="60" data-testid="editor-name" .value=${model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
+          <label>begin with
+            <select data-testid="editor-begin" @change=${(e: Event) => this.#beginWith(e)}>
+              <option value="" selected>another world…</option>
+              <option value="(empty)">an empty floor</option>
+              ${this.store.source === "sim" ? html`<option value="(present)">the world of this run</option>` : nothing}
+              ${this.store.offer.worlds.map((world) => html`<option value=${world}>${world}</option>`)}
+            </select>
+          </label>
+          <div class="row">
+            <label class="file"><input type="file" data-testid="editor-file" multiple aria-label="Open a world (.json), a floor plan (.svg) or a map" @change=${(e: Event) => void this.client.openAll(filesOf(e))}><span class="button">${icons.open} Open…</span></label>
+            <button data-testid="editor-save" title="Save the world as a file (.json)" @click=${() => this.#save()}>${icons.save} Save</button>
+            <button data-testid="editor-share" title="Copy a link that opens this drawing" @click=${() => void this.#share()}>${icons.link} Link</button>
+          </div>
+        </div>
+      </div>
+    `;
+  }
+
+  /** The way to what is wrong. */
+  #wrong({ part, index }: WorldFault): TemplateResult | typeof nothing {
+    const ref: PartRef | null = part === "start" || part === "goal" ? { kind: part } : (part === "obstacle" || part === "door" || part === "mover") && index !== null ? { kind: part, index } : null;
+    if (!ref) return nothing;
+    return html`<div class="row"><button data-testid="editor-show-fault" @click=${() => { this.#model.take("select"); this.#model.choose(ref); }}>Show it</button></div>`;
+  }
+}
+
+type Act = (model: EditorModel, board: EditorBoard | null) => void;
+
+const REDO = html`<svg viewBox="0 0 24 24" aria-hidden="true"><path d="M15.5 5 20 9.5 15.5 14"/><path d="M19.5 9.5H10a5 5 0 0 0 0 10h3"/></svg>`;
+
+const KEYS: Readonly<Record<string, Act>> = {
+  ...Object.fromEntries((Object.entries(TOOLS) as [ToolName, { key: string }][]).map(([name, { key }]) => [key.toLowerCase(), (model: EditorModel, board: EditorBoard | null) => {
+    model.take(name);
+    board?.canvas.focus({ preventScroll: true });
+  }])),
+  delete: (model) => model.remove(),
+  backspace: (model) => (model.draft ? model.undo() : model.remove()),
+  q: (model) => model.turn(Math.PI / 12),
+  e: (model) => model.turn(-Math.PI / 12),
+  ",": (model) => model.chooseNext(-1),
+  ".": (model) => model.chooseNext(1),
+  n: (model) => {
+    model.snaps = !model.snaps;
+    model.notify();
+  },
+  "+": (_, board) => board?.zoom(1.25),
+  "=": (_, board) => board?.zoom(1.25),
+  "-": (_, board) => board?.zoom(0.8),
+  0: (_, board) => board?.fit(),
+};
+
+customElements.define("slam-editor", SlamEditor);
