@@ -5,7 +5,7 @@ import { shared } from "../ui/style.js";
 import { Camera } from "../view/camera.js";
 import { listenToGestures } from "../view/gestures.js";
 import { boxOf } from "./outline.js";
-import type { PartRef, Point } from "./drawing.js";
+import type { Point } from "./drawing.js";
 import type { EditorModel } from "./model.js";
 import { coloursOf, type Colours, paint } from "./paint.js";
 import { gridOf, onGrid } from "./snap.js";
@@ -118,20 +118,11 @@ export class EditorBoard extends LitElement {
     const { draft, cursor } = model;
     const coming = draft && cursor ? { ...draft, points: [...draft.points, cursor.point] } : draft;
     paint(context, this.camera, this.#colours, {
-      drawing: model.drawing, chosen: model.chosen, wrong: this.#wrong(), handles: model.handles(this.camera.scale),
+      drawing: model.drawing, chosen: model.chosen, wrong: model.wrong, handles: model.handles(this.camera.scale),
       draft: coming && made(coming, model.material, false), points: draft?.points ?? [], cursor,
       measure: draft && cursor ? measure(draft, cursor.point) : "",
     });
     this.requestUpdate();
-  }
-
-  #wrong(): PartRef | null {
-    const { fault } = this.model;
-    if (!fault) return null;
-    const { part, index } = fault;
-    if (part === "start" || part === "goal") return { kind: part };
-    if ((part === "obstacle" || part === "door" || part === "mover") && index !== null) return { kind: part, index };
-    return null;
   }
 
   #key(event: KeyboardEvent): void {

@@ -1,7 +1,7 @@
 // The world editor: it lies over the map, and its code is loaded when it is opened first. What is
 // drawn is a world file; whether a robot can be in it the core says.
 
-import { css, html, LitElement, nothing, type TemplateResult } from "lit";
+import { html, LitElement, nothing, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
 import { faultOf } from "../fault.js";
 import { isSharedWorld } from "../link.js";
@@ -15,10 +15,11 @@ import { shared } from "../ui/style.js";
 import type { WorldDesk } from "../world_desk.js";
 import "./board.js";
 import type { EditorBoard } from "./board.js";
-import { type Drawing, EMPTY, type Material, parsed, type PartRef, written } from "./drawing.js";
+import { type Drawing, EMPTY, type Material, parsed, written } from "./drawing.js";
 import { inspector, MATERIALS } from "./inspector.js";
 import { EditorModel } from "./model.js";
 import { sharedHash, sharedWorld } from "./share.js";
+import { layout } from "./style.js";
 import { type ToolName, TOOLS } from "./tools.js";
 
 /** Where the browser keeps the drawing. */
@@ -29,42 +30,7 @@ const REST = 200;
 const LONG_RUN = 60;
 
 export class SlamEditor extends LitElement implements WorldDesk {
-  static override styles = [shared, css`
-    :host { position: fixed; inset: 56px 0 0; z-index: 20; background: var(--page); outline: none; }
-    .page { height: 100%; padding: 10px 14px 14px; display: grid; grid-template: auto minmax(0, 1fr) / minmax(0, 1fr) 300px; gap: 10px; }
-    .head { grid-column: 1 / -1; display: flex; flex-wrap: wrap; align-items: center; gap: 8px; }
-    h2 { font: 620 20px/1.2 var(--sans); letter-spacing: -.02em; text-transform: none; color: var(--ink); white-space: nowrap; margin-right: 6px; }
-    .tools { display: flex; gap: 5px; flex-wrap: wrap; }
-    .tools button { padding: 0 10px; }
-    button[aria-pressed="true"] { border-color: var(--accent); box-shadow: inset 0 0 0 1px var(--accent); color: var(--accent-ink); }
-    .grow { flex: 1; }
-    .run { background: var(--accent); color: var(--on-accent); border-color: transparent; }
-    .run:hover { background: var(--accent-ink); border-color: transparent; }
-    .side { min-height: 0; overflow-y: auto; display: flex; flex-direction: column; gap: 12px; padding: 14px; border: 1px solid var(--line); border-radius: 12px; background: var(--surface); scrollbar-width: thin; }
-    .side p { margin: 0; font-size: 13px; line-height: 1.45; }
-    h3 { margin: 0 0 8px; font: 620 15px/1.2 var(--sans); }
-    .fields { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; }
-    label { display: grid; gap: 3px; font-size: 12.5px; color: var(--muted); }
-    label > input, label > select { color: var(--ink); font-size: 14px; }
-    .wide, .check { grid-column: 1 / -1; }
-    .check { display: flex; align-items: center; gap: 8px; min-height: 32px; color: var(--ink); font-size: 13.5px; }
-    .check input { width: 17px; height: 17px; accent-color: var(--accent); }
-    .row { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 10px; }
-    .row button, .row .button { min-height: 34px; font-size: 13px; padding: 0 10px; }
-    .said { padding: 9px 11px; border-radius: 10px; border: 1px solid var(--line); }
-    .bad { border-color: var(--warn); color: var(--warn-ink); }
-    hr { width: 100%; border: 0; border-top: 1px solid var(--line); margin: 0; }
-    .file { position: relative; display: contents; }
-    @media (max-width: 760px) {
-      :host { inset: 54px 0 0; }
-      .page { padding: 8px; gap: 8px; grid-template: auto minmax(0, 1.5fr) minmax(0, 1fr) / minmax(0, 1fr); }
-      h2, .grow { display: none; }
-      .tools { flex-wrap: nowrap; overflow-x: auto; width: 100%; padding: 2px; scrollbar-width: none; }
-      .tools button { flex: none; }
-      .run { flex: 1; }
-      .side { padding: 10px; }
-    }
-  `];
+  static override styles = [shared, layout];
 
   /** Set by whoever makes the element. */
   store!: Store;
@@ -315,7 +281,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
           ${fault ? html`
             <div class="said bad" role="alert">
               <p data-testid="editor-fault">${fault.text[0]?.toUpperCase()}${fault.text.slice(1)}.</p>
-              ${this.#wrong(fault)}
+              ${model.wrong ? html`<div class="row"><button data-testid="editor-show-fault" @click=${() => model.showWrong()}>Show it</button></div>` : nothing}
             </div>` : nothing}
           ${this.#note ? html`<p class="said ${this.#note.isBad ? "bad" : ""}" role="status" data-testid="editor-note">${this.#note.text}</p>` : nothing}
           <p data-testid="editor-hint"><b>${TOOLS[tool].title}.</b> ${TOOLS[tool].words}</p>
@@ -331,7 +297,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
                 ${Object.entries(MATERIALS).map(([name, words]) => html`<option value=${name} .selected=${model.material === name}>${words}</option>`)}
               </select>
             </label>` : nothing}
-          <label class="check"><input type="checkbox" data-testid="editor-snap" .checked=${model.snaps} @change=${(e: Event) => { model.snaps = (e.target as HTMLInputElement).checked; }}>Snap to ends, right angles, grid <span class="muted">(Alt: not)</span></label>
+          <label class="check"><input type="checkbox" data-testid="editor-snap" .checked=${model.snaps} @change=${(e: Event) => { model.snaps = (e.target as HTMLInputElement).checked; }}><span>Snap to ends, right angles and the grid <span class="muted">(N; Alt holds it off)</span></span></label>
           ${tool === "select" ? html`<hr><div>${inspector(model)}</div>` : nothing}
           <hr>
           <label>name<input type="text" maxlength="60" data-testid="editor-name" .value=${model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
@@ -351,13 +317,6 @@ export class SlamEditor extends LitElement implements WorldDesk {
         </div>
       </div>
     `;
-  }
-
-  /** The way to what is wrong. */
-  #wrong({ part, index }: WorldFault): TemplateResult | typeof nothing {
-    const ref: PartRef | null = part === "start" || part === "goal" ? { kind: part } : (part === "obstacle" || part === "door" || part === "mover") && index !== null ? { kind: part, index } : null;
-    if (!ref) return nothing;
-    return html`<div class="row"><button data-testid="editor-show-fault" @click=${() => { this.#model.take("select"); this.#model.choose(ref); }}>Show it</button></div>`;
   }
 }
 

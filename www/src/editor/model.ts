@@ -97,6 +97,19 @@ export class EditorModel {
     return this.chosen && partAt(this.drawing, this.chosen);
   }
 
+  /** The part that is wrong, where it is one. */
+  get wrong(): PartRef | null {
+    const { part = "", index = null } = this.fault ?? {};
+    if (part === "start" || part === "goal") return { kind: part };
+    return (part === "obstacle" || part === "door" || part === "mover") && index !== null ? { kind: part, index } : null;
+  }
+
+  showWrong(): void {
+    const { wrong } = this;
+    this.take("select");
+    this.choose(wrong);
+  }
+
   handles(scale: number): Handle[] {
     const part = this.tool === "select" ? this.chosenPart : null;
     return part ? handlesOf(part, ARM / scale) : [];

@@ -65,7 +65,7 @@ function paintGrid(context: CanvasRenderingContext2D, camera: Camera, colours: C
     context.stroke();
     context.globalAlpha = 1;
   };
-  if (cell * camera.scale >= 9) rules(cell, 0.45);
+  if (cell * camera.scale >= 7) rules(cell, 0.45);
   rules(camera.scale >= 14 ? 1 : 5, 1);
 }
 
@@ -153,7 +153,9 @@ function paintLengths(context: CanvasRenderingContext2D, camera: Camera, part: P
   const { points, closed, radius } = lineOf(part);
   if (part.kind === "start" || part.kind === "goal" || points.length > 60) return;
   if (radius > 0 && part.kind === "obstacle") return label(context, colours, `r ${radius.toFixed(2)} m`, camera.toScreen(...(points[0] as Point)));
-  const ends = closed ? points : points.slice(0, -1);
+  const isBox = part.kind === "obstacle" && part.value.shape === "rectangle";
+  // Of a box, two sides tell all.
+  const ends = isBox ? points.slice(0, 2) : closed ? points : points.slice(0, -1);
   ends.forEach((a, i) => {
     const b = points[(i + 1) % points.length] as Point;
     const length = distance(a, b);

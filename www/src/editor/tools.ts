@@ -4,7 +4,7 @@ import { tidy } from "./snap.js";
 import type { Material, Part, Point } from "./drawing.js";
 import { distance } from "./outline.js";
 
-export type ToolName = "select" | "wall" | "box" | "post" | "door" | "person" | "start" | "goal";
+export type ToolName = "select" | "wall" | "glass" | "box" | "post" | "door" | "person" | "start" | "goal";
 
 export interface Tool {
   readonly title: string;
@@ -18,6 +18,7 @@ export interface Tool {
 export const TOOLS: Readonly<Record<ToolName, Tool>> = {
   select: { title: "Select", key: "V", words: "Press something to choose it; drag it, or its handles.", takes: 0 },
   wall: { title: "Wall", key: "W", words: "Set corner after corner. On the last one again, or Enter: done. On the first: a closed room.", takes: "many" },
+  glass: { title: "Glass", key: "L", words: "A wall of glass: set corner after corner, as of a wall. Most beams go through it.", takes: "many" },
   box: { title: "Box", key: "B", words: "Drag from corner to corner.", takes: 2 },
   post: { title: "Post", key: "O", words: "Drag from the middle outwards.", takes: 2 },
   door: { title: "Door", key: "D", words: "Drag from one side of the gap to the other.", takes: 2 },
@@ -34,10 +35,12 @@ export interface Draft { readonly tool: ToolName; readonly points: readonly Poin
 /** What a draft makes; null where its points make nothing yet. */
 export function made({ tool, points }: Draft, material: Material, closed: boolean): Part | null {
   const [a, b] = points;
-  const of = material === "opaque" ? {} : { material };
+  const surface = tool === "glass" ? "glass" : material;
+  const of = surface === "opaque" ? {} : { material: surface };
   switch (tool) {
     case "select": return null;
-    case "wall": {
+    case "wall":
+    case "glass": {
       if (points.length < 2) return null;
       return { kind: "obstacle", value: { shape: "polyline", points, ...(closed && points.length > 2 ? { closed } : {}), ...of } };
     }
