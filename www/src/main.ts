@@ -160,9 +160,11 @@ function hideLab(): void {
 
 /** The world editor, the same way. The run waits behind it. */
 let editor: SlamEditor | null = null;
+let goesOn = false;
 async function showEditor(link: string | null = null): Promise<void> {
   if (client.mayBeDriving) client.stop();
-  if (store.source === "sim") client.send({ kind: "pause" });
+  if (!editor?.isConnected) goesOn = store.source === "sim" && store.playing;
+  if (goesOn) client.send({ kind: "pause" });
   if (!editor) {
     try {
       await import(new URL("editor.js", import.meta.url).href);
@@ -182,6 +184,7 @@ async function showEditor(link: string | null = null): Promise<void> {
 function hideEditor(): void {
   editor?.remove();
   setBehind(false);
+  if (goesOn) client.send({ kind: "play" });
   dispatchEvent(new Event("focus-map"));
 }
 

@@ -64,8 +64,13 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.tabIndex = -1;
     this.client.desk = this;
     this.#asksToEnd = false;
-    if (this.#isBegun) return;
+    if (!this.#isBegun) this.#listen();
     this.#isBegun = true;
+    // Where what reads worlds could not be loaded, it is asked for again.
+    if (this.#isFirst) this.#openFirst();
+  }
+
+  #listen(): void {
     this.store.on("theme", () => this.#board?.recolour());
     this.addEventListener("keydown", (event) => this.#key(event));
     this.addEventListener("keyup", (event) => event.key === "Alt" && this.#holdOff(false));
@@ -78,7 +83,10 @@ export class SlamEditor extends LitElement implements WorldDesk {
       event.stopPropagation();
       void this.client.openAll([...(event.dataTransfer?.files ?? [])]);
     });
-    this.#model.begin(EMPTY);
+  }
+
+  /** Until it is there nothing can be drawn that it would sweep away. */
+  #openFirst(): void {
     const kept = ifAllowed(() => localStorage.getItem(KEPT));
     const linked = isSharedWorld(location.hash) ? location.hash : null;
     // The drawing of before is one step behind that of the link.
@@ -99,6 +107,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       this.open("the world of the link", await sharedWorld(hash), []);
     } catch (error) {
       this.#say(faultOf(error).text, true);
+      if (this.#isFirst) this.#openPresent();
     }
   }
 
@@ -109,7 +118,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   /** The world of the run behind the editor. */
   #openPresent(): void {
     const { source, started } = this.store;
-    if (source !== "sim") return this.#model.open(EMPTY);
+    if (source !== "sim") return this.open("an empty floor", written(EMPTY), []);
     if (started.worldJson !== null) this.open(started.world, started.worldJson, []);
     else this.client.send({ kind: "world-file", world: started.world });
   }
@@ -127,13 +136,18 @@ export class SlamEditor extends LitElement implements WorldDesk {
       const next = this.#next;
       this.#next = null;
       if (next) queueMicrotask(next);
-      if (fault?.part === "file") return this.#say(`${opening.name}: ${fault.text}`, true);
+      if (fault?.part === "file") {
+        this.#say(`${opening.name}: ${fault.text}`, true);
+        if (this.#isFirst && !next) this.#openPresent();
+        this.#model.notify();
+        return;
+      }
       const drawing = parsed(opening.text);
       this.#checked = drawing;
       if (this.#isFirst) this.#model.begin(drawing);
       else this.#model.open(drawing);
+      if (!this.#isFirst || opening.skipped.length > 0) this.#say(opening.skipped.length > 0 ? `${opening.name}: left out ${opening.skipped.join(", ")}.` : "", true);
       this.#isFirst = false;
-      this.#say(opening.skipped.length > 0 ? `${opening.name}: left out ${opening.skipped.join(", ")}.` : "", true);
       this.#board?.fit();
     }
     this.#model.fault = fault;
@@ -158,7 +172,8 @@ export class SlamEditor extends LitElement implements WorldDesk {
   /** Has the drawing checked, and keeps it. */
   #check(): void {
     const { drawing } = this.#model;
-    if (drawing === this.#checked) return;
+    // What is being opened is judged first; the drawing that is kept may be that.
+    if (this.#isFirst || this.#opening || drawing === this.#checked) return;
     this.#checked = drawing;
     const text = written(drawing);
     ifAllowed(() => localStorage.setItem(KEPT, text));
@@ -185,7 +200,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       else this.onClose();
       return;
     }
-    if (isField) return;
+    if (isField || this.#isFirst) return;
     const act = event.ctrlKey || event.metaKey ? this.#withControl(event) : KEYS[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
@@ -257,7 +272,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       <div class="page">
         <div class="head">
           <h2>Draw a world</h2>
-          <div class="tools" role="toolbar" aria-label="Tools">
+          <div class="tools" role="toolbar" ?inert=${this.#isFirst} aria-label="Tools">
             ${(Object.entries(TOOLS) as [ToolName, (typeof TOOLS)[ToolName]][]).map(([name, { title, key }]) => html`
               <button data-testid="tool-${name}" title="${title} (${key})" aria-pressed=${tool === name} @click=${() => model.take(name)}>${title}</button>`)}
           </div>
@@ -265,11 +280,11 @@ export class SlamEditor extends LitElement implements WorldDesk {
           <button class="icon" data-testid="editor-undo" aria-label="Undo" title="Undo (Ctrl + Z)" ?disabled=${!model.canUndo} @click=${() => model.undo()}>${icons.undo}</button>
           <button class="icon" data-testid="editor-redo" aria-label="Redo" title="Redo (Ctrl + Shift + Z)" ?disabled=${!model.canRedo} @click=${() => model.redo()}>${REDO}</button>
           <button class="icon" aria-label="Show the whole drawing" title="Show the whole drawing (0)" @click=${() => this.#board?.fit()}>${icons.fit}</button>
-          <button class="run" data-testid="editor-run" ?disabled=${fault !== null} @click=${() => this.#run(false)}>${icons.play} Run in it</button>
+          <button class="run" data-testid="editor-run" ?disabled=${fault !== null || this.#isFirst} @click=${() => this.#run(false)}>${icons.play} Run in it</button>
           <button class="icon" data-testid="editor-close" aria-label="Close the editor; the drawing is kept" title="Close; the drawing is kept (Esc)" @click=${() => this.onClose()}>${icons.close}</button>
         </div>
-        <editor-board .model=${model}></editor-board>
-        <div class="side">
+        <editor-board .model=${model} ?inert=${this.#isFirst}></editor-board>
+        <div class="side" ?inert=${this.#isFirst}>
           ${this.#asksToEnd ? html`
             <div class="said bad" role="alert" data-testid="editor-ends">
               <p>The present run and the map that it has drawn end with it.</p>
@@ -300,7 +315,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
           <label class="check"><input type="checkbox" data-testid="editor-snap" .checked=${model.snaps} @change=${(e: Event) => { model.snaps = (e.target as HTMLInputElement).checked; }}><span>Snap to ends, right angles and the grid <span class="muted">(N; Alt holds it off)</span></span></label>
           ${tool === "select" ? html`<hr><div>${inspector(model)}</div>` : nothing}
           <hr>
-          <label>name<input type="text" maxlength="60" data-testid="editor-name" .value=${model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
+          <label>name<input type="text" maxlength="60" data-testid="editor-name" .value=${this.#isFirst ? "" : model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
           <label>begin with
             <select data-testid="editor-begin" @change=${(e: Event) => this.#beginWith(e)}>
               <option value="" selected>another world…</option>
