@@ -169,6 +169,7 @@ async function showEditor(link: string | null = null): Promise<void> {
     try {
       await import(new URL("editor.js", import.meta.url).href);
     } catch {
+      if (goesOn) client.send({ kind: "play" });
       store.set("toast", { toast: { level: "warn", text: "The world editor could not be loaded. Is the server still there?" } });
       return;
     }
