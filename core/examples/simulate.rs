@@ -59,8 +59,8 @@ struct Args {
     /// its `#`. It fails where another state comes of it than the link says.
     #[arg(long, value_name = "LINK", conflicts_with_all = ["world", "sensor", "seed", "mode", "goal", "method", "prior_map", "start", "kidnap", "settings", "preset", "go_on"])]
     link: Option<String>,
-    /// Do a lesson: its run, with what `--method` and `--set` mend. Graded when its errand is over or
-    /// its time is up; the exit status is 4 where a goal is missed.
+    /// Do a lesson: its run, with what `--method` and `--set` mend. Graded when its errand is over
+    /// or its time is up; the exit status is 4 where a goal is missed.
     #[arg(long, value_name = "NAME", value_parser = lesson, conflicts_with_all = ["link", "world", "sensor", "seed", "mode", "goal", "prior_map", "start", "kidnap", "preset", "go_on", "max_seconds"])]
     lesson: Option<&'static Lesson>,
     /// Metres in a unit of a floor plan; by default what the drawing says of itself.
