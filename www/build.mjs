@@ -1,7 +1,7 @@
 // Bundles the page into dist/: main.js; registration.js and editor.js, which are loaded when the
-// lab or the world editor is opened, and files.js when a file of others is; the workers, style.css, fonts, the wasm modules and
-// index.html. `node build.mjs` once; `node build.mjs --watch` again at every change. The module
-// must stand in pkg/ (cargo xtask run makes it).
+// lab or the world editor is opened, and files.js when a file of others is; the workers, style.css,
+// fonts, the wasm modules and index.html. `node build.mjs` once; `node build.mjs --watch` again at
+// every change. The module must stand in pkg/ (cargo xtask run makes it).
 
 import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
 import * as esbuild from "esbuild";

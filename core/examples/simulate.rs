@@ -79,8 +79,8 @@ struct Args {
     #[arg(long, allow_hyphen_values = true)]
     goal: Option<String>,
     /// How the robot estimates its pose: odometry, line-ekf, scan-matching, grid-particles,
-    /// prior-map, particle-localisation or histogram-localisation; line-ekf, or the lesson's own, by
-    /// default.
+    /// prior-map, particle-localisation or histogram-localisation; line-ekf, or the lesson's own,
+    /// by default.
     #[arg(long)]
     method: Option<String>,
     /// The map that `--method prior-map`, `particle-localisation` or `histogram-localisation` finds

@@ -1,4 +1,4 @@
-// Where the parts of a drawing are: their corners, how far a place is from them, what holds all.
+// Where the parts of a drawing are: their corners, how far a place is from them, the box of all.
 
 import type { Box } from "../view/camera.js";
 import { type Drawing, type Obstacle, type Part, partAt, type PartRef, partsOf, type Point, sameRef } from "./drawing.js";
