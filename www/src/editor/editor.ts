@@ -176,7 +176,11 @@ export class SlamEditor extends LitElement implements WorldDesk {
     if (this.#isFirst || this.#opening || drawing === this.#checked) return;
     this.#checked = drawing;
     const text = written(drawing);
-    ifAllowed(() => localStorage.setItem(KEPT, text));
+    const isKept = ifAllowed(() => {
+      localStorage.setItem(KEPT, text);
+      return true;
+    });
+    if (!isKept) this.#say("This browser has no room for the drawing, or keeps nothing: save it as a file before you leave the page.", true);
     // The address of a link is that of another drawing from here on.
     if (isSharedWorld(location.hash)) history.replaceState(null, "", location.pathname + location.search);
     this.client.send({ kind: "check-world", text, number: ++this.#number });
