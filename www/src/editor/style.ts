@@ -1,5 +1,5 @@
-// The layout of the editor: tools above, then board and panel side by side; on a phone one below the
-// other.
+// The layout of the editor: tools above, then board and panel side by side; on a phone one below
+// the other.
 
 import { css } from "lit";
 
