@@ -591,6 +591,11 @@ export class Client {
     },
     bench: ({ response }) => this.store.set("bench", { bench: response }),
     settings: ({ settings }) => this.store.set("settings", { settings }),
+    "followed-settings": ({ run, settings }) => {
+      if (run !== this.#run) return;
+      this.store.set("settings", { setup: { ...this.store.setup, settings } });
+      this.#list();
+    },
     calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
     sigma: (sigma) => this.store.set("sigma", { sigma }),
     fit: (fit) => this.store.set("fit", { fit }),

@@ -219,7 +219,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
