@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import { bridgeAddress, tokenOf } from "./bridge_address.js";
+import { hostOf, tokenOf } from "./bridge_address.js";
 import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
@@ -18,7 +18,6 @@ import { isLink } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
-import { isFirstVisit } from "./visit.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -48,8 +47,6 @@ export class Client {
     this.send({ kind: "unplug" });
     this.#warn(text);
   });
-  /** As the page was opened: the tour notes that somebody was here. */
-  readonly #isFirstVisit = isFirstVisit();
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
 
@@ -153,7 +150,8 @@ export class Client {
       simulation. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
-    const url = await bridgeAddress(location);
+    const { host, url } = await hostOf(location);
+    this.store.set("bridge", { host });
     if (url) this.connect(url, token);
     else if (!this.visit(location.hash) && !greet(this.store, this)) {
       this.start();
@@ -545,7 +543,7 @@ export class Client {
       this.store.set("run", { offer });
       if (this.#wanted !== null) this.#lesson(this.#wanted);
       this.#wanted = null;
-      void this.#ports.prepare(this.#isFirstVisit);
+      void this.#ports.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
