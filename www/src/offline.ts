@@ -62,22 +62,42 @@ export function keepForOffline(store: Store): void {
 
 /** Asks the server whether it has a newer build: a bridge that was away may be another. */
 export async function lookForNewer(store: Store): Promise<void> {
-  if (!registered) return;
-  try {
-    await registered.update();
-  } catch {
-    // Without a server there is nothing newer.
-    if (await isSomethingElse(registered)) return;
-  }
-  note(store, registered);
+  const found = registered;
+  if (!found) return;
+  // Not waited for: some browsers put it off for as long as they run.
+  void found.update().then(() => note(store, found), () => undefined);
+  await compare(store);
+}
+
+async function compare(store: Store): Promise<void> {
+  if (store.renewal === null && (await isNewerThere())) store.set("offline", { renewal: "waits" });
 }
 
 /** The build that waits takes over, here and now. */
 export function renew(): void {
   isAskedFor = true;
-  // One that has taken over meanwhile is got by loading again.
   if (registered?.waiting) registered.waiting.postMessage("take over");
-  else location.reload();
+  else void forget();
+}
+
+/** Caches of this page, named by their builds (offline_worker). */
+async function kept(): Promise<string[]> {
+  const ours = `slamlab ${new URL("./", location.href).pathname} `;
+  return (await caches.keys()).filter((name) => name.startsWith(ours));
+}
+
+/** Whether the server has another build than one that is kept. */
+async function isNewerThere(): Promise<boolean> {
+  const answer = await fetch("offline_worker.js", { cache: "no-store" }).catch(() => null);
+  if (!answer?.ok) return false;
+  const [text, names] = [await answer.text(), await kept()];
+  return names.some((name) => !text.includes(name.split(" ").at(-1) ?? ""));
+}
+
+/** Without what was kept, all comes from the server again: the newest. */
+async function forget(): Promise<void> {
+  await Promise.all((await kept()).map((name) => caches.delete(name)));
+  location.reload();
 }
 
 function whenIdle(act: () => void): void {
@@ -103,6 +123,9 @@ async function register(store: Store): Promise<void> {
     hadOne = true;
   });
   try {
+    const earlier = await serviceWorker.getRegistration();
+    if (earlier && (await isSomethingElse(earlier))) return;
+    if (hadOne) await compare(store);
     registered = await serviceWorker.register("offline_worker.js", { updateViaCache: "none" });
   } catch (error) {
     // With no server, what was kept is shown just now.
@@ -110,11 +133,9 @@ async function register(store: Store): Promise<void> {
     else tell(store, faultOf(error).text);
     return;
   }
-  const kept = registered;
-  note(store, kept);
-  kept.addEventListener("updatefound", () => note(store, kept));
-  // The browser looks for itself, but when it likes.
-  if (hadOne) await lookForNewer(store);
+  const found = registered;
+  note(store, found);
+  found.addEventListener("updatefound", () => note(store, found));
 }
 
 /** What stands at this address is another program by now, as happens to ports of one computer:
@@ -140,6 +161,6 @@ function note(store: Store, registration: ServiceWorkerRegistration): void {
   const isOther = store.renewal === "took over";
   store.set("offline", {
     offline: active?.state === "activated" ? { kind: "kept" } : { kind: "storing" },
-    renewal: isOther ? "took over" : waiting && active ? "waits" : null,
+    renewal: isOther ? "took over" : waiting && active ? "waits" : store.renewal,
   });
 }

@@ -27,7 +27,7 @@ export class SlamRenewal extends SlamElement {
     return html`<span role="status">${renewal && renewal !== this.#dismissed
       ? html`<div data-testid="renewal"><span>${WORDS[renewal]}</span>
           <button data-testid="renew" title="Load it; the run that is shown ends" @click=${() => this.#renew()}>${icons.again} Reload</button>
-          <button class="icon" aria-label="Later" title="Later: it is there when the page is loaded next" @click=${() => this.#dismiss(renewal)}>${icons.close}</button></div>`
+          <button class="icon" aria-label="Later" title="Later: it is offered again when the page is loaded next" @click=${() => this.#dismiss(renewal)}>${icons.close}</button></div>`
       : nothing}</span>`;
   }
 
