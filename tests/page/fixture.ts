@@ -11,7 +11,7 @@ export { expect };
 export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean; isKept: boolean }>({
   /** Whether nobody was here before: then the page shows what SLAM is, by a run of its own. */
   firstVisit: [false, { option: true }],
-  /** Whether the browser may keep the page for when there is no server. Else all comes from there. */
+  /** Whether the browser may keep the page for when there is no server. */
   isKept: [false, { option: true }],
   lab: async ({ page, firstVisit }, use) => {
     if (!firstVisit) await page.addInitScript(() => localStorage.setItem('slamlab-visited', '1'));

@@ -4,8 +4,8 @@ import { ifAllowed } from "./storage.js";
 
 const TOKEN_KEY = "slamlab-token";
 
-/** What serves this page: a bridge, with a robot or without; a server of files (`cargo xtask dist`);
-    something else; or nothing that can be reached. */
+/** What serves this page: a bridge, with a robot or without; a server of files (`cargo xtask
+    dist`); something else; or nothing that can be reached. */
 export type Host = "bridge" | "files" | "other" | "silent";
 
 /** What serves this page, and the address of the WebSocket where that is a bridge with something
