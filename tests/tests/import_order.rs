@@ -17,7 +17,7 @@ use Imports::{AllBefore, These};
 /// The modules of `core`, each after those that it may import. `sim` and `format` are sources and
 /// sinks that no stage imports, so a real robot, the simulator and a recording can stand in for
 /// each other.
-const MAY_IMPORT: [(&str, Imports); 27] = [
+const MAY_IMPORT: [(&str, Imports); 28] = [
     ("geom", These(&[])),
     ("hash", These(&["geom"])),
     ("bounds", These(&[])),
