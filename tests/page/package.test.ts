@@ -64,7 +64,7 @@ test('every module starts in Node, has its types, and says what is wrong', async
     const { solve_graph } = await load("files");
     const { registration_offer } = await load("lab");
     const { WebLocalBridge } = await load("cable");
-    const setup: Setup = { world: "moon", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null };
+    const setup: Setup = { world: "moon", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null, lesson: null };
     let refused = "";
     try { WebRun.simulate(setup); } catch (error) { refused = (error as Error).message; }
     const unknown = await load("lidar" as "lab").catch((error: Error) => error.message);
