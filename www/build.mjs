@@ -1,13 +1,18 @@
 // Bundles the page into dist/: main.js; registration.js and editor.js, which are loaded when the
-// lab or the world editor is opened, and files.js when a file of others is; the workers, style.css,
-// fonts, the wasm modules and index.html. `node build.mjs` once; `node build.mjs --watch` again at
-// every change. The module must stand in pkg/ (cargo xtask run makes it).
+// lab or the world editor is opened, and files.js when a file of others is; the workers,
+// offline_worker.js, which keeps all of it for when there is no server (without --watch), style.css,
+// fonts, icons, the wasm modules and index.html. `node build.mjs` once; `node build.mjs --watch`
+// again at every change. The module must stand in pkg/ (cargo xtask run makes it).
 
-import { copyFile, mkdir, readFile, rm, stat } from "node:fs/promises";
+import { createHash } from "node:crypto";
+import { copyFile, cp, mkdir, readdir, readFile, rm, stat } from "node:fs/promises";
+import { join, relative } from "node:path";
 import * as esbuild from "esbuild";
 
 const here = new URL("./", import.meta.url);
 const at = (path) => new URL(path, here).pathname;
+/** Hexadecimal digits of a hash: by chance two contents never share so many. */
+const HASH_DIGITS = 16;
 const exists = (path) => stat(path).then(() => true, () => false);
 
 const glue = at("pkg/slamlab_web.js");
@@ -50,6 +55,8 @@ const options = {
 const statics = async () => {
   await copyFile(at("index.html"), at("dist/index.html"));
   await copyFile(at("icon.svg"), at("dist/icon.svg"));
+  await copyFile(at("manifest.webmanifest"), at("dist/manifest.webmanifest"));
+  await cp(at("icons"), at("dist/icons"), { recursive: true });
   for (const module of ["web", "files", "lab", "cable"]) {
     const name = `slamlab_${module}_bg.wasm`;
     await copyFile(at(`pkg/${name}`), at(`dist/${name}`));
@@ -62,4 +69,28 @@ if (process.argv.includes("--watch")) {
   await context.watch();
 } else {
   await esbuild.build(options);
+  await bundleOfflineWorker();
+}
+
+/** The service worker, which knows by name and content all that the page may load. With --watch
+    there is none: what was just changed is to be seen. */
+async function bundleOfflineWorker() {
+  const names = (await readdir(at("dist"), { recursive: true, withFileTypes: true }))
+    .filter((entry) => entry.isFile() && !entry.name.endsWith(".map"))
+    .map((entry) => relative(at("dist"), join(entry.parentPath ?? entry.path, entry.name)).replaceAll("\\", "/"))
+    .sort();
+  const files = {};
+  const build = createHash("sha256");
+  for (const name of names) {
+    const hash = createHash("sha256").update(await readFile(at(`dist/${name}`))).digest("hex").slice(0, HASH_DIGITS);
+    // Servers send the page itself by the name of its folder.
+    const path = name === "index.html" ? "" : name;
+    files[path] = hash;
+    build.update(`${path} ${hash}\n`);
+  }
+  await esbuild.build({
+    ...options,
+    entryPoints: { offline_worker: "src/offline_worker/main.ts" },
+    define: { FILES: JSON.stringify(files), BUILD: JSON.stringify(build.digest("hex").slice(0, HASH_DIGITS)) },
+  });
 }

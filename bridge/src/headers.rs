@@ -76,6 +76,20 @@ mod tests {
         assert_eq!(kind("/main-Q3KX7ABC.js", true), None);
     }
 
+    /// On a server that sends no headers, the page itself asks for the same; who may frame it,
+    /// only a header can say.
+    #[test]
+    fn the_page_asks_for_the_same_policy_where_no_header_does() {
+        let page = include_str!("../../www/index.html");
+        let meta = "<meta http-equiv=\"Content-Security-Policy\" content=\"";
+        let (_, rest) = page.split_once(meta).unwrap();
+        let (policy, _) = rest.split_once('"').unwrap();
+        assert_eq!(
+            format!("{policy}; frame-ancestors 'none'"),
+            CONTENT_SECURITY_POLICY
+        );
+    }
+
     #[test]
     fn only_names_with_a_hash_are_immutable() {
         for path in ["/main-Q3KX7ABC.js", "/chunks/a-b-22222222.js.map"] {

@@ -25,7 +25,8 @@ export class Bridge {
   /** With these flags beside those of the page; on a free port unless one is given. */
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
     const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
-    const bridge = new Bridge(spawn(program, ['--port', port, '--page', `${root}/www/dist`, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
+    const page = flags.includes('--page') ? [] : ['--page', `${root}/www/dist`];
+    const bridge = new Bridge(spawn(program, ['--port', port, ...page, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
     // Before it has printed anything: one that never does is ended too.
     this.#started.push(bridge);
     bridge.url = await addressOf(bridge.process);

@@ -267,23 +267,28 @@ test('rules that need long to load drive the robot, and rules that fail leave it
   });
 });
 
-test('the rules for devices are there before one is plugged: at a robot there may be no server', async ({ lab, page, problems }) => {
-  test.setTimeout(120_000);
-  const robot = await WiredRobot.start('wired_robot', 'arena');
-  const serial = await fakeSerial(page, [robot.ports.rp6!]);
-  await withRobot(robot, async () => {
-    await lab.open();
-    await page.waitForLoadState('networkidle');
-    await page.context().setOffline(true);
-    await plugHere(lab);
-    await turnByHand(lab, robot);
-    await page.keyboard.up('ArrowLeft');
-    // A run that starts again has the same rules.
-    await page.keyboard.press('r');
-    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
-    await serial.end();
+test.describe('where the browser keeps the page', () => {
+  test.use({ isKept: true });
+
+  test('the rules for devices are there before one is plugged: at a robot there may be no server', async ({ lab, page, problems }) => {
+    test.setTimeout(120_000);
+    const robot = await WiredRobot.start('wired_robot', 'arena');
+    const serial = await fakeSerial(page, [robot.ports.rp6!]);
+    await withRobot(robot, async () => {
+      await lab.open();
+      const kept = () => page.evaluate(() => (window as unknown as { slamlab: { offline: { kind: string } } }).slamlab.offline.kind);
+      await expect.poll(kept, { ...PATIENCE, message: 'the page is kept' }).toBe('kept');
+      await page.context().setOffline(true);
+      await plugHere(lab);
+      await turnByHand(lab, robot);
+      await page.keyboard.up('ArrowLeft');
+      // A run that starts again has the same rules.
+      await page.keyboard.press('r');
+      await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
+      await serial.end();
+    });
+    problems.length = 0;
   });
-  problems.length = 0;
 });
 
 test('a browser without Web Serial says so', { tag: '@phone' }, async ({ lab, page }) => {

@@ -8,9 +8,11 @@ import { Lab } from './lab.ts';
 
 export { expect };
 
-export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean }>({
+export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean; isKept: boolean }>({
   /** Whether nobody was here before: then the page shows what SLAM is, by a run of its own. */
   firstVisit: [false, { option: true }],
+  /** Whether the browser may keep the page for when there is no server. */
+  isKept: [false, { option: true }],
   lab: async ({ page, firstVisit }, use) => {
     if (!firstVisit) await page.addInitScript(() => localStorage.setItem('slamlab-visited', '1'));
     await use(new Lab(page));
@@ -24,7 +26,9 @@ export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; f
     await use();
     await Bridge.stopAll();
   }, { auto: true }],
-  problems: [async ({ page }, use) => {
+  problems: [async ({ page, isKept }, use) => {
+    // As at an address that is neither https nor this computer's own.
+    if (!isKept) await page.addInitScript(() => Object.defineProperty(navigator, 'serviceWorker', { value: undefined }));
     const problems: string[] = [];
     page.on('console', (message) => {
       if (message.type() === 'error') problems.push(`console: ${message.text()}`);

@@ -11,6 +11,8 @@ interface Window {
     status: Status | null;
     hash: string;
     playing: boolean;
+    /** The moment that the run is on its way to, s. */
+    seeking: number | null;
     source: string;
     title: string;
     setup: Setup;
@@ -55,7 +57,7 @@ export class Lab {
     return this.page.evaluate(() => {
       const { slamlab: s } = window as unknown as Window;
       return {
-        status: s.status, hash: s.hash, playing: s.playing, source: s.source, title: s.title, setup: s.setup, grade: s.grade, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
+        status: s.status, hash: s.hash, playing: s.playing, seeking: s.seeking, source: s.source, title: s.title, setup: s.setup, grade: s.grade, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
         framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors,
       };
     });

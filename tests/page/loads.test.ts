@@ -33,6 +33,15 @@ test('nothing sticks out sideways', { tag: '@phone' }, async ({ page }) => {
   expect(excess).toBeLessThanOrEqual(0);
 });
 
+test('every kind of file that is opened is named, to see and to hear', async ({ lab, page }) => {
+  await lab.open();
+  const hint = page.locator('slam-setup p.muted');
+  for (const ending of ['.bag', '.mcap', '.clf', '.log', '.csv', '.txt', '.gz', '.slamlab', '.g2o', '.json', '.svg', '.smap', 'OGmap.txt', '.yaml', '.pgm', '.png']) {
+    await expect(hint).toContainText(ending);
+    expect(await lab.at('file').getAttribute('aria-label')).toContain(ending);
+  }
+});
+
 test('the module arrives compressed and typed', async ({ page }) => {
   const module = page.waitForResponse((response) => response.url().endsWith('.wasm'));
   await page.goto('/');

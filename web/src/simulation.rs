@@ -39,6 +39,21 @@ impl WebRun {
         Ok(Self { source })
     }
 
+    /// The settings that differ from their defaults, where they were chosen anew since the last
+    /// call by what a link or an earlier run did at this time; nothing otherwise.
+    ///
+    /// # Errors    None that input can reach: the border's.
+    pub fn take_followed_settings(&mut self) -> Result<Option<Ts<SettingValues>>, WebError> {
+        let Source::Simulation(sim) = &mut self.source else {
+            return Ok(None);
+        };
+        let followed = sim.experiment.take_followed_settings();
+        let changes = followed.map(|settings| settings.changes_from(&sim.defaults));
+        changes
+            .map(|changes| typed(&changes.into_iter().collect::<SettingValues>()))
+            .transpose()
+    }
+
     /// Goes on to the next stage of the cycle; nothing where there is none.
     ///
     /// # Errors    No simulation.

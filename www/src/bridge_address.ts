@@ -4,21 +4,33 @@ import { ifAllowed } from "./storage.js";
 
 const TOKEN_KEY = "slamlab-token";
 
-/** Address of the WebSocket of the bridge that serves this page; null where none does, or nothing
-    is behind it. */
-export async function bridgeAddress(where: Location): Promise<string | null> {
+/** What serves this page: a bridge, with a robot or without; a server of files (`cargo xtask
+    dist`); something else; or nothing that can be reached. */
+export type Host = "bridge" | "files" | "other" | "silent";
+
+/** What serves this page, and the address of the WebSocket where that is a bridge with something
+    behind it. */
+export async function hostOf(where: Location): Promise<{ host: Host; url: string | null }> {
+  const nothing = (host: Host) => ({ host, url: null });
+  let answer: Response;
   try {
-    const answer = await fetch("bridge.json", { cache: "no-store" });
+    answer = await fetch("bridge.json", { cache: "no-store" });
+  } catch {
+    return nothing("silent");
+  }
+  try {
     // A bridge that shows nothing without the token says no more than that it is one.
     const isPrivate = answer.status === 403;
-    const about = answer.ok || isPrivate ? ((await answer.json()) as { websocket?: string; sources?: string[] }) : null;
-    if (!about?.websocket || (!isPrivate && !about.sources?.length)) return null;
+    const about = answer.ok || isPrivate ? ((await answer.json()) as { websocket?: string; sources?: string[]; static?: boolean }) : null;
+    if (about?.static) return nothing("files");
+    if (!about?.websocket) return nothing("other");
+    if (!isPrivate && !about.sources?.length) return nothing("bridge");
     const url = new URL(about.websocket, where.href);
     url.protocol = url.protocol.replace("http", "ws");
-    return url.href;
+    return { host: "bridge", url: url.href };
   } catch {
     // A server that knows nothing of bridges: the page is a laboratory of its own.
-    return null;
+    return nothing("other");
   }
 }
 

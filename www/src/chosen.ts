@@ -11,7 +11,21 @@ export type Chosen =
 /** What one file holds; of a log and of what nobody knows the module says more. */
 export type Content = "world" | "preset" | "graph" | "saved-map" | "log";
 
-type Kind = Content | "yaml" | "image" | "building" | { kind: "written"; words: string };
+type OpenedKind = Content | "yaml" | "image" | "building";
+type Kind = OpenedKind | { kind: "written"; words: string };
+
+/** All that can be opened, in words, and how such files are usually called. */
+const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
+  log: "a recording of ROS (.bag, .mcap) or of the bridge (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone (.txt), also packed (.gz)",
+  "saved-map": "a saved map (.slamlab)",
+  graph: "a pose graph (.g2o)",
+  world: "a world (.json)",
+  preset: "settings that were fitted to a drive (.json)",
+  building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
+  yaml: "or a map of ROS (.yaml with .pgm or .png)",
+};
+/** As a list for a sentence. */
+export const OPENED = Object.values(WORDS).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
   json: "world", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",

@@ -1,6 +1,6 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
-import { bridgeAddress, tokenOf } from "./bridge_address.js";
+import { hostOf, tokenOf } from "./bridge_address.js";
 import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
@@ -19,7 +19,6 @@ import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import type { WorldDesk } from "./world_desk.js";
 import { LEAST_MOVE } from "./view/submaps.js";
-import { isFirstVisit } from "./visit.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -49,8 +48,6 @@ export class Client {
     this.send({ kind: "unplug" });
     this.#warn(text);
   });
-  /** As the page was opened: the tour notes that somebody was here. */
-  readonly #isFirstVisit = isFirstVisit();
   /** The world editor, while it is open: what is read then is drawn on, and not driven in. */
   desk: WorldDesk | null = null;
   /** Called when a run begins, before its first frame. */
@@ -156,7 +153,8 @@ export class Client {
       simulation. */
   async begin(): Promise<void> {
     const token = tokenOf(location);
-    const url = await bridgeAddress(location);
+    const { host, url } = await hostOf(location);
+    this.store.set("bridge", { host });
     if (url) this.connect(url, token);
     else if (!this.visit(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
       this.start();
@@ -549,7 +547,7 @@ export class Client {
       this.store.set("run", { offer });
       if (this.#wanted !== null) this.#lesson(this.#wanted);
       this.#wanted = null;
-      void this.#ports.prepare(this.#isFirstVisit);
+      void this.#ports.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
@@ -595,6 +593,11 @@ export class Client {
     },
     bench: ({ response }) => this.store.set("bench", { bench: response }),
     settings: ({ settings }) => this.store.set("settings", { settings }),
+    "followed-settings": ({ run, settings }) => {
+      if (run !== this.#run) return;
+      this.store.set("settings", { setup: { ...this.store.setup, settings } });
+      this.#list();
+    },
     calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
     sigma: (sigma) => this.store.set("sigma", { sigma }),
     fit: (fit) => this.store.set("fit", { fit }),

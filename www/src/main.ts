@@ -8,6 +8,7 @@ import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { isSharedWorld } from "./link.js";
 import { Keyframes } from "./keyframes.js";
+import { keepForOffline, lookForNewer, renewFirst } from "./offline.js";
 import { download, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
@@ -46,6 +47,7 @@ import "./ui/plots.js";
 import "./ui/pose_graph.js";
 import "./ui/quality.js";
 import "./ui/refinding.js";
+import "./ui/renewal.js";
 import "./ui/torn.js";
 import "./ui/rooms.js";
 import "./ui/saved_map.js";
@@ -254,7 +256,7 @@ async function savePicture(): Promise<void> {
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade", "offline", "renewal"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },
@@ -316,5 +318,17 @@ document.addEventListener("visibilitychange", () => {
   if (document.hidden && client.mayBeDriving) client.stop();
 });
 
-void client.begin();
-if (isSharedWorld(location.hash)) void showEditor();
+// A bridge that is there again may be of another build than the page.
+let isOpen = false;
+store.on("bridge", () => {
+  const wasOpen = isOpen;
+  isOpen = store.bridge?.connection === "open";
+  if (isOpen && !wasOpen) void lookForNewer(store);
+});
+
+keepForOffline(store);
+void renewFirst().then((isRenewed) => {
+  if (isRenewed) return;
+  void client.begin();
+  if (isSharedWorld(location.hash)) void showEditor();
+});

@@ -210,6 +210,8 @@ export type Answer =
   | { kind: "saved"; files: SavedFile[] }
   | { kind: "bench"; response: BenchResponse }
   | { kind: "settings"; settings: SettingInfo[] }
+  /** A run that does again what was done before has come to where the settings were changed. */
+  | { kind: "followed-settings"; run: number; settings: SettingValues }
   /** A calibration, or what is wrong with the pairs. */
   | { kind: "calibrated"; calibration: Calibration | null; error: string }
   /** An estimate, or why there is none. */

@@ -67,7 +67,7 @@ class Line {
 export class SerialPorts {
   #lines: Line[] = [];
   #rules: Worker | null = null;
-  /** Loaded beforehand, and kept from run to run: at a robot there may be no server any more. */
+  /** Started beforehand, and kept from run to run. */
   #spare: Worker | null = null;
   #leaving: Promise<void> | null = null;
 
@@ -76,13 +76,11 @@ export class SerialPorts {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
-  /** Loads the rules, where there may be a device to plug: at a robot there may be no server. Most
-      visitors never plug one, so that on a first visit they are loaded only where the browser
-      knows of one. */
-  async prepare(isFirstVisit: boolean): Promise<void> {
-    const serial = webSerial();
-    const mayPlug = serial && (!isFirstVisit || (await serial.getPorts().catch(() => [])).length > 0);
-    if (!mayPlug || this.#rules || this.#spare) return;
+  /** Starts the rules ahead of the first run, where somebody plugged a device before: it then
+      begins at once. */
+  async prepare(): Promise<void> {
+    const ports = await webSerial()?.getPorts().catch(() => []);
+    if (!ports?.length || this.#rules || this.#spare) return;
     this.#keep(rulesWorker());
   }
 

@@ -9,8 +9,10 @@ import type { Frame, Status } from "./protocol/frame.js";
 import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
+import type { Host } from "./bridge_address.js";
 import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
+import type { Offline, Renewal } from "./offline.js";
 import { type Mark, marked } from "./past.js";
 import type { Shown } from "./gallery.js";
 import type { Compared } from "./compared.js";
@@ -21,7 +23,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline";
 
 export interface LogEntry {
   time: number;
@@ -126,6 +128,8 @@ export class Store {
   readonly twin = new History(TWIN_STRIDE);
   /** Doors of the simulated world, see DOOR. */
   doors: Float32Array = new Float32Array(0);
+  /** What serves this page; null while that is not known. */
+  host: Host | null = null;
   /** The bridge that is being talked to. */
   bridge: BridgeState | null = null;
   /** Whether the robot drives by the cycle, and what its stages gave. */
@@ -148,6 +152,9 @@ export class Store {
   layers: Record<LayerName, boolean> = Object.fromEntries(
     LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph", "wheels"].includes(name)]),
   ) as Record<LayerName, boolean>;
+  /** Whether the page opens without its server, and whether there is a newer build of it. */
+  offline: Offline = { kind: "storing" };
+  renewal: Renewal = null;
   theme: Theme = "system";
   tab: Tab = "";
   /** The filter's state, while its tab is open. */

@@ -212,7 +212,7 @@ const handlers: Handlers<Command> = {
     for (let i = 0; run && i < MOST_STEPS && run.scans === scans && !run.finished; i += 1) run.step();
     player.show();
   },
-  seek: ({ time }) => seek((player.run?.time ?? 0) > time, (run) => run.time >= time),
+  seek: ({ time }) => seek((player.run?.time ?? 0) > time, (run) => run.isAt(time)),
   back: () => {
     const before = (player.run?.scans ?? 0) - 1;
     seek(true, (run) => run.scans >= before);

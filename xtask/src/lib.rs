@@ -6,7 +6,8 @@
 //! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed
 //!    ([`report`]) and a list of what did not run ([`skips`]). [`setup`] installs what tests lack,
 //!    [`rules`] are those of the house.
-//! 5. [`package`] makes what one installs on the robot's computer.
+//! 5. [`package`] makes what one installs on the robot's computer, [`dist`] what one puts on a web
+//!    server, [`npm`] what one builds programs of one's own with.
 //! 6. [`measure`] prints figures that the bridge promises, and whether they hold; [`browser_cost`]
 //!    what the browser adds to the core's work, [`page_frames`] what a picture costs. [`results`]
 //!    gathers all figures in `RESULTS.md`.
@@ -15,8 +16,10 @@
 
 pub mod browser_cost;
 pub mod check;
+pub mod dist;
 pub mod firmware;
 pub mod measure;
+pub mod npm;
 #[cfg(unix)]
 pub mod package;
 pub mod page;

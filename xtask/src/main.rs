@@ -1,10 +1,11 @@
 //! `cargo xtask`: reads the command line and calls the library.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use xtask::wasm::Profile;
-use xtask::{check, measure, page, results, serve, suites};
+use xtask::{check, dist, measure, npm, page, results, serve, suites};
 
 /// slamlab's commands.
 #[derive(Parser)]
@@ -38,6 +39,18 @@ enum Command {
         /// Computer that it is for; this one where none is named
         #[arg(long, value_enum, default_value_t = xtask::package::Target::this_machine())]
         target: xtask::package::Target,
+    },
+    /// Fill a folder with the page, for any web server, under any path and without special headers
+    Dist {
+        /// Folder to fill; target/dist if none is named
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+    /// Pack the core's WebAssembly modules, with types and README, into a file that npm installs
+    Npm {
+        /// Folder to put it into; target/npm if none is named
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
     /// House rules, formatting, lints for native and wasm32, documentation, TypeScript types, age
     /// of RESULTS.md
@@ -97,6 +110,14 @@ fn obey(command: Command) -> anyhow::Result<()> {
         Command::Build { speed } => page::build(speed.profile()),
         #[cfg(unix)]
         Command::Package { target } => xtask::package::package(target),
+        Command::Dist { out } => {
+            println!("{}", dist::fill(out)?.display());
+            Ok(())
+        }
+        Command::Npm { out } => {
+            println!("{}", npm::pack(out)?.display());
+            Ok(())
+        }
         Command::Check => check::all(),
         Command::Report(what) => measure::measure(&what),
         Command::Results(choice) => results::run(&choice),

@@ -77,7 +77,10 @@ pub fn check_types_of_tests() -> Result<()> {
 }
 
 /// The modules and their bindings in `www/pkg`, and npm's packages.
-fn make_module(profile: Profile) -> Result<()> {
+///
+/// # Errors
+/// If a tool is missing or a step fails.
+pub fn make_module(profile: Profile) -> Result<()> {
     thread::scope(|scope| {
         let packages = scope.spawn(|| install(&tools::root().join("www")));
         let binder = scope.spawn(wasm::build_binder);

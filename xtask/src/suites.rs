@@ -7,7 +7,7 @@ use clap::ValueEnum;
 
 use crate::report::Report;
 use crate::wasm::{self, Profile};
-use crate::{firmware, page, rules, setup, skips, tools};
+use crate::{dist, firmware, npm, page, rules, setup, skips, tools};
 
 /// A group of tests that runs by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -127,6 +127,9 @@ fn the_page() -> Result<()> {
         page::install(&folder)?;
         anyhow::Ok((bridge, tools::joined(real_firmware)?))
     })?;
+    let site = tools::target_dir().join("page-tests/dist");
+    dist::fill_from(&tools::root().join("www/dist"), &site)?;
+    let package = npm::pack_built(&tools::target_dir().join("page-tests/npm"))?;
     let mut npm = tools::npm(&folder)?;
     npm.env("CHROME", chrome)
         .env("SLAMLAB_BRIDGE", bridge)
@@ -136,6 +139,8 @@ fn the_page() -> Result<()> {
             "SLAMLAB_WIRED_ROBOT",
             tools::built("debug/examples/wired_robot"),
         )
-        .env("SLAMLAB_RP6_SIM", real_firmware.unwrap_or_default());
+        .env("SLAMLAB_RP6_SIM", real_firmware.unwrap_or_default())
+        .env("SLAMLAB_DIST", site)
+        .env("SLAMLAB_NPM", package);
     tools::run(npm.args(["run", "--silent", "test"]))
 }

@@ -55,6 +55,8 @@ pub(super) struct Actions {
     has_forked: bool,
     /// What was done that no list of actions can tell.
     untold: Option<&'static str>,
+    /// Settings that were chosen anew by `due`, until somebody asks.
+    followed: Option<Box<Settings>>,
 }
 
 impl Actions {
@@ -157,6 +159,12 @@ impl Experiment {
         self.actions.has_forked
     }
 
+    /// The settings that what is due has chosen since this was asked last. Whoever shows them does
+    /// not know otherwise that they are others now.
+    pub fn take_followed_settings(&mut self) -> Option<Settings> {
+        self.actions.followed.take().map(|settings| *settings)
+    }
+
     /// Does what is due.
     pub(super) fn act_as_told(&mut self) {
         self.actions.is_told = true;
@@ -174,7 +182,11 @@ impl Experiment {
                 // What was refused then is refused now, and nothing has changed.
                 Action::Kidnap => drop(self.kidnap(None)),
                 Action::SetDoor { door, open } => drop(self.set_door(door, open)),
-                Action::Configure(settings) => drop(self.reconfigure(&settings)),
+                Action::Configure(settings) => {
+                    if self.reconfigure(&settings).is_ok() {
+                        self.actions.followed = Some(settings);
+                    }
+                }
             }
         }
     }

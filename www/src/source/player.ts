@@ -135,6 +135,8 @@ export class Player {
     const { run } = this;
     if (!run) return;
     for (const note of run.notes()) post({ kind: "event", run: this.#number, ...note });
+    const settings = run.module.take_followed_settings();
+    if (settings) post({ kind: "followed-settings", run: this.#number, settings });
     const now = performance.now();
     if (now - this.#hashAt >= HASH_MILLIS) {
       this.#hashAt = now;

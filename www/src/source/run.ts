@@ -13,6 +13,10 @@ import { doing, type Note, Story } from "./story.js";
     area is still given. */
 const MOST_EXTENT = 10_000;
 
+/** Moments closer than this are one, s: stamps are whole microseconds, and fields of the page round
+    them. */
+const SAME_SECONDS = 1e-6;
+
 /** A status without the pace, which only the worker knows. */
 type PacelessStatus = Omit<Status, "realTimeFactor" | "remaining">;
 
@@ -33,6 +37,8 @@ export class Run implements RunFacts {
   #status: RunStatus;
   #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
+  /** When the last scan of a recording was taken, once it is known. */
+  #lastScanAt = Infinity;
 
   constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string, private readonly noted: readonly string[] = []) {
     [this.kind, this.title, this.method] = [kind, title, method];
@@ -50,7 +56,9 @@ export class Run implements RunFacts {
 
   /** The same from its beginning. */
   again(): Run {
-    return new Run(this.module.again(), this, this.begins, this.noted);
+    const again = new Run(this.module.again(), this, this.begins, this.noted);
+    again.#lastScanAt = this.#lastScanAt;
+    return again;
   }
 
   /** Seconds of simulation, recording or robot so far. */
@@ -60,6 +68,12 @@ export class Run implements RunFacts {
 
   get scans(): number {
     return this.#status.scans;
+  }
+
+  /** Whether it has come to a moment, s. At the last scan of a recording that is its end, where all
+      is done that was put off. */
+  isAt(time: number): boolean {
+    return this.time >= time - SAME_SECONDS && (this.finished || this.time < this.#lastScanAt);
   }
 
   /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes
@@ -190,6 +204,7 @@ export class Run implements RunFacts {
 
   #end(how: "end of the recording" | "cancelled"): void {
     this.#ended = how;
+    if (how === "end of the recording") this.#lastScanAt = this.time;
     // The last picture stays: it must show the final area.
     this.#refresh();
     if (how === "cancelled") this.#story.note("warn", `Cancelled after ${this.scans} scans; the map so far stays`);

@@ -1,6 +1,7 @@
 // Files dropped anywhere on the page.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { OPENED } from "../chosen.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -37,7 +38,7 @@ export class SlamDrop extends SlamElement {
   }
 
   override render(): TemplateResult | typeof nothing {
-    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>a recording of ROS (.bag, .mcap) or of the bridge (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone (.txt), also packed (.gz), a saved map (.slamlab), a pose graph (.g2o), a world (.json), a floor plan (.svg), a submap (.smap), OGmap.txt, or a map of ROS (.yaml with .pgm or .png)</span></div>` : nothing;
+    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>${OPENED}</span></div>` : nothing;
   }
 
   #show(over: boolean): void {

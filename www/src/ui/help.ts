@@ -1,9 +1,17 @@
 // What the page shows, and every key.
 
 import { css, html, type TemplateResult } from "lit";
+import type { Offline } from "../offline.js";
 import { begin } from "../tour.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
+
+/** Whether the page opens without its server. */
+const OFFLINE: Readonly<Record<Offline["kind"], string>> = {
+  kept: "This page is kept by the browser: it opens and runs without its server, as out of doors at a robot",
+  storing: "This page is about to be kept by the browser; from then on it opens without its server",
+  none: "This page needs its server each time that it is opened",
+};
 
 const KEYS: readonly (readonly [string, string])[] = [
   ["Arrow keys, W A S D", "drive by hand while held"],
@@ -39,6 +47,7 @@ export class SlamHelp extends SlamDialog {
     dd { margin: 0; color: var(--muted); }
   `];
 
+  protected override readonly topics = ["offline"] as const;
 
   override render(): TemplateResult {
     return html`<dialog aria-labelledby="title" data-testid="help-dialog" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
@@ -47,6 +56,7 @@ export class SlamHelp extends SlamDialog {
       <p>From both it works out the walls and its own place in one go: <b>SLAM</b>, simultaneous localisation and mapping. The orange ellipse says how sure it is. It swells on the way into the unknown, and shrinks when a wall is met again. The dotted trail shows where the robot would believe to be by its wheels alone.</p>
       <p><button data-testid="tour-begin" @click=${() => this.#tour()}>${icons.play} Watch it happen, in four steps</button></p>
       <p>Click the map and the robot drives there. Drop a recorded log, and the same algorithms map a real building.</p>
+      <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? `: ${this.store.offline.why}` : ""}.</p>
       <h2>Keys</h2>
       <dl>${KEYS.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>
     </dialog>`;

@@ -1,6 +1,7 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
 import { css, html, type TemplateResult } from "lit";
+import { OPENED } from "../chosen.js";
 import { SAVED } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
@@ -102,7 +103,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" multiple data-testid="file" aria-label="Open a recording (.bag, .mcap, .clf, .log, .csv, .gz), a saved map (.slamlab), a pose graph (.g2o), a world (.json), a floor plan (.svg), a submap (.smap), OGmap.txt or a map of ROS (.yaml with .pgm or .png)" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
+          <input type="file" multiple data-testid="file" aria-label="Open ${OPENED}" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
@@ -115,7 +116,7 @@ export class SlamSetup extends SlamElement {
         </label>
         <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: a recording (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone (.txt), also packed (.gz), a saved map (.slamlab), a pose graph (.g2o), a world (.json), a floor plan (.svg), a submap (.smap), OGmap.txt or a map of ROS (.yaml and .pgm or .png together).`}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: ${OPENED}.`}</p>
     `;
   }
 

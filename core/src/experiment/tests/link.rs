@@ -78,6 +78,9 @@ fn what_is_done_again_is_the_same_to_the_bit() {
     }
     assert_eq!(again.state_hash(), hash, "{text}");
     assert_eq!(again.actions().unwrap(), original.actions, "told again");
+    assert_eq!(again.take_followed_settings().as_ref(), Some(&settings));
+    assert_eq!(again.take_followed_settings(), None, "told once");
+    assert_eq!(run.take_followed_settings(), None, "who chose them knows");
 
     // It is the actions that made it so.
     let (mut alone, _) = begun(&read);

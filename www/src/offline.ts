@@ -1,0 +1,166 @@
+// The page's files, kept by the browser so that it opens without its server (offline_worker), and
+// what becomes of them when the server has a newer build.
+
+import { faultOf } from "./fault.js";
+import type { Store } from "./store.js";
+
+/** What there is without a server. */
+export type Offline =
+  /** Nothing, and why. */
+  | { kind: "none"; why: string }
+  /** Its files will be stored, or are just now. */
+  | { kind: "storing" }
+  /** All of the page. */
+  | { kind: "kept" };
+
+/** A build that is not the one that is shown: it waits, or it took over from another window. */
+export type Renewal = "waits" | "took over" | null;
+
+/** Milliseconds after the first picture: what a first visit shows comes before. */
+const REST_MILLIS = 3000;
+/** Milliseconds within which a worker answers. */
+const ANSWER_MILLIS = 1000;
+
+let registered: ServiceWorkerRegistration | null = null;
+/** Somebody said here that the newer build is to take over. */
+let isAskedFor = false;
+const watched = new WeakSet<ServiceWorker>();
+
+/** A build that waits takes over before anything has begun, if no other page is open; the page is
+    then loaded again. */
+export async function renewFirst(): Promise<boolean> {
+  const { serviceWorker } = navigator;
+  // No such thing where the address is neither https nor this computer's own.
+  if (!serviceWorker?.controller) return false;
+  const waiting = (await serviceWorker.getRegistration())?.waiting;
+  if (!waiting) return false;
+  const { port1, port2 } = new MessageChannel();
+  const changed = new Promise<true>((done) => serviceWorker.addEventListener("controllerchange", () => done(true), { once: true }));
+  const takesOver = await new Promise<boolean>((answered) => {
+    port1.onmessage = ({ data }) => answered(data === true);
+    setTimeout(() => answered(false), ANSWER_MILLIS);
+    waiting.postMessage("take over alone", [port2]);
+  });
+  if (!takesOver) return false;
+  await changed;
+  location.reload();
+  return true;
+}
+
+/** Keeps the page, once the robot is in the picture and the browser has nothing else to do. */
+export function keepForOffline(store: Store): void {
+  if (!navigator.serviceWorker) {
+    return tell(store, "this browser keeps a page only where its address begins with https or is this computer's own");
+  }
+  let isBegun = false;
+  store.on("frame", () => {
+    if (isBegun) return;
+    isBegun = true;
+    setTimeout(() => whenIdle(() => void register(store)), REST_MILLIS);
+  });
+}
+
+/** Asks the server whether it has a newer build: a bridge that was away may be another. */
+export async function lookForNewer(store: Store): Promise<void> {
+  const found = registered;
+  if (!found) return;
+  // Not waited for: some browsers put it off for as long as they run.
+  void found.update().then(() => note(store, found), () => undefined);
+  await compare(store);
+}
+
+async function compare(store: Store): Promise<void> {
+  if (store.renewal === null && (await isNewerThere())) store.set("offline", { renewal: "waits" });
+}
+
+/** The build that waits takes over, here and now. */
+export function renew(): void {
+  isAskedFor = true;
+  if (registered?.waiting) registered.waiting.postMessage("take over");
+  else void forget();
+}
+
+/** Caches of this page, named by their builds (offline_worker). */
+async function kept(): Promise<string[]> {
+  const ours = `slamlab ${new URL("./", location.href).pathname} `;
+  return (await caches.keys()).filter((name) => name.startsWith(ours));
+}
+
+/** Whether the server has another build than one that is kept. */
+async function isNewerThere(): Promise<boolean> {
+  const answer = await fetch("offline_worker.js", { cache: "no-store" }).catch(() => null);
+  if (!answer?.ok) return false;
+  const [text, names] = [await answer.text(), await kept()];
+  return names.some((name) => !text.includes(name.split(" ").at(-1) ?? ""));
+}
+
+/** Without what was kept, all comes from the server again: the newest. */
+async function forget(): Promise<void> {
+  await Promise.all((await kept()).map((name) => caches.delete(name)));
+  location.reload();
+}
+
+function whenIdle(act: () => void): void {
+  // Safari has no idle callbacks.
+  if ("requestIdleCallback" in window) requestIdleCallback(act, { timeout: 10_000 });
+  else setTimeout(act);
+}
+
+function tell(store: Store, why: string): void {
+  store.set("offline", { offline: { kind: "none", why } });
+}
+
+async function register(store: Store): Promise<void> {
+  const { serviceWorker } = navigator;
+  // With one, whoever takes over later is another build.
+  let hadOne = serviceWorker.controller !== null;
+  if (!hadOne && (navigator as { connection?: { saveData?: boolean } }).connection?.saveData) {
+    return tell(store, "this browser is told to save data");
+  }
+  serviceWorker.addEventListener("controllerchange", () => {
+    if (hadOne && isAskedFor) location.reload();
+    else if (hadOne) store.set("offline", { renewal: "took over" });
+    hadOne = true;
+  });
+  try {
+    const earlier = await serviceWorker.getRegistration();
+    if (earlier && (await isSomethingElse(earlier))) return;
+    if (hadOne) await compare(store);
+    registered = await serviceWorker.register("offline_worker.js", { updateViaCache: "none" });
+  } catch (error) {
+    // With no server, what was kept is shown just now.
+    if (hadOne) store.set("offline", { offline: { kind: "kept" } });
+    else tell(store, faultOf(error).text);
+    return;
+  }
+  const found = registered;
+  note(store, found);
+  found.addEventListener("updatefound", () => note(store, found));
+}
+
+/** What stands at this address is another program by now, as happens to ports of one computer:
+    what was kept of this page goes. */
+async function isSomethingElse(earlier: ServiceWorkerRegistration): Promise<boolean> {
+  const answer = await fetch("offline_worker.js", { method: "HEAD", cache: "no-store" }).catch(() => null);
+  if (answer?.status !== 404) return false;
+  await earlier.unregister();
+  location.reload();
+  return true;
+}
+
+/** Of the workers that there are, what it means for the page. */
+function note(store: Store, registration: ServiceWorkerRegistration): void {
+  const { installing, waiting, active } = registration;
+  if (installing && !watched.has(installing)) {
+    watched.add(installing);
+    installing.addEventListener("statechange", () => {
+      if (installing.state === "redundant" && !registration.active) tell(store, "a file did not come, or there is no room for it");
+      else note(store, registration);
+    });
+  }
+  const isOther = store.renewal === "took over";
+  store.set("offline", {
+    offline: active?.state === "activated" ? { kind: "kept" } : { kind: "storing" },
+    renewal: isOther ? "took over" : waiting && active ? "waits" : store.renewal,
+  });
+}

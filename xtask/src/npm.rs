@@ -1,0 +1,97 @@
+//! The modules of WebAssembly as npm installs them: bindings, types, a description, and a README
+//! with an example. It is a command of its own, apart from that of the page's folder: who uses the
+//! modules in a program of his own has no use for the page.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+use crate::{page, tools};
+
+/// The version of the whole workspace.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// How it stands in the description that it is written into.
+const PLACE: &str = "\"version\": \"0.0.0\"";
+
+/// Builds the modules, puts the package together below `out` (`target/npm` if none is named), and
+/// packs it; returns the packed file.
+///
+/// # Errors
+/// If a tool is missing or a step fails.
+pub fn pack(out: Option<PathBuf>) -> Result<PathBuf> {
+    page::make_module(crate::wasm::Profile::Release)?;
+    tools::run(tools::node(&tools::root().join("www"))?.arg("layout.mjs"))?;
+    pack_built(&out.unwrap_or_else(|| tools::target_dir().join("npm")))
+}
+
+/// As [`pack`], of modules that were built.
+///
+/// # Errors
+/// If a file is missing, or npm cannot pack.
+pub fn pack_built(out: &Path) -> Result<PathBuf> {
+    let out = std::path::absolute(out)?;
+    let package = out.join("package");
+    if package.exists() {
+        fs::remove_dir_all(&package)
+            .with_context(|| format!("cannot empty {}", package.display()))?;
+    }
+    fs::create_dir_all(&package).with_context(|| format!("cannot make {}", package.display()))?;
+    let root = tools::root();
+    copy_all(&root.join("web/npm"), &package, |_| true)?;
+    copy_all(&root.join("www/pkg"), &package, |name| {
+        name.starts_with("slamlab_") && !name.ends_with("_bg.wasm.d.ts")
+    })?;
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        copy(&root.join(licence), &package.join(licence))?;
+    }
+    number(&package.join("package.json"))?;
+    name_columns(&package)?;
+    let mut npm = tools::npm(&package)?;
+    npm.args(["pack", "--silent", "--pack-destination", ".."]);
+    tools::output(&mut npm)?;
+    Ok(out.join(format!("slamlab-{VERSION}.tgz")))
+}
+
+/// The workspace's version stands in one place only.
+fn number(description: &Path) -> Result<()> {
+    let text = fs::read_to_string(description)?;
+    let numbered = text.replace(PLACE, &format!("\"version\": \"{VERSION}\""));
+    anyhow::ensure!(numbered != text, "{} has no {PLACE}", description.display());
+    Ok(fs::write(description, numbered)?)
+}
+
+/// `layout.js` with its types, of what the modules say of their flat arrays.
+fn name_columns(package: &Path) -> Result<()> {
+    let www = tools::root().join("www");
+    let mut compile = tools::node(&www)?;
+    compile
+        .arg("node_modules/typescript/bin/tsc")
+        .args([
+            "pkg/layout.ts",
+            "--ignoreConfig",
+            "--declaration",
+            "--target",
+            "es2022",
+        ])
+        .args(["--module", "esnext", "--types", "", "--outDir"])
+        .arg(package);
+    tools::run(&mut compile)
+}
+
+fn copy_all(from: &Path, to: &Path, is_wanted: impl Fn(&str) -> bool) -> Result<()> {
+    for entry in fs::read_dir(from).with_context(|| format!("cannot read {}", from.display()))? {
+        let entry = entry?;
+        let name = entry.file_name();
+        if is_wanted(&name.to_string_lossy()) {
+            copy(&entry.path(), &to.join(name))?;
+        }
+    }
+    Ok(())
+}
+
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    fs::copy(from, to)
+        .with_context(|| format!("cannot copy {}", from.display()))
+        .map(drop)
+}
