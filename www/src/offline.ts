@@ -32,7 +32,8 @@ export async function renewFirst(): Promise<boolean> {
   const { serviceWorker } = navigator;
   // No such thing where the address is neither https nor this computer's own.
   if (!serviceWorker?.controller) return false;
-  const waiting = (await serviceWorker.getRegistration())?.waiting;
+  // A browser that is busy with another build answers late, or never: the page does not wait for it.
+  const waiting = (await soon(serviceWorker.getRegistration()))?.waiting;
   if (!waiting) return false;
   const { port1, port2 } = new MessageChannel();
   const changed = new Promise<true>((done) => serviceWorker.addEventListener("controllerchange", () => done(true), { once: true }));
@@ -41,10 +42,14 @@ export async function renewFirst(): Promise<boolean> {
     setTimeout(() => answered(false), ANSWER_MILLIS);
     waiting.postMessage("take over alone", [port2]);
   });
-  if (!takesOver) return false;
-  await changed;
+  if (!takesOver || !(await soon(changed))) return false;
   location.reload();
   return true;
+}
+
+/** What is promised, if it comes within a second. */
+function soon<T>(promised: Promise<T>): Promise<T | undefined> {
+  return Promise.race([promised, new Promise<undefined>((late) => setTimeout(() => late(undefined), ANSWER_MILLIS))]);
 }
 
 /** Keeps the page, once the robot is in the picture and the browser has nothing else to do. */

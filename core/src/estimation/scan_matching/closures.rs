@@ -10,7 +10,8 @@
 //!    pose.
 //! 3. The proof that is asked for grows with the number of places that were searched: by chance
 //!    something fits somewhere. It grows with its distance from where the way leads, too: where the
-//!    true place was never seen, no rival tells it from one that looks alike.
+//!    true place was never seen, no rival tells it from one that looks alike. Beyond all that was
+//!    feared of the way nothing is proof.
 //! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
 //!    the building looks alike there, and what comes next decides.
 //! 5. What is believed and then not followed by the graph, since the way and other closures hold
@@ -96,6 +97,12 @@ const LEAST_PROOF: f64 = 0.5;
 const PROOF_FOR_PLACES: f64 = 0.25;
 /// A placement is as far from where it was expected as this, on the mean: degrees of freedom.
 pub(super) const FREEDOM: f64 = 3.0;
+/// One true placement in a thousand is farther from where it was expected than this, χ², even where
+/// all that is feared has come true. What fits so far away is another place that looks alike:
+/// in a building that repeats itself more and more of it fits, so no evidence is enough.
+const BEYOND_BELIEF: f64 = 16.27;
+/// What is asked for then: more than any map can have, and finite, so that it can be saved.
+const NONE_IS_ENOUGH: f64 = 1e6;
 /// A window of so small a doubt is one place, m and rad.
 const PLACE_SHIFT: f64 = 0.17;
 const PLACE_TURN: f64 = 0.033;
@@ -109,8 +116,23 @@ const MOST_WAITING: usize = 400;
 pub(super) trait Ways {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt);
 
-    /// How far a placement is from where the way leads: χ², 3 degrees of freedom.
-    fn surprise(&self, placed: &Candidate) -> f64;
+    /// How far a placement is from where the way leads.
+    fn surprise(&self, placed: &Candidate) -> Surprise;
+}
+
+/// How far a placement is from where the way leads: χ², [`FREEDOM`] degrees of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Surprise {
+    /// By what is feared of the way.
+    pub(super) by_fear: f64,
+    /// By what loops have shown of it, which is at least as much.
+    pub(super) by_loops: f64,
+}
+
+impl Surprise {
+    fn is_beyond_belief(self) -> bool {
+        self.by_fear > BEYOND_BELIEF
+    }
 }
 
 impl Waiting {
@@ -160,8 +182,11 @@ impl Waiting {
             .filter(|&i| self.list[i].new == new)
             .collect();
         let asked = |candidate: &Candidate| {
-            let surprise = surprise_proof(ways.surprise(candidate));
-            proof * (places_proof(&candidate.doubt) + surprise)
+            let surprise = ways.surprise(candidate);
+            if surprise.is_beyond_belief() {
+                return NONE_IS_ENOUGH;
+            }
+            proof * (places_proof(&candidate.doubt) + surprise_proof(surprise.by_loops))
         };
         let mut best: Option<(Proof, Vec<usize>)> = None;
         for &seed in &seeds {
@@ -169,6 +194,7 @@ impl Waiting {
             let evidence = self.evidence(&members);
             let rival = rivals
                 .iter()
+                .filter(|&&r| !ways.surprise(&self.list[r]).is_beyond_belief())
                 .map(|&r| self.evidence(&self.sides(r, ways).0))
                 .fold(0.0, f64::max);
             // Each for its own doubt: those that are known better do not vouch for the others.

@@ -24,7 +24,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::pose_graph::Edge;
 use super::super::submap::Doubt;
-use super::closures::{Candidate, FREEDOM, Ways};
+use super::closures::{Candidate, FREEDOM, Surprise, Ways};
 use super::{ScanMatcher, carried};
 use crate::geom::{Length, Pose2};
 use crate::snapshot::snapshot;
@@ -137,7 +137,7 @@ impl Ways for KnownWays<'_> {
         (from_pose.delta_to(&to_pose), doubt)
     }
 
-    fn surprise(&self, placed: &Candidate) -> f64 {
+    fn surprise(&self, placed: &Candidate) -> Surprise {
         self.ask(placed.new, |ways| self.matcher.surprise(ways, placed))
     }
 }
@@ -148,10 +148,13 @@ impl ScanMatcher {
         self.best_ways(from).doubts
     }
 
-    /// χ² of a placement before it is believed, by what loops have shown of drift; `ways` lead
-    /// from its new submap.
-    fn surprise(&self, ways: &BestWays, placed: &Candidate) -> f64 {
-        self.known(ways, placed.old).chi2(&self.off(placed)) / self.drift.scale()
+    /// χ² of a placement before it is believed; `ways` lead from its new submap.
+    fn surprise(&self, ways: &BestWays, placed: &Candidate) -> Surprise {
+        let by_fear = self.known(ways, placed.old).chi2(&self.off(placed));
+        Surprise {
+            by_fear,
+            by_loops: by_fear / self.drift.scale(),
+        }
     }
 
     /// How far the new submap of a placement is from where it lies so far, in the axes of the map.

@@ -8,7 +8,8 @@ use super::*;
 /// placements are as surprising as told.
 #[derive(Default)]
 struct Straight {
-    surprise: f64,
+    /// By what is feared, and by what loops have shown.
+    surprise: [f64; 2],
 }
 
 impl Ways for Straight {
@@ -21,8 +22,11 @@ impl Ways for Straight {
         (Pose2::new(5.0 * apart, 0.0, 0.0), doubt)
     }
 
-    fn surprise(&self, _: &Candidate) -> f64 {
-        self.surprise
+    fn surprise(&self, _: &Candidate) -> Surprise {
+        Surprise {
+            by_fear: self.surprise[0],
+            by_loops: self.surprise[1],
+        }
     }
 }
 
@@ -64,10 +68,10 @@ struct Judged {
 
 impl Judged {
     fn of(candidates: &[Candidate]) -> Self {
-        Self::surprised(candidates, 0.0)
+        Self::surprised(candidates, [0.0; 2])
     }
 
-    fn surprised(candidates: &[Candidate], surprise: f64) -> Self {
+    fn surprised(candidates: &[Candidate], surprise: [f64; 2]) -> Self {
         let mut judged = Self {
             ways: Straight { surprise },
             ..Self::default()
@@ -128,12 +132,19 @@ fn placements_far_from_where_the_way_leads_wait_for_more_of_them() {
         let at = |i: usize| beside(2 + i, 40 + i, 1.0);
         (0..count).map(at).collect()
     };
-    let taken = |count, surprise| Judged::surprised(&agreeing(count), surprise).taken.len();
+    let surprised = |count, surprise| Judged::surprised(&agreeing(count), surprise);
+    let taken = |count, by_loops| surprised(count, [3.0, by_loops]).taken.len();
     // As far as is to be expected: three of them are enough, as before.
     assert_eq!(taken(3, 3.0), 3);
     // Another four standard deviations ask for e^8 times as much: two more submaps.
     assert_eq!(taken(3, 3.0 + 16.0), 0);
     assert_eq!(taken(5, 3.0 + 16.0), 5);
+    // An aisle that looks like another fits in it all along: beyond what was feared of the way,
+    // however much of it there is, it is another one.
+    let aisle = surprised(30, [17.0; 2]);
+    assert_eq!(aisle.taken, []);
+    assert_eq!(aisle.fate(31, 69), waits(Delay::TooLittleProof));
+    assert_eq!(surprised(30, [16.0; 2]).taken.len(), 30);
 }
 
 #[test]
