@@ -16,7 +16,7 @@ export class SlamLastRun extends SlamElement {
     .next:hover { background: var(--accent-ink); border-color: transparent; }
   `];
 
-  protected override readonly topics = ["last", "tour"] as const;
+  protected override readonly topics = ["last", "tour", "run"] as const;
 
   override render(): TemplateResult | typeof nothing {
     const { lastRun: last, tour, offer: { methods } } = this.store;
@@ -24,7 +24,7 @@ export class SlamLastRun extends SlamElement {
     const method = methods.find(({ name }) => name === last.method)?.title ?? last.method;
     const from = last.kind === "sim" && last.link !== null ? `It is done again as far as ${clock(last.time)}, and waits there.` : "It begins again from its beginning.";
     return html`<section aria-label="Your last run" data-testid="last-run">
-      <header><h2>Go on where you left?</h2>
+      <header><h2>Go on where you left off?</h2>
         <button class="icon" aria-label="Forget it" @click=${this.press(() => this.store.set("last", { lastRun: null }))}>${icons.close}</button></header>
       <p><b>${last.title}</b>, ${method}, at ${clock(last.time)}. <span class="muted">${from}</span></p>
       <div class="row"><button class="next" data-testid="go-on" @click=${this.press(() => void goOn(this.store, this.client))}>Go on</button></div>

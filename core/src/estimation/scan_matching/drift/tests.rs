@@ -106,8 +106,11 @@ fn a_shift_that_no_turn_explains_is_more_surprising() {
     let matcher = matcher_of(&straight);
     let ways = ways(&matcher);
     let Doubt { shift, turn } = ways.doubt(0);
-    let surprise =
-        |x, y, turn| matcher.surprise(&ways, &placed(&matcher, Vector3::new(x, y, turn)));
+    let surprise = |x, y, turn| {
+        matcher
+            .surprise(&ways, &placed(&matcher, Vector3::new(x, y, turn)))
+            .by_loops
+    };
     let explained = surprise(0.0, 2.0 * shift, 2.0 * turn);
     let unexplained = surprise(0.0, 2.0 * shift, 0.0);
     assert!(explained < 6.0, "{explained}");
@@ -124,10 +127,10 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     let shift = ways.doubt(0).shift;
     let bad = placed(&matcher, Vector3::new(shift, 0.0, 0.0));
     let good = placed(&matcher, Vector3::new(0.1 * shift, 0.0, 0.0));
-    let before = matcher.surprise(&ways, &bad);
+    let before = matcher.surprise(&ways, &bad).by_loops;
     // Of placements that are proved together one counts: they close one way.
     close(&mut matcher, &[good, good, good]);
-    let after_one = matcher.surprise(&ways, &bad);
+    let after_one = matcher.surprise(&ways, &bad).by_loops;
     assert!(
         (after_one / before - 2.0).abs() < 0.1,
         "{after_one}, {before}"
@@ -135,7 +138,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     for _ in 0..1000 {
         close(&mut matcher, &[good]);
     }
-    let at_most = matcher.surprise(&ways, &bad);
+    let at_most = matcher.surprise(&ways, &bad).by_loops;
     assert!(
         (at_most - before / LEAST).abs() < 1e-9,
         "{at_most}, {before}"
@@ -144,7 +147,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     for _ in 0..10_000 {
         close(&mut matcher, &[bad]);
     }
-    assert!(matcher.surprise(&ways, &bad) >= before);
+    assert!(matcher.surprise(&ways, &bad).by_loops >= before);
 }
 
 #[test]
