@@ -11,7 +11,7 @@ const REACHED = [
 test('the tabulator reaches everything, and shows where it is', async ({ lab, page }) => {
   await lab.open();
   const seen = new Set<string>();
-  for (let i = 0; i < 60; i += 1) {
+  for (let i = 0; i < 70; i += 1) {
     await page.keyboard.press('Tab');
     const focus = await page.evaluate(() => {
       let element = document.activeElement;
