@@ -32,7 +32,7 @@ export async function renewFirst(): Promise<boolean> {
   const { serviceWorker } = navigator;
   // No such thing where the address is neither https nor this computer's own.
   if (!serviceWorker?.controller) return false;
-  // A browser that is busy with another build answers late, or never: the page does not wait for it.
+  // A browser that is busy with another build answers late, or never: nobody waits for it.
   const waiting = (await soon(serviceWorker.getRegistration()))?.waiting;
   if (!waiting) return false;
   const { port1, port2 } = new MessageChannel();
