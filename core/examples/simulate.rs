@@ -178,8 +178,8 @@ fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
 fn run(args: Args) -> Result<ExitCode> {
     let (args, link) = linked(args)?;
     let args = &args;
-    let method = args.method.as_deref().unwrap_or(Method::LineEkf.name());
-    let method: Method = method.parse().context("--method")?;
+    let method = args.method.as_deref().map(str::parse);
+    let method = method.unwrap_or(Ok(Method::LineEkf)).context("--method")?;
     let (prior_map, preset) = (&args.prior_map, &args.changes.preset);
     let mut read = options::given([("--prior-map", prior_map), ("--preset", preset)]);
     read.extend(args.saved_map.read_paths());

@@ -1,7 +1,8 @@
 //! Lessons are headless runs: each fails as it is given, and a mend that a person can find passes.
 
 #![cfg(not(target_family = "wasm"))]
-#![allow(missing_docs, clippy::expect_used)] // a test binary has no public interface, and failing is its trade
+// A test binary has no public interface, and failing is its trade.
+#![allow(missing_docs, clippy::expect_used)]
 
 use std::thread;
 

@@ -23,7 +23,6 @@ pub struct LessonInfo {
     pub hint: String,
     /// What it begins with.
     pub setup: Setup,
-    pub is_method_free: bool,
     /// When it is graded at the latest, s.
     pub seconds: f64,
 }
@@ -88,7 +87,6 @@ pub(crate) fn lessons() -> Result<Vec<LessonInfo>, WebError> {
                 lesson: Some(lesson.name.to_owned()),
                 ..link::setup_of(lesson.begin()?)?
             },
-            is_method_free: lesson.is_method_free,
             seconds: lesson.seconds,
         })
     };

@@ -10,7 +10,7 @@
 //! | feature | module | what it has |
 //! |---|---|---|
 //! | `run` | `slamlab_web` | runs of any source, and what is asked of them |
-//! | `files` | `slamlab_files` | files of others: buildings, pose graphs, recordings of ROS; worlds that are drawn |
+//! | `files` | `slamlab_files` | buildings, pose graphs, recordings of ROS; worlds that are drawn |
 //! | `lab` | `slamlab_lab` | the registration lab |
 //! | `cable` | `slamlab_cable` | the local bridge |
 #![cfg_attr(

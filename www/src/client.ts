@@ -609,7 +609,9 @@ export class Client {
     },
     grade: ({ run, grade }) => {
       if (run !== this.#run) return;
-      if (grade?.isPassed && this.store.started.lesson) notePassed(this.store.started.lesson);
+      const { started: { lesson }, grade: before } = this.store;
+      // It stays passed, and is told again and again.
+      if (lesson && grade?.isPassed && !before?.isPassed) notePassed(lesson);
       this.store.set("lesson", { grade });
     },
     judging: ({ run, part }) => {

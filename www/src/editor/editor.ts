@@ -12,6 +12,7 @@ import type { Store } from "../store.js";
 import { icons } from "../ui/icons.js";
 import { filesOf, valueOf } from "../ui/input.js";
 import { shared } from "../ui/style.js";
+import { takeDrops } from "../ui/own_drops.js";
 import type { WorldDesk } from "../world_desk.js";
 import "./board.js";
 import type { EditorBoard } from "./board.js";
@@ -74,15 +75,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.store.on("theme", () => this.#board?.recolour());
     this.addEventListener("keydown", (event) => this.#key(event));
     this.addEventListener("keyup", (event) => event.key === "Alt" && this.#holdOff(false));
-    for (const kind of ["dragenter", "dragover", "dragleave"]) this.addEventListener(kind, (event) => {
-      event.preventDefault();
-      event.stopPropagation();
-    });
-    this.addEventListener("drop", (event) => {
-      event.preventDefault();
-      event.stopPropagation();
-      void this.client.openAll([...(event.dataTransfer?.files ?? [])]);
-    });
+    takeDrops(this, (files) => void this.client.openAll(files));
   }
 
   /** Until it is there nothing can be drawn that it would sweep away. */

@@ -8,6 +8,7 @@ import { DASH, fixed, percent } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { filesOf, valueOf } from "../ui/input.js";
 import { shared } from "../ui/style.js";
+import { takeDrops } from "../ui/own_drops.js";
 import "./basin_view.js";
 import "./clouds_view.js";
 import "./method_card.js";
@@ -106,15 +107,7 @@ export class SlamRegistration extends LitElement {
       event.preventDefault();
       this.onClose();
     });
-    for (const kind of ["dragenter", "dragover", "dragleave"]) this.addEventListener(kind, (event) => {
-      event.preventDefault();
-      event.stopPropagation();
-    });
-    this.addEventListener("drop", (event) => {
-      event.preventDefault();
-      event.stopPropagation();
-      this.#openAll([...(event.dataTransfer?.files ?? [])]);
-    });
+    takeDrops(this, (files) => this.#openAll(files));
   }
 
   override disconnectedCallback(): void {
