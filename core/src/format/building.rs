@@ -92,8 +92,7 @@ fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
         return Err(BuildingError::NoWalls);
     }
     let radius = World::new("", Pose2::identity()).robot.model().radius() + CLEARANCE;
-    let is_floor = |cell: &i8| (0..=FLOOR_UPTO).contains(cell);
-    let stands = map.cells.iter().map(|cell| !is_floor(cell)).collect();
+    let stands = map.cells.iter().map(|&cell| !is_floor(cell)).collect();
     let room = Room::new(map.width, map.resolution, stands);
     let from_map = map.origin.inverse() * Point2::origin();
     let in_map = match room.clearance(from_map) >= radius {
@@ -102,6 +101,10 @@ fn start_in_map(map: &OccupancyMap) -> Result<Pose2, BuildingError> {
     };
     let start = map.origin * in_map;
     Ok(Pose2::new(start.x, start.y, 0.0))
+}
+
+fn is_floor(cell: i8) -> bool {
+    (0..=FLOOR_UPTO).contains(&cell)
 }
 
 fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
@@ -113,13 +116,18 @@ fn check_size(map: &OccupancyMap) -> Result<(), BuildingError> {
 }
 
 /// The surfaces of what is occupied in a map, in the map's frame, with what is free on the left:
-/// what a robot can be localised by.
+/// what a robot can be localised by. A map in which nothing is free tells no front from a back, and
+/// has both.
 ///
 /// # Errors    [`BuildingError::TooLarge`], [`BuildingError::NoWalls`].
 pub fn surfaces_of_map(map: &OccupancyMap) -> Result<Vec<Segment>, BuildingError> {
     check_size(map)?;
     let occupied: Vec<bool> = map.cells.iter().map(|&cell| cell > WALL_ABOVE).collect();
-    let in_cells = surfaces(map.width, &occupied, TOLERANCE);
+    let has_floor = map.cells.iter().any(|&cell| is_floor(cell));
+    let free: Vec<bool> = (map.cells.iter())
+        .map(|&cell| is_floor(cell) || !has_floor)
+        .collect();
+    let in_cells = surfaces(map.width, &occupied, &free, TOLERANCE);
     if in_cells.is_empty() {
         return Err(BuildingError::NoWalls);
     }

@@ -1,7 +1,7 @@
 //! Where the surfaces are whose hits have made cells occupied: finer than the cells.
 //!
-//! In: a raster of cells, some of them occupied. Out: straight pieces of surface, with what is free
-//! on the left.
+//! In: a raster of cells, some of them occupied, some free. Out: straight pieces of surface, with
+//! what is free on the left.
 //!
 //! 1. A surface lies within cells, not at their border: its hits fall a little before it and a
 //!    little behind, and one that runs along a border between cells makes both occupied. Of a wall
@@ -11,8 +11,13 @@
 //!    than the robot sees it.
 //! 2. So the middles of the cells' sides are moved inwards by half of what is occupied behind them,
 //!    at most by a cell.
-//! 3. They are cut into straight pieces ([`super::outlines`] has it for polygons), and a line is
-//!    fitted to each (total least squares): a front that is ragged by a cell is so to either side.
+//! 3. They are cut into straight pieces ([`super::outlines`] has it for polygons).
+//! 4. Only where a piece faces what is known to be free was a surface seen. Of a wall that was seen
+//!    from both sides, each side is a row of cells with nothing known between them: the back of
+//!    one looks like the front of the other, a wall's thickness behind it, and would draw to it
+//!    what was seen.
+//! 5. A line is fitted to each piece (total least squares): a front that is ragged by a cell is so
+//!    to either side.
 
 use nalgebra::{Point2, Vector2};
 
@@ -22,19 +27,30 @@ use crate::geom::{Segment, sides_of, unit_vector};
 /// Farthest that a surface lies behind the border of its cells, in cells.
 const DEEPEST: f64 = 1.0;
 
-/// The surfaces of what is occupied; corner (0, 0) is the lower left one of the first cell.
+/// A surface goes on where no more sides of cells than these face what is unknown: a cell before
+/// a wall that no beam has crossed.
+const WIDEST_GAP: usize = 2;
+
+/// The surfaces of what is occupied and faces what is free; corner (0, 0) is the lower left one of
+/// the first cell.
 ///
-/// # Units    `occupied`: row by row, the lowest first, `width` cells each. `tolerance`: how far
-/// points may lie off a straight piece, cells. Returns segments in cells.
+/// # Units    `occupied` and `free`: row by row, the lowest first, `width` cells each. `tolerance`:
+/// how far points may lie off a straight piece, cells. Returns segments in cells.
 #[must_use]
-pub fn surfaces(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Segment> {
-    let raster = Raster { width, occupied };
+pub fn surfaces(width: usize, occupied: &[bool], free: &[bool], tolerance: f64) -> Vec<Segment> {
+    let raster = Raster {
+        width,
+        occupied,
+        free,
+    };
     let rings = rings(width, occupied);
     let found = rings.iter().flat_map(|ring| {
         let points = raster.surface_points(ring);
-        let kept = needed(&points, tolerance);
+        let places: Vec<Point2<f64>> = points.iter().map(|point| point.place).collect();
+        let kept = needed(&places, tolerance);
         let pieces: Vec<Segment> = sides_of(&kept)
-            .filter_map(|(&from, &to)| fitted(&points, from, to))
+            .flat_map(|(&from, &to)| seen_runs(&points, from, to))
+            .filter_map(|run| fitted(&run))
             .collect();
         pieces
     });
@@ -44,11 +60,20 @@ pub fn surfaces(width: usize, occupied: &[bool], tolerance: f64) -> Vec<Segment>
 struct Raster<'a> {
     width: usize,
     occupied: &'a [bool],
+    free: &'a [bool],
+}
+
+/// Where the surface behind one side of a cell is.
+#[derive(Clone, Copy, Debug)]
+struct SurfacePoint {
+    place: Point2<f64>,
+    /// Whether what is before it is known to be free.
+    faces_free: bool,
 }
 
 impl Raster<'_> {
     /// Step 2, for each side of a cell along a ring.
-    fn surface_points(&self, ring: &[Point2<f64>]) -> Vec<Point2<f64>> {
+    fn surface_points(&self, ring: &[Point2<f64>]) -> Vec<SurfacePoint> {
         let sides = sides_of(ring).flat_map(|(a, b)| {
             let along = b - a;
             let count = along.amax().round();
@@ -56,7 +81,10 @@ impl Raster<'_> {
             let inwards = Vector2::new(step.y, -step.x);
             (0..count as usize).map(move |i| (a + step * (i as f64 + 0.5), inwards))
         });
-        let inset = |(at, inwards)| at + inwards * (0.5 * self.depth(at, inwards)).min(DEEPEST);
+        let inset = |(at, inwards)| SurfacePoint {
+            place: at + inwards * (0.5 * self.depth(at, inwards)).min(DEEPEST),
+            faces_free: self.is_in(self.free, at - inwards * 0.5),
+        };
         sides.map(inset).collect()
     }
 
@@ -64,24 +92,44 @@ impl Raster<'_> {
     fn depth(&self, side: Point2<f64>, inwards: Vector2<f64>) -> f64 {
         let most = (2.0 * DEEPEST).ceil() as usize;
         let cells = (0..most).map(|k| side + inwards * (k as f64 + 0.5));
-        cells.take_while(|&cell| self.is_occupied(cell)).count() as f64
+        cells
+            .take_while(|&cell| self.is_in(self.occupied, cell))
+            .count() as f64
     }
 
-    fn is_occupied(&self, at: Point2<f64>) -> bool {
+    fn is_in(&self, cells: &[bool], at: Point2<f64>) -> bool {
         let is_inside = at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f64;
         let index = at.y as usize * self.width + at.x as usize;
-        is_inside && self.occupied.get(index).copied().unwrap_or(false)
+        is_inside && cells.get(index).copied().unwrap_or(false)
     }
 }
 
-/// Step 3: the line through the points of a ring from one to another; `None` where they are one
-/// place.
-fn fitted(ring: &[Point2<f64>], from: usize, to: usize) -> Option<Segment> {
+/// Step 4: of the points of a ring from one to another those that face what is free, in runs
+/// without a wide gap.
+fn seen_runs(ring: &[SurfacePoint], from: usize, to: usize) -> Vec<Vec<Point2<f64>>> {
     let count = (to + ring.len() - from) % ring.len();
     let points = (0..=count).filter_map(|i| ring.get((from + i) % ring.len()));
-    let number = (count + 1) as f64;
-    let sum: Vector2<f64> = points.clone().map(|p| p.coords).sum();
-    let mean = sum / number;
+    let mut runs: Vec<Vec<Point2<f64>>> = vec![];
+    let mut unseen = usize::MAX;
+    for point in points {
+        if !point.faces_free {
+            unseen = unseen.saturating_add(1);
+            continue;
+        }
+        match runs.last_mut() {
+            Some(run) if unseen <= WIDEST_GAP => run.push(point.place),
+            _ => runs.push(vec![point.place]),
+        }
+        unseen = 0;
+    }
+    runs
+}
+
+/// Step 5: the line through points; `None` where they are one place.
+fn fitted(points: &[Point2<f64>]) -> Option<Segment> {
+    let (a, b) = (points.first()?, points.last()?);
+    let sum: Vector2<f64> = points.iter().map(|p| p.coords).sum();
+    let mean = sum / points.len() as f64;
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for point in points {
         let off = point.coords - mean;
@@ -90,7 +138,6 @@ fn fitted(ring: &[Point2<f64>], from: usize, to: usize) -> Option<Segment> {
         yy += off.y * off.y;
     }
     let direction = unit_vector(0.5 * libm::atan2(2.0 * xy, xx - yy));
-    let (a, b) = (ring.get(from)?, ring.get(to)?);
     let on_line =
         |p: &Point2<f64>| Point2::from(mean + direction * direction.dot(&(p.coords - mean)));
     let piece = Segment::new(on_line(a), on_line(b));
@@ -121,6 +168,11 @@ mod tests {
         cells
     }
 
+    /// All that is not occupied is free.
+    fn rest(occupied: &[bool]) -> Vec<bool> {
+        occupied.iter().map(|is_wall| !is_wall).collect()
+    }
+
     proptest! {
         #[test]
         fn walls_lie_where_they_are_wherever_the_borders_of_the_cells_are(
@@ -128,7 +180,7 @@ mod tests {
         ) {
             let (high, cells) = (low + size, room(low, low + size, noise));
             let middle = Point2::new(low + 0.5 * size, low + 0.5 * size);
-            let inner: Vec<Segment> = surfaces(SIDE, &cells, 1.0)
+            let inner: Vec<Segment> = surfaces(SIDE, &cells, &rest(&cells), 1.0)
                 .into_iter()
                 // Those that face the room and are long.
                 .filter(|s| s.length() > 20.0 && s.vector().perp(&(middle - s.a)) > 0.0)
@@ -152,7 +204,7 @@ mod tests {
             .map(|k| {
                 let low = 10.0 + f64::from(k) / f64::from(count);
                 let cells = room(low, low + 60.5, 0.3);
-                let walls = surfaces(SIDE, &cells, 1.0).into_iter();
+                let walls = surfaces(SIDE, &cells, &rest(&cells), 1.0).into_iter();
                 // The wall at the left, free to its right: from its upper end to its lower one.
                 let left = walls.filter(|s| s.a.y - s.b.y > 20.0 && s.a.x < 20.0 && s.b.x < 20.0);
                 let offs: Vec<f64> = left.map(|s| 0.5 * (s.a.x + s.b.x) - low).collect();
@@ -171,7 +223,7 @@ mod tests {
     fn an_askew_wall_becomes_straight_and_lies_in_the_middle_of_its_staircase() {
         let width = 200;
         let cells: Vec<bool> = (0..200 * 100).map(|i| (i % 200) / 2 == i / 200).collect();
-        for wall in surfaces(width, &cells, 1.0)
+        for wall in surfaces(width, &cells, &rest(&cells), 1.0)
             .iter()
             .filter(|s| s.length() > 20.0)
         {
@@ -179,6 +231,46 @@ mod tests {
                 assert!((at.y - 0.5 * at.x).abs() < 0.75, "{wall:?}");
             }
         }
-        assert!(surfaces(3, &[false; 9], 1.0).is_empty() && surfaces(0, &[], 1.0).is_empty());
+        assert!(surfaces(3, &[false; 9], &[true; 9], 1.0).is_empty());
+        assert!(surfaces(0, &[], &[], 1.0).is_empty());
+    }
+
+    #[test]
+    fn a_wall_seen_from_both_sides_has_no_surface_between_them() {
+        // Free, a front, two cells that nobody saw, the other front, free.
+        let row = [0, 0, 0, 1, 2, 2, 1, 0, 0, 0];
+        let cells = |what: u8| -> Vec<bool> {
+            let row = row.map(|cell| cell == what);
+            row.iter().copied().cycle().take(10 * 40).collect()
+        };
+        let (free, occupied) = (cells(0), cells(1));
+        let mut found = surfaces(10, &occupied, &free, 1.0);
+        found.sort_by(|a, b| a.a.x.total_cmp(&b.a.x));
+        let [left, right] = found[..] else {
+            panic!("{found:?}");
+        };
+        assert!((left.a.x - 3.5).abs() < 1e-9 && (left.b.x - 3.5).abs() < 1e-9);
+        assert!((right.a.x - 6.5).abs() < 1e-9 && (right.b.x - 6.5).abs() < 1e-9);
+        // What is free is to the left: of the left one when coming up it is.
+        assert!(left.b.y > left.a.y && right.b.y < right.a.y, "{found:?}");
+        // With all free but the walls, each has its back too.
+        assert_eq!(surfaces(10, &occupied, &rest(&occupied), 1.0).len(), 4);
+    }
+
+    #[test]
+    fn a_surface_goes_on_past_a_cell_that_nobody_saw_and_ends_at_a_wide_gap() {
+        let (width, height) = (60, 3);
+        let occupied: Vec<bool> = (0..width * height).map(|i| i < width).collect();
+        let unseen = [20, 21, 40, 41, 42, 43];
+        let free: Vec<bool> = (0..width * height)
+            .map(|i| i >= width && !unseen.contains(&(i % width)))
+            .collect();
+        let mut lengths: Vec<f64> = surfaces(width, &occupied, &free, 1.0)
+            .iter()
+            .map(Segment::length)
+            .collect();
+        lengths.sort_by(f64::total_cmp);
+        assert_eq!(lengths.len(), 2, "{lengths:?}");
+        assert!((lengths[0] - 15.0).abs() < 1e-9 && (lengths[1] - 39.0).abs() < 1e-9);
     }
 }

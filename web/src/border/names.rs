@@ -78,11 +78,11 @@ names! {
     /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
     /// What became of a placement of one submap in another, and why: accepted without a search or
-    /// by proof; waiting to be judged, for proof, or until it is ahead of its rivals; refused;
-    /// revoked.
+    /// by proof; waiting to be judged, for proof, until it is believed possible, or until it is ahead
+    /// of its rivals; refused; revoked.
     ClosureOutcome {
         KnownBefore = "known-before", Proved = "proved",
-        NotJudged = "not-judged", TooLittleProof = "too-little-proof", Rivals = "rivals", Tears = "tears",
+        NotJudged = "not-judged", TooLittleProof = "too-little-proof", BeyondBelief = "beyond-belief", Rivals = "rivals", Tears = "tears",
         Overruled = "overruled", PlacedElsewhere = "placed-elsewhere", NeverProved = "never-proved", Revoked = "revoked",
     }
     /// What the filter's consistency says.
@@ -181,6 +181,7 @@ impl From<&slamlab_core::estimation::ClosureRecord> for ClosureOutcome {
             ClosureFate::Waiting { why } => match why {
                 Delay::NotJudged => Self::NotJudged,
                 Delay::TooLittleProof => Self::TooLittleProof,
+                Delay::BeyondBelief => Self::BeyondBelief,
                 Delay::Rivals => Self::Rivals,
                 Delay::Tears => Self::Tears,
                 Delay::Overruled => Self::Overruled,

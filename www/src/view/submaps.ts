@@ -9,7 +9,7 @@ import { type Box, union } from "./camera.js";
 /** What became of a placement, as people tell them apart. */
 export type Fate = "accepted" | "waiting" | "refused" | "revoked";
 export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
-  "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", rivals: "waiting",
+  "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", "beyond-belief": "waiting", rivals: "waiting",
   tears: "waiting", overruled: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
 };
 

@@ -58,7 +58,9 @@ pub struct Proof {
 impl Proof {
     /// Why it is not to be believed; `None` if it is.
     pub(super) fn lacks(&self) -> Option<Delay> {
-        if !self.is_enough() {
+        if self.asked >= NONE_IS_ENOUGH {
+            Some(Delay::BeyondBelief)
+        } else if !self.is_enough() {
             Some(Delay::TooLittleProof)
         } else if self.evidence < LEAD_OVER_RIVALS * self.rival {
             Some(Delay::Rivals)

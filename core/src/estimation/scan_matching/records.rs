@@ -76,6 +76,8 @@ pub enum Delay {
     NotJudged,
     /// Something fits somewhere by chance, in so wide a window.
     TooLittleProof,
+    /// It is farther from where the way leads than all that is feared of the way: no proof is enough.
+    BeyondBelief,
     /// Another that contradicts it is nearly as well proved.
     Rivals,
     /// Believed, it would tear the way between submaps that follow each other.
@@ -314,6 +316,7 @@ snapshot_names!(Delay {
     Rivals = 2,
     Tears = 3,
     Overruled = 4,
+    BeyondBelief = 5,
 });
 snapshot_names!(Refusal {
     PlacedElsewhere = 0,

@@ -143,7 +143,7 @@ fn placements_far_from_where_the_way_leads_wait_for_more_of_them() {
     // however much of it there is, it is another one.
     let aisle = surprised(30, [17.0; 2]);
     assert_eq!(aisle.taken, []);
-    let why = Delay::TooLittleProof;
+    let why = Delay::BeyondBelief;
     assert_eq!(aisle.fate(31, 69), ClosureFate::Waiting { why });
     assert!(!surprised(30, [16.0; 2]).taken.is_empty());
 }
