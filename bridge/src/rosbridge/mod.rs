@@ -39,6 +39,7 @@ use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, GOING_AWAY};
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{Answer, FromClient};
+use crate::rights::Granted;
 use crate::safety::ClientId;
 use crate::shared::{Shared, Visitor};
 use message::{Reply, Topics};
@@ -89,7 +90,7 @@ struct Peer<'a> {
     adapter: Adapter<'a>,
     shared: &'a Shared,
     visitor: &'a Visitor,
-    /// Its number at the hub, and whether it may drive.
+    /// Its number at the hub, and whether it has shown a right.
     client: Option<(ClientId, bool)>,
     outbox: Arc<Outbox>,
     topics: Topics,
@@ -106,7 +107,7 @@ impl Peer<'_> {
     async fn live(&mut self) -> Result<(), End> {
         let mut why_not = close::ACCESS;
         if self.shared.about.watching == Watching::Anyone {
-            match self.join(false).await {
+            match self.join(None).await {
                 // Who has the token may still show it.
                 Err(Some(close::FULL)) => why_not = close::FULL,
                 joined => joined?,
@@ -128,8 +129,8 @@ impl Peer<'_> {
                 () = &mut too_late, if self.client.is_none() => return Err(Some(why_not)),
                 _ = ping.tick() => {
                     let now = self.shared.clock.now();
-                    let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
-                    if may_drive || now >= pinged + PING {
+                    let has_right = self.client.is_some_and(|(_, has_right)| has_right);
+                    if has_right || now >= pinged + PING {
                         pinged = now;
                         self.adapter.ping(&(now.as_micros() as u64).to_le_bytes())?;
                     }
@@ -138,16 +139,17 @@ impl Peer<'_> {
         }
     }
 
-    /// Becomes a client of the hub; again, with the right to drive, once that is shown.
-    async fn join(&mut self, may_drive: bool) -> Result<(), End> {
+    /// Becomes a client of the hub; again, with its right, once that is shown.
+    async fn join(&mut self, granted: Option<Granted>) -> Result<(), End> {
         self.leave().await;
         let name = "rosbridge".to_owned();
-        let (id, outbox) = self.shared.join(self.visitor, name, may_drive).await?;
-        if may_drive {
+        let has_right = granted.is_some();
+        let (id, outbox) = self.shared.join(self.visitor, name, granted).await?;
+        if has_right {
             self.adapter.trust();
         }
         self.outbox = outbox;
-        self.client = Some((id, may_drive));
+        self.client = Some((id, has_right));
         Ok(())
     }
 
