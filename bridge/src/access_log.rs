@@ -59,8 +59,8 @@ impl AccessLog {
         Self(Mutex::new([budget; KINDS]))
     }
 
-    /// Logs what happened, if its kind was not logged too often, and then says so in return; with how
-    /// many were left out since the last.
+    /// Logs what happened, with how many of its kind were left out since the last; or, where that
+    /// was too often, counts it and returns false.
     pub(crate) fn note(&self, now: Duration, kind: Kind, what: fmt::Arguments<'_>) -> bool {
         let Some(left_out) = self.admits(now, kind) else {
             return false;

@@ -99,7 +99,7 @@ pub fn check_origin(origin: &str) -> Result<(), &'static str> {
     }
 }
 
-/// Whether this can be allowed as a host's name; one that cannot be is never asked for by a browser.
+/// Whether this can be allowed as a host's name: no browser asks for anything else.
 ///
 /// # Errors    What is wrong with it.
 ///

@@ -17,8 +17,8 @@
 //!    all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name
 //!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `connection`
-//!    talks to one client, behind its right ([`rights`]). `foxglove` and `rosbridge` speak the protocols of
-//!    other tools, where that is asked for.
+//!    talks to one client, behind its right ([`rights`]). `foxglove` and `rosbridge` speak the
+//!    protocols of other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the

@@ -10,7 +10,7 @@
 //!    rights away. Who can write the file has the bridge's own account already.
 //! 3. A file that cannot be read gives nobody a right: who took one away by hand and slipped has
 //!    taken away too much, and not too little.
-//! 4. What a role may do stands in one table: [`Role::may`](slamlab_core::wire::message::Role::may).
+//! 4. What a role may do stands in one table: [`Role::may`].
 
 mod file;
 mod keys;
@@ -50,7 +50,7 @@ impl Rights {
         }
     }
 
-    /// The right that a proof shows. Every right is tried to the end, whichever it is.
+    /// The right that a proof shows. Each comparison takes as long for any answer.
     pub(crate) fn proved(
         &self,
         challenge: &[u8; CHALLENGE_BYTES],
@@ -60,7 +60,7 @@ impl Rights {
             let of_proof = granted.verifier.of_proof(challenge, shown);
             bool::from(of_proof.ct_eq(&granted.verifier.to_bytes()))
         };
-        self.0.iter().filter(is_proved).last().cloned()
+        self.0.iter().filter(is_proved).next_back().cloned()
     }
 
     /// Whether a right is still what it was.

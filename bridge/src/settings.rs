@@ -70,8 +70,8 @@ pub struct Settings {
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Option<Vec<String>>,
-    /// Name that the bridge answers to beside its own, of a reverse proxy or in a VPN; may stand more
-    /// than once
+    /// Name that the bridge answers to beside its own, of a reverse proxy or in a VPN; may stand
+    /// more than once
     #[arg(long, value_name = "NAME")]
     pub allow_host: Option<Vec<String>>,
     /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an

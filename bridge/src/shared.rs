@@ -128,7 +128,7 @@ impl Shared {
             if is_admitted && let Some(audit) = &self.audit {
                 audit.note(
                     now,
-                    What::Refused {
+                    &What::Refused {
                         from: peer,
                         code,
                         why,

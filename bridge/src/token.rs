@@ -1,5 +1,5 @@
-//! Tokens: who has one has the right that goes with it ([`crate::rights`]); the bridge's first is its
-//! owner's.
+//! Tokens: who has one has the right that goes with it ([`crate::rights`]); the bridge's first is
+//! its owner's.
 //!
 //! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person
 //! in the address of the page, behind `#`, where no browser sends it to any server; over the

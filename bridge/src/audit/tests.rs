@@ -1,12 +1,14 @@
 //! What stands in the audit, and that it stays within its budget.
 
 use std::fs;
+use std::path::PathBuf;
 
 use serde_json::Value;
-use slamlab_core::wire::message::SafetyBody;
+use slamlab_core::wire::message::{DisarmReason, Right, Role, SafetyBody};
 use tempfile::TempDir;
 
 use super::*;
+use crate::access_log::Peer;
 
 fn who(client: u32, name: &str, role: Role) -> Who {
     let right = Right {
@@ -80,9 +82,9 @@ fn every_line_is_json_with_the_time_of_day_and_who() {
     let clock = Clock::start();
     let audit = Audit::start(folder.path(), keep(8), clock).unwrap();
     let anna = who(3, "anna", Role::Driver);
-    audit.note(clock.now(), What::Lease { who: anna });
+    audit.note(clock.now(), &What::Lease { who: anna });
     let nobody = who(4, "", Role::Watcher);
-    audit.note(clock.now(), What::StopAgain { by: nobody });
+    audit.note(clock.now(), &What::StopAgain { by: nobody });
     audit.finish();
     let lines = lines(folder.path());
     let what: Vec<_> = lines
@@ -117,7 +119,7 @@ fn the_oldest_files_go_when_the_budget_is_full() {
     let audit = Audit::start(folder.path(), small, clock).unwrap();
     for client in 0..200 {
         let who = who(client, "anna", Role::Driver);
-        audit.note(clock.now(), What::Lease { who });
+        audit.note(clock.now(), &What::Lease { who });
     }
     audit.finish();
     assert!(folder.path().join("notes.jsonl").exists());

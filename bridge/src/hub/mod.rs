@@ -6,6 +6,7 @@
 //! lock and one order of things. No rule stands here.
 
 pub(crate) mod outbox;
+mod told;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,17 +14,16 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    DeviceState, FromBridge, Header, Lease, RefusalReason, SafetyBody, Severity, ToBridge, close,
+    DeviceState, FromBridge, Header, Lease, RefusalReason, ToBridge, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use crate::access_log::{AccessLog, Kind, Peer};
-use crate::audit::{Audit, Story, What, Who};
+use crate::audit::{Audit, Story, What};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
-use crate::notify;
 use crate::record::Recorder;
 use crate::rights::{Granted, Rights};
 use crate::safety::ClientId;
@@ -202,50 +202,9 @@ impl Task {
         let does = "has lost its right";
         self.note(now, Kind::ShownOut, id, does);
         if let Some(who) = self.who(id) {
-            self.audit(now, What::Revoked { who });
+            self.audit(now, &What::Revoked { who });
         }
         self.hub.revoke(now, id);
-    }
-
-    fn report(&mut self) {
-        notify::alive();
-        self.report_audit();
-        let missed = self.sources.iter().map(Running::missed).sum();
-        self.metrics.missed.set(missed);
-        let Some(status) = self.recorder.as_ref().map(Recorder::status) else {
-            return;
-        };
-        let fault = status.fault.clone();
-        self.send_all(FromBridge::Recording(status));
-        if fault != self.recording_fault {
-            match &fault {
-                Some(why) => self
-                    .hub
-                    .notify(Severity::Error, format!("Recording: {why}.")),
-                None => {
-                    let text = "The recording goes on in a new file.".to_owned();
-                    self.hub.notify(Severity::Info, text);
-                }
-            }
-            self.recording_fault = fault;
-            self.act();
-        }
-    }
-
-    fn report_audit(&mut self) {
-        let fault = self.audit.as_ref().and_then(|audit| audit.fault());
-        if fault != self.audit_fault {
-            let (severity, text) = match &fault {
-                Some(why) => (Severity::Error, format!("Audit: {why}.")),
-                None => (
-                    Severity::Info,
-                    "The audit goes on in a new file.".to_owned(),
-                ),
-            };
-            self.hub.notify(severity, text);
-            self.audit_fault = fault;
-            self.act();
-        }
     }
 
     fn event(&mut self, source: u8, event: SourceEvent) {
@@ -329,7 +288,7 @@ impl Task {
             && self.story.stands(&message)
             && let Some(by) = self.who(id)
         {
-            self.audit(now, What::StopAgain { by });
+            self.audit(now, &What::StopAgain { by });
         }
         self.hub.message(now, came, id, header, message);
     }
@@ -338,30 +297,6 @@ impl Task {
         self.hub.leave(now, id);
         self.act();
         self.guests.remove(&id);
-    }
-
-    /// Somebody who is here, for the audit.
-    fn who(&self, id: ClientId) -> Option<Who> {
-        let guest = self.guests.get(&id)?;
-        let right = guest.granted.as_ref().map(|granted| granted.right.clone());
-        let right = right.unwrap_or_default();
-        Some(Who::new(id, &right, &guest.name, guest.peer))
-    }
-
-    fn audit(&self, now: Duration, what: What) {
-        if let Some(audit) = &self.audit {
-            audit.note(now, what);
-        }
-    }
-
-    /// Writes down what a new state of safety means.
-    fn audit_state(&mut self, state: &SafetyBody) {
-        let now = self.clock.now();
-        let by = self.asker.and_then(|id| self.who(id));
-        let driver = state.driver.and_then(|id| self.who(id));
-        for what in self.story.goes_on(now, state, by.as_ref(), driver) {
-            self.audit(now, what);
-        }
     }
 
     /// Does what the hub says.
@@ -437,27 +372,6 @@ impl Task {
     fn lease_granted(&self, client: ClientId) {
         let does = "has the right to drive";
         self.note(self.clock.now(), Kind::Lease, client, does);
-    }
-
-    /// Logs what a client does; whether it was not too often. Names are whatever clients call themselves.
-    fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) -> bool {
-        let Some(Guest {
-            name,
-            peer,
-            granted,
-            ..
-        }) = self.guests.get(&id)
-        else {
-            return false;
-        };
-        let right = granted.as_ref().map(|granted| granted.right.name.as_str());
-        let whose = match right {
-            Some("") => " with the owner's token".to_owned(),
-            Some(right) => format!(" with the right of {right}"),
-            None => String::new(),
-        };
-        let what = format_args!("client {id} {name:?} at {peer}{whose} {does}");
-        self.log.note(now, kind, what)
     }
 
     fn send_all(&mut self, message: FromBridge) {

@@ -29,12 +29,22 @@ pub enum RightsError {
     #[error("rights {0}")]
     File(#[from] SecretFileError),
     /// It does not hold rights.
-    #[error("rights {}, {}; it is left as it is", path.display(), said.trim_end())]
+    #[error("rights {}, line {line}: {said}; it is left as it is", path.display())]
     Text {
         /// The file.
         path: PathBuf,
-        /// Line, column, and what is wrong there.
+        /// Where.
+        line: usize,
+        /// What is wrong there.
         said: String,
+    },
+    /// They cannot be put into words.
+    #[error("rights {}: {source}", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: toml::ser::Error,
     },
     /// Names tell rights apart.
     #[error("rights {}, line {line}: there are two of the name {name}", path.display())]
@@ -221,7 +231,8 @@ impl RightsFile {
         let path = || self.0.clone();
         let parsed: Text = toml::from_str(text).map_err(|error| RightsError::Text {
             path: path(),
-            said: error.to_string(),
+            line: error.span().map_or(1, |span| line_of(text, &span)),
+            said: error.message().to_owned(),
         })?;
         let count = parsed.right.len();
         if count > MOST {
@@ -247,9 +258,9 @@ impl RightsFile {
             let path = self.0.clone();
             return Err(RightsError::TooMany { path, count });
         }
-        let blocks = toml::to_string(text).map_err(|error| RightsError::Text {
+        let blocks = toml::to_string(text).map_err(|source| RightsError::Unwritable {
             path: self.0.clone(),
-            said: error.to_string(),
+            source,
         })?;
         Ok(secret_file::write(
             &self.0,

@@ -212,7 +212,7 @@ impl Hub {
         self.rule(now, Input::Gone(client));
     }
 
-    /// A client's right was taken away: its lease ends, the robot stops, and so does the connection.
+    /// A client's right was taken away: its lease ends, the robot stops, the connection is closed.
     pub fn revoke(&mut self, now: Duration, client: ClientId) {
         if self.clients.remove(&client).is_some() {
             self.rule(now, Input::Revoked(client));

@@ -132,7 +132,7 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     (holds, cases)
 }
 
-/// Names by which the bridge is called: case, and the status that is expected; and the one that came.
+/// Names by which the bridge is called: case and expected status, and the status that came.
 async fn hosts() -> Vec<((&'static str, u16), Option<u16>)> {
     let config = Config {
         hosts: vec!["robot.example.com".into()],

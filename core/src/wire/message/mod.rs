@@ -30,9 +30,9 @@
 //! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token
 //!    if it has one (the page has it from the fragment of its address, `#token=…`), else without.
 //!    [`FromBridge::Welcome`] says as whom it is taken, and what it may do ([`Role`]): who has no
-//!    token watches, and never drives. A right that is taken away ends the connection
-//!    ([`close::REVOKED`]). A wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so does another
-//!    schema than the bridge's ([`close::OTHER_SCHEMA`]).
+//!    token watches, and never drives. A wrong proof, or nothing in time, ends the connection
+//!    ([`close::ACCESS`]); so does another schema than the bridge's ([`close::OTHER_SCHEMA`]), and
+//!    at any time that the right is taken away ([`close::REVOKED`]).
 //! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how
 //!    many it missed ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later
 //!    message then covers a longer time. If its `from` is not the `to` before, the robot's clock
