@@ -74,7 +74,7 @@ async fn enter(
         return Err(Some(close::ACCESS));
     };
     let granted = admit(shared, &challenge, &hello)?;
-    if granted.is_some() {
+    if granted.as_ref().is_some_and(Granted::may_drive) {
         reader.socket.trust();
     }
     shared.join(visitor, hello.name, granted).await

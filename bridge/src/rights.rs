@@ -34,6 +34,14 @@ pub(crate) struct Granted {
     verifier: Verifier,
 }
 
+impl Granted {
+    /// Whether its holder is kept a place, and may say as much as one who drives. A watcher with a
+    /// token is a watcher to all limits.
+    pub(crate) fn may_drive(&self) -> bool {
+        self.right.role.may_drive()
+    }
+}
+
 /// All rights that there are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rights(Vec<Granted>);

@@ -76,7 +76,7 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
 
 /// What root writes into the folder of a service is the service's: it could not read it otherwise.
 #[cfg(unix)]
-fn hand_over(file: &fs::File, path: &Path) -> io::Result<()> {
+pub(crate) fn hand_over(file: &fs::File, path: &Path) -> io::Result<()> {
     use std::os::unix::fs::MetadataExt;
     let Some(folder) = path
         .parent()
@@ -92,7 +92,7 @@ fn hand_over(file: &fs::File, path: &Path) -> io::Result<()> {
 }
 
 #[cfg(not(unix))]
-fn hand_over(_: &fs::File, _: &Path) -> io::Result<()> {
+pub(crate) fn hand_over(_: &fs::File, _: &Path) -> io::Result<()> {
     Ok(())
 }
 

@@ -81,9 +81,10 @@ impl Shared {
         name: String,
         granted: Option<Granted>,
     ) -> Result<Joined, End> {
-        let is_room = match granted {
-            Some(_) => visitor.place.trust(),
-            None => visitor.place.watch(),
+        let may_drive = granted.as_ref().is_some_and(Granted::may_drive);
+        let is_room = match may_drive {
+            true => visitor.place.trust(),
+            false => visitor.place.watch(),
         };
         if !is_room {
             self.metrics.turned_away.add(1);
@@ -156,8 +157,8 @@ pub struct Limits {
     pub sockets: usize,
     /// Of these, from one address; of IPv6, from one network of 64 bits. Default 100.
     pub per_address: usize,
-    /// Clients without the token that may watch. Default 200: the other places are kept for who
-    /// shows it.
+    /// Clients that may watch and not drive. Default 200: the other places are kept for who may
+    /// drive.
     pub watchers: usize,
     /// Of these, from one address. Default 80.
     pub watchers_per_address: usize,
@@ -173,7 +174,7 @@ pub struct Limits {
     pub write: Duration,
     /// Longest message from a client, bytes. Default 64 KiB.
     pub message: usize,
-    /// Messages in a second of one client that has shown a right, over longer times; twice as
+    /// Messages in a second of one client that may drive, over longer times; twice as
     /// many at once. Default 200.
     pub rate: u32,
     /// The same for everybody else. Default 20.

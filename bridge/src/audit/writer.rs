@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use crate::record::RecordError;
 use crate::record::pieces::{Files, Keep, Pieces};
 
+/// Lines that are written at once.
+const MOST_AT_ONCE: usize = 64;
 /// Between two tries, where the disk takes nothing.
 const TRY_AGAIN: Duration = Duration::from_secs(5);
 
@@ -55,25 +57,30 @@ impl Writer {
     }
 
     pub(super) fn run(&mut self, waiting: &Receiver<String>) {
-        while let Ok(mut line) = waiting.recv() {
-            line.push('\n');
+        while let Ok(mut lines) = waiting.recv() {
+            lines.push('\n');
+            let mut count = 1;
+            for line in waiting.try_iter().take(MOST_AT_ONCE) {
+                lines.extend([line.as_str(), "\n"]);
+                count += 1;
+            }
             self.turn_over();
             let Some((file, path)) = &mut self.file else {
-                self.fate.lost.fetch_add(1, Ordering::Relaxed);
+                self.fate.lost.fetch_add(count, Ordering::Relaxed);
                 continue;
             };
-            // Few lines are written, and each may be the last before the power goes.
+            // Each line may be the last before the power goes.
             match file
-                .write_all(line.as_bytes())
+                .write_all(lines.as_bytes())
                 .and_then(|()| file.sync_data())
             {
                 Ok(()) => {
-                    self.length += line.len() as u64;
+                    self.length += lines.len() as u64;
                     self.say(None);
                 }
                 Err(error) => {
                     let why = words(&error, path);
-                    self.fate.lost.fetch_add(1, Ordering::Relaxed);
+                    self.fate.lost.fetch_add(count, Ordering::Relaxed);
                     self.file = None;
                     self.next_try = Instant::now() + TRY_AGAIN;
                     self.say(Some(why));

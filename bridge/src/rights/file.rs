@@ -278,6 +278,7 @@ impl RightsFile {
                 .truncate(false)
                 .write(true)
                 .open(&path)?;
+            secret_file::hand_over(&file, &path)?;
             file.lock()?;
             Ok(file)
         });

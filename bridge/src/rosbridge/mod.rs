@@ -90,7 +90,7 @@ struct Peer<'a> {
     adapter: Adapter<'a>,
     shared: &'a Shared,
     visitor: &'a Visitor,
-    /// Its number at the hub, and whether it has shown a right.
+    /// Its number at the hub, and whether it may drive.
     client: Option<(ClientId, bool)>,
     outbox: Arc<Outbox>,
     topics: Topics,
@@ -129,8 +129,8 @@ impl Peer<'_> {
                 () = &mut too_late, if self.client.is_none() => return Err(Some(why_not)),
                 _ = ping.tick() => {
                     let now = self.shared.clock.now();
-                    let has_right = self.client.is_some_and(|(_, has_right)| has_right);
-                    if has_right || now >= pinged + PING {
+                    let may_drive = self.client.is_some_and(|(_, may_drive)| may_drive);
+                    if may_drive || now >= pinged + PING {
                         pinged = now;
                         self.adapter.ping(&(now.as_micros() as u64).to_le_bytes())?;
                     }
@@ -143,13 +143,13 @@ impl Peer<'_> {
     async fn join(&mut self, granted: Option<Granted>) -> Result<(), End> {
         self.leave().await;
         let name = "rosbridge".to_owned();
-        let has_right = granted.is_some();
+        let may_drive = granted.as_ref().is_some_and(Granted::may_drive);
         let (id, outbox) = self.shared.join(self.visitor, name, granted).await?;
-        if has_right {
+        if may_drive {
             self.adapter.trust();
         }
         self.outbox = outbox;
-        self.client = Some((id, has_right));
+        self.client = Some((id, may_drive));
         Ok(())
     }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
+use slamlab_bridge::Limits;
 use slamlab_bridge::token::Token;
 use slamlab_core::wire::message::{
     DisarmReason, FromBridge, RefusalReason, Role, ToBridge, Watching, close, proof,
@@ -168,6 +169,26 @@ fn a_new_token_of_the_owner_replaces_the_old_one_without_a_restart() {
         assert!(!stand.is_good(&old).await);
         let mut owner = stand.enter(new.reveal()).await;
         owner.take(false).await;
+        stand.stop().await;
+    });
+}
+
+/// Else who gives many a token to look has no place left for who drives.
+#[test]
+fn a_watcher_with_a_token_is_a_watcher_to_the_limits() {
+    async_on_a_calm_machine(async || {
+        let limits = Limits {
+            watchers: 2,
+            ..Limits::default()
+        };
+        let stand = Stand::start_with(Watching::Token, limits).await;
+        let [wall, anna] = [("wall", Role::Watcher), ("anna", Role::Driver)]
+            .map(|(name, role)| stand.add(name, role));
+        let _two = [stand.enter(&wall).await, stand.enter(&wall).await];
+        let mut third = stand.bridge.connect().await;
+        third.say(third.hello(Some(&wall))).await;
+        assert_eq!(third.end().await, Some(close::FULL));
+        stand.enter(&anna).await.take(false).await;
         stand.stop().await;
     });
 }

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde_json::Value;
-use slamlab_bridge::Config;
 use slamlab_bridge::record::Keep;
 use slamlab_bridge::rights::{Files, Keys, Name, RightsFile};
 use slamlab_bridge::token::Token;
+use slamlab_bridge::{Config, Limits};
 use slamlab_core::wire::message::{FromBridge, Role, Watching};
 use tempfile::TempDir;
 use tokio::time::{Instant, timeout};
@@ -29,6 +29,10 @@ pub(crate) struct Stand {
 
 impl Stand {
     pub(crate) async fn start(watching: Watching) -> Self {
+        Self::start_with(watching, Limits::default()).await
+    }
+
+    pub(crate) async fn start_with(watching: Watching, limits: Limits) -> Self {
         let folder = TempDir::new().unwrap();
         let token = folder.path().join("token");
         let owner = Token::load_or_create(&token).unwrap();
@@ -37,6 +41,7 @@ impl Stand {
         let config = Config {
             watching: Some(watching),
             rosbridge: true,
+            limits,
             audit: Some((folder.path().join("audit"), Keep::default())),
             ..config
         };
