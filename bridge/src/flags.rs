@@ -50,7 +50,7 @@ pub(crate) enum Command {
     /// Show the owner's address, by the settings of `serve`; makes a token if there is none. Below
     /// it: rights for others, which a running bridge takes at once
     #[command(args_conflicts_with_subcommands = true)]
-    Token(TokenFlags),
+    Token(Box<TokenFlags>),
     /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may
     /// use it
     Udp {

@@ -68,7 +68,7 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
         }
         Some(Command::Export { file, to, method }) => export(&file, &to, method),
         Some(Command::Config(flags)) => show_config(flags),
-        Some(Command::Token(flags)) => token_command::run(flags),
+        Some(Command::Token(flags)) => token_command::run(*flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
         Some(Command::Udp {
             paths,

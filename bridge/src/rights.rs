@@ -68,7 +68,7 @@ impl Rights {
             let of_proof = granted.verifier.of_proof(challenge, shown);
             bool::from(of_proof.ct_eq(&granted.verifier.to_bytes()))
         };
-        self.0.iter().filter(is_proved).next_back().cloned()
+        self.0.iter().find(is_proved).cloned()
     }
 
     /// Whether a right is still what it was.

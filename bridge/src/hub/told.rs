@@ -79,7 +79,8 @@ impl Task {
         }
     }
 
-    /// Logs what a client does; whether it was not too often. Names are whatever clients call themselves.
+    /// Logs what a client does; whether it was not too often. Names are whatever clients call
+    /// themselves.
     pub(super) fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) -> bool {
         let Some(Guest {
             name,
