@@ -7,6 +7,7 @@ use futures_util::{SinkExt, StreamExt};
 use serde_json::{Map, Value, json};
 use slamlab_bridge::Config;
 use slamlab_bridge::host;
+use slamlab_bridge::source::sim::SimSource;
 use slamlab_bridge::token::Token;
 use slamlab_core::robot::Command;
 use slamlab_core::wire::message::{FromBridge, ToBridge};
@@ -15,7 +16,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 
-use crate::client::Bridge;
+use crate::client::{Bridge, Came};
 use crate::robot::{is_motion, with_robot};
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -89,6 +90,13 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
     drop(driver);
     bridge.stop().await;
 
+    let looks = looks().await;
+    note(
+        "looks on the move are told to who drives",
+        looks > 0,
+        json!(looks),
+    );
+
     for origin in ["*", "null", "https://lab.example/", "lab.example"] {
         let said = host::check_origin(origin).err();
         note(
@@ -147,6 +155,45 @@ async fn stop_after(
     });
     timeout(PATIENCE, is_disarmed).await.ok()?;
     Some(memory.stopped_after(from).await)
+}
+
+/// A robot that scans standing, only, looks aside on a leg: how often its driver is told.
+async fn looks() -> usize {
+    let source = SimSource::new("arena,rangers").unwrap();
+    let bridge = Bridge::start(Config {
+        sources: vec![Box::new(source)],
+        ..Config::default()
+    })
+    .await;
+    let mut driver = bridge.armed().await;
+    let mut looks = 0;
+    // Until a sweep has shown what is ahead, safe mode lets nothing run.
+    for motion in [Command::Scan, Command::Forward(0.3)] {
+        driver.say(ToBridge::Drive(driver.body(motion))).await;
+        let given = driver.sequence;
+        let mut ticks = tokio::time::interval(Duration::from_millis(50));
+        let goes_on = async {
+            loop {
+                tokio::select! {
+                    _ = ticks.tick() => {
+                        let (epoch, seen, ttl_millis) = (driver.epoch, driver.seen, 300);
+                        driver.say(ToBridge::Hold { epoch, seen, ttl_millis }).await;
+                    }
+                    came = driver.next() => match came {
+                        Came::Message(FromBridge::PartialScan(_)) => looks += 1,
+                        Came::Message(FromBridge::Manoeuvre(body)) if body.sequence == given && !body.busy => return,
+                        Came::Message(_) => (),
+                        Came::Closed(_) | Came::Lost => return,
+                    },
+                }
+            }
+        };
+        if timeout(PATIENCE, goes_on).await.is_err() {
+            break;
+        }
+    }
+    bridge.stop().await;
+    looks
 }
 
 /// What is no token stays as it is.
