@@ -56,13 +56,16 @@ impl Naming {
             path: folder.to_owned(),
             source,
         })?;
-        let (stem, extension) = (self.stem(time_of_day), self.extension);
-        let mut taken = create_file(folder.join(format!("{stem}{extension}")));
-        for number in 2..=MOST_OF_A_SECOND {
+        let stem = self.stem(time_of_day);
+        // Never a number below one that is there: files go by their age, and the oldest may be
+        // deleted within the second.
+        let first = self.highest(folder, &stem) + 1;
+        let mut taken = create_file(folder.join(self.name(&stem, first)));
+        for number in first + 1..=MOST_OF_A_SECOND {
             if !matches!(taken, Err(RecordError::Exists { .. })) {
                 break;
             }
-            taken = create_file(folder.join(format!("{stem}-{number}{extension}")));
+            taken = create_file(folder.join(self.name(&stem, number)));
         }
         taken
     }
@@ -84,6 +87,24 @@ impl Naming {
             self.first,
             u8::from(month)
         )
+    }
+
+    fn name(self, stem: &str, number: u32) -> String {
+        match number {
+            1 => format!("{stem}{}", self.extension),
+            _ => format!("{stem}-{number}{}", self.extension),
+        }
+    }
+
+    /// Highest number of the files of this second; 0 where there are none, or nobody says.
+    fn highest(self, folder: &Path, stem: &str) -> u32 {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let number = |entry: std::fs::DirEntry| {
+            let name = entry.file_name();
+            let name = name.to_str().filter(|name| name.starts_with(stem))?;
+            self.parts(name).map(|(_, number)| number)
+        };
+        entries.filter_map(number).max().unwrap_or(0)
     }
 
     /// Whether a file in a folder is called so.
@@ -155,6 +176,17 @@ mod tests {
                 "slamlab-2004-02-29T12-34-56Z.mcap",
             ]
         );
+    }
+
+    #[test]
+    fn a_number_that_is_free_again_is_not_given_to_a_newer_file() {
+        let root = tempfile::TempDir::new().unwrap();
+        let path = || create(root.path(), Duration::ZERO).unwrap().1;
+        let (first, second, third) = (path(), path(), path());
+        std::fs::remove_file(first).unwrap();
+        std::fs::remove_file(second).unwrap();
+        let fourth = path();
+        assert!(RECORDINGS.age_of(&fourth) > RECORDINGS.age_of(&third));
     }
 
     #[test]
