@@ -61,7 +61,7 @@ pub(crate) async fn run(
 ) {
     let trust = trust::routes(tls.as_ref());
     let router = http::router(&shared, trust.clone());
-    let redirector = http::redirector(trust);
+    let redirector = http::redirector(&shared, trust);
     let tls = tls.as_ref().map(Identity::acceptor);
     let stop = until(stopped.clone());
     tokio::pin!(stop);

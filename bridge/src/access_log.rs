@@ -59,11 +59,11 @@ impl AccessLog {
         Self(Mutex::new([budget; KINDS]))
     }
 
-    /// Logs what happened, if its kind was not logged too often; says how many were left out since
-    /// the last.
-    pub(crate) fn note(&self, now: Duration, kind: Kind, what: fmt::Arguments<'_>) {
+    /// Logs what happened, with how many of its kind were left out since the last; or, where that
+    /// was too often, counts it and returns false.
+    pub(crate) fn note(&self, now: Duration, kind: Kind, what: fmt::Arguments<'_>) -> bool {
         let Some(left_out) = self.admits(now, kind) else {
-            return;
+            return false;
         };
         let more = match left_out {
             0 => String::new(),
@@ -73,6 +73,7 @@ impl AccessLog {
             Kind::Lease | Kind::Stop => tracing::info!("{what}{more}"),
             _ => tracing::warn!("{what}{more}"),
         }
+        true
     }
 
     /// How many were left out before, if this one is to be logged.

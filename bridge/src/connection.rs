@@ -19,6 +19,7 @@ use tokio::time::timeout;
 use crate::ending::{End, FAREWELL, INTERNAL, MALFORMED, UNSUPPORTED};
 use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
+use crate::rights::Granted;
 use crate::safety::ClientId;
 use crate::shared::{Joined, Shared, Visitor};
 use crate::socket;
@@ -72,29 +73,32 @@ async fn enter(
     let (_, ToBridge::Hello(hello)) = first.map_err(|_| Some(close::ACCESS))?? else {
         return Err(Some(close::ACCESS));
     };
-    let may_drive = admit(shared, &challenge, &hello)?;
-    if may_drive {
+    let granted = admit(shared, &challenge, &hello)?;
+    if granted.as_ref().is_some_and(Granted::may_drive) {
         reader.socket.trust();
     }
-    shared.join(visitor, hello.name, may_drive).await
+    shared.join(visitor, hello.name, granted).await
 }
 
-/// Whether the client may drive; an error if it may not even watch.
+/// The right that the client shows, if any; an error if it may not even watch.
 fn admit(
     shared: &Shared,
     challenge: &[u8; CHALLENGE_BYTES],
     hello: &ClientHello,
-) -> Result<bool, End> {
+) -> Result<Option<Granted>, End> {
     if hello.schema != SCHEMA {
         return Err(Some(close::OTHER_SCHEMA));
     }
     if hello.name.len() > LONGEST_NAME {
         return Err(Some(MALFORMED));
     }
-    match (&hello.proof, &shared.token) {
-        (Some(proof), Some(token)) if token.is_proved(challenge, proof) => Ok(true),
-        (None, _) if shared.about.watching == Watching::Anyone => Ok(false),
-        _ => Err(Some(close::ACCESS)),
+    match &hello.proof {
+        Some(proof) => match shared.proved(challenge, proof) {
+            Some(granted) => Ok(Some(granted)),
+            None => Err(Some(close::ACCESS)),
+        },
+        None if shared.about.watching == Watching::Anyone => Ok(None),
+        None => Err(Some(close::ACCESS)),
     }
 }
 

@@ -52,9 +52,12 @@ pub(crate) fn reason(code: u16) -> &'static str {
         TOO_LARGE => "the message is too large",
         INTERNAL => "the bridge failed at something; its log says at what",
         TOO_SLOW => "it did not take answers and notices that must not be dropped",
-        close::ACCESS => "no proof of the token in time, or a wrong one",
-        close::NO_RIGHT => "driving needs the token",
+        close::ACCESS => "no proof of a token in time, or a wrong one",
+        close::NO_RIGHT => {
+            "this right is not good for that: driving needs the token of a driver or an owner"
+        }
         close::HEARTBEAT => "no heartbeat",
+        close::REVOKED => "the right was taken away, or changed",
         close::TAKEN_OVER => "another client took over",
         close::FULL => "as many watch as may; who has the token gets in",
         close::OTHER_SCHEMA => {

@@ -4,9 +4,11 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use slamlab_bridge::rights::Name;
 use slamlab_bridge::settings::{Settings, SettingsError, source_help};
 use slamlab_bridge::source::SourceName;
 use slamlab_core::slam::Method;
+use slamlab_core::wire::message::Role;
 use slamlab_core::wire::pilch;
 
 /// Serves slamlab's page, and relays robot and sensors to it.
@@ -45,9 +47,10 @@ pub(crate) enum Command {
     },
     /// Print the settings that `serve` would use, from file, flags and defaults
     Config(ServeFlags),
-    /// Show the address with which one may drive, by the settings of `serve`; makes a token if
-    /// there is none
-    Token(TokenFlags),
+    /// Show the owner's address, by the settings of `serve`; makes a token if there is none. Below
+    /// it: rights for others, which a running bridge takes at once
+    #[command(args_conflicts_with_subcommands = true)]
+    Token(Box<TokenFlags>),
     /// Serve an RPLIDAR by the UDP protocol of Pilch's server; anyone who reaches the address may
     /// use it
     Udp {
@@ -88,7 +91,9 @@ pub(crate) struct RecordFlags {
 
 #[derive(Args)]
 pub(crate) struct TokenFlags {
-    /// Make a new token; the old one is worth nothing from the bridge's next start on
+    #[command(subcommand)]
+    pub(crate) command: Option<TokenCommand>,
+    /// Make a new token of the owner; the old one is worth nothing from now on
     #[arg(long)]
     pub(crate) new: bool,
     /// Show the address as a picture too, for a phone's camera
@@ -96,6 +101,44 @@ pub(crate) struct TokenFlags {
     pub(crate) qr: bool,
     #[command(flatten)]
     pub(crate) serve: ServeFlags,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum TokenCommand {
+    /// Make a right for somebody, and show its address, once
+    Add(AddFlags),
+    /// List the rights that there are
+    List {
+        #[command(flatten)]
+        serve: ServeFlags,
+    },
+    /// Take a right away: who drives by it stops, and is shown out
+    Revoke {
+        /// Whose
+        name: Name,
+        #[command(flatten)]
+        serve: ServeFlags,
+    },
+}
+
+#[derive(Args)]
+pub(crate) struct AddFlags {
+    /// Whose: letters, digits, `.`, `-` and `_`
+    pub(crate) name: Name,
+    /// What it is good for: watcher, driver or owner
+    #[arg(long, value_parser = role)]
+    pub(crate) role: Role,
+    /// Show the address as a picture too, for a phone's camera
+    #[arg(long)]
+    pub(crate) qr: bool,
+    #[command(flatten)]
+    pub(crate) serve: ServeFlags,
+}
+
+fn role(text: &str) -> Result<Role, String> {
+    let found = Role::ALL.iter().find(|role| role.name() == text);
+    let expected = || format!("expected one of {}", Role::NAMES.join(", "));
+    found.copied().ok_or_else(expected)
 }
 
 impl ServeFlags {

@@ -3,21 +3,24 @@
 //! A foreign page can point its own domain name at this machine's address (DNS rebinding) and would
 //! then count as the same origin. Its requests carry its own name in `Host`, so only names that no
 //! foreign server can own are served: IP literals, `localhost`, and `.local` names, which are
-//! resolved on the local network alone (RFC 6762).
+//! resolved on the local network alone (RFC 6762). Names that the owner of the robot owns, of a
+//! reverse proxy or in a VPN, are allowed one by one.
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 
 /// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, is one
-/// of ours.
+/// of ours, or one that was `allowed` by name. The port is whatever it is.
 ///
 /// # Example
 /// ```
 /// use slamlab_bridge::host::is_ours;
-/// assert!(is_ours("192.168.1.7:8080"));
-/// assert!(!is_ours("rebound.example.com:8080"));
+/// let allowed = ["robot.example.com".to_owned()];
+/// assert!(is_ours("192.168.1.7:8080", &allowed));
+/// assert!(is_ours("robot.example.com", &allowed));
+/// assert!(!is_ours("rebound.example.com:8080", &allowed));
 /// ```
 #[must_use]
-pub fn is_ours(authority: &str) -> bool {
+pub fn is_ours(authority: &str, allowed: &[String]) -> bool {
     let Some(host) = without_port(authority) else {
         return false;
     };
@@ -28,7 +31,10 @@ pub fn is_ours(authority: &str) -> bool {
         return ipv6.parse::<Ipv6Addr>().is_ok();
     }
     let name = host.strip_suffix('.').unwrap_or(host).to_ascii_lowercase();
-    name.parse::<Ipv4Addr>().is_ok() || name == "localhost" || is_mdns_name(&name)
+    name.parse::<Ipv4Addr>().is_ok()
+        || name == "localhost"
+        || is_mdns_name(&name)
+        || allowed.contains(&name)
 }
 
 /// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page
@@ -93,6 +99,46 @@ pub fn check_origin(origin: &str) -> Result<(), &'static str> {
     }
 }
 
+/// Whether this can be allowed as a host's name: no browser asks for anything else.
+///
+/// # Errors    What is wrong with it.
+///
+/// # Source    RFC 1123 §2.1: labels of letters, digits and hyphens.
+pub fn check_host(host: &str) -> Result<(), &'static str> {
+    if host.contains("://") {
+        return Err("a scheme is not part of it");
+    }
+    if host.contains('*') {
+        return Err("a name cannot be left open");
+    }
+    if host.contains(['/', '?', '#', '@']) {
+        return Err("it holds more than a name");
+    }
+    if host.parse::<Ipv4Addr>().is_ok() || host.trim_matches(['[', ']']).parse::<Ipv6Addr>().is_ok()
+    {
+        return Err("the bridge answers to addresses anyway");
+    }
+    if host.contains(':') {
+        return Err("a port is not part of it: any is taken");
+    }
+    if host.ends_with('.') {
+        return Err("it ends with a dot");
+    }
+    let is_plain = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+    let is_label = |label: &str| {
+        (1..=63).contains(&label.len())
+            && label.bytes().all(is_plain)
+            && !label.starts_with('-')
+            && !label.ends_with('-')
+    };
+    match host.len() <= 253 && host.split('.').all(is_label) {
+        true => Ok(()),
+        false => {
+            Err("a name has labels of lower-case letters, digits and hyphens, with dots between")
+        }
+    }
+}
+
 /// The authority without `:port`; nothing if what follows the colon is not a port.
 fn without_port(authority: &str) -> Option<&str> {
     match authority.rsplit_once(':') {
@@ -129,7 +175,7 @@ mod tests {
             "raspberrypi.local:8080",
             "a-b.c.local",
         ] {
-            assert!(is_ours(host), "{host}");
+            assert!(is_ours(host, &[]), "{host}");
         }
     }
 
@@ -210,6 +256,7 @@ mod tests {
 
     #[test]
     fn every_other_name_is_foreign() {
+        let allowed = ["robot.example".to_owned()];
         for host in [
             "",
             ":8080",
@@ -227,8 +274,63 @@ mod tests {
             "localhost:80:80",
             "1.2.3",
             "0x7f000001",
+            "robot.example.evil.com",
+            "evil.robot.example",
+            "robot.exampl",
+            "robot.example:x",
         ] {
-            assert!(!is_ours(host), "{host}");
+            assert!(!is_ours(host, &allowed), "{host}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_was_allowed_is_ours_at_any_port() {
+        let allowed = [
+            "robot.example".to_owned(),
+            "robot.tail1234.ts.net".to_owned(),
+        ];
+        for host in [
+            "robot.example",
+            "robot.example:443",
+            "ROBOT.example",
+            "robot.example.",
+            "robot.tail1234.ts.net:8080",
+        ] {
+            assert!(is_ours(host, &allowed), "{host}");
+            assert!(!is_ours(host, &[]), "{host}");
+        }
+    }
+
+    #[test]
+    fn a_host_that_no_browser_asks_for_is_none() {
+        for good in [
+            "robot.example",
+            "robot",
+            "r2-d2.lab.example",
+            "xn--rbot-5qa.example",
+        ] {
+            assert_eq!(check_host(good), Ok(()), "{good}");
+        }
+        for bad in [
+            "",
+            "*",
+            "*.example",
+            "https://robot.example",
+            "robot.example/",
+            "robot.example:8080",
+            "user@robot.example",
+            "Robot.example",
+            "robot.example.",
+            "robot..example",
+            "-robot.example",
+            "röbot.example",
+            "robot example",
+            "192.168.1.7",
+            "[::1]",
+            "::1",
+            &"a".repeat(64),
+        ] {
+            assert!(check_host(bad).is_err(), "{bad}");
         }
     }
 }

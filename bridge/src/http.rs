@@ -50,12 +50,15 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
     router
         .with_state(Arc::clone(shared))
         .merge(trust)
-        .layer(middleware::from_fn(fence))
+        .layer(middleware::from_fn_with_state(
+            Arc::clone(&shared.hosts),
+            fence,
+        ))
 }
 
 /// Whoever typed `http` to a bridge that speaks TLS is sent to the right address; nothing else but
 /// how to trust it is said in the clear.
-pub(crate) fn redirector(trust: Router) -> Router {
+pub(crate) fn redirector(shared: &Shared, trust: Router) -> Router {
     let redirect = async |request: Request| {
         let host = request.headers().get(header::HOST);
         let host = host.and_then(|host| host.to_str().ok()).unwrap_or("");
@@ -65,7 +68,8 @@ pub(crate) fn redirector(trust: Router) -> Router {
             .map_or("/", |path| path.as_str());
         Redirect::permanent(&format!("https://{host}{path}"))
     };
-    trust.fallback(redirect).layer(middleware::from_fn(fence))
+    let fence = middleware::from_fn_with_state(Arc::clone(&shared.hosts), fence);
+    trust.fallback(redirect).layer(fence)
 }
 
 /// What is behind the bridge. Where watching needs the token, only that there is a bridge, and
@@ -193,12 +197,12 @@ async fn socket(
 }
 
 /// Refuses foreign hosts, gives errors a sentence, and adds the headers.
-async fn fence(request: Request, next: Next) -> Response {
+async fn fence(State(hosts): State<Arc<[String]>>, request: Request, next: Next) -> Response {
     let path = request.uri().path().to_owned();
-    let mut response = if is_for_us(&request) {
+    let mut response = if is_for_us(&request, &hosts) {
         explain(next.run(request).await, &path)
     } else {
-        const WHY: &str = "slamlab answers only to an IP address, localhost or a .local name.\n";
+        const WHY: &str = "slamlab answers only to an IP address, localhost, a .local name, and the names of --allow-host.\n";
         (StatusCode::MISDIRECTED_REQUEST, WHY).into_response()
     };
     let success = response.status().is_success() || response.status() == StatusCode::NOT_MODIFIED;
@@ -208,11 +212,12 @@ async fn fence(request: Request, next: Next) -> Response {
 
 /// Both places that can name a host must name one of ours: the `Host` header, and the target if it
 /// is absolute.
-fn is_for_us(request: &Request) -> bool {
-    let mut hosts = request.headers().get_all(header::HOST).iter();
-    let header = hosts.next().and_then(|host| host.to_str().ok());
+fn is_for_us(request: &Request, hosts: &[String]) -> bool {
+    let mut named = request.headers().get_all(header::HOST).iter();
+    let header = named.next().and_then(|host| host.to_str().ok());
     let target = Uri::authority(request.uri()).map(axum::http::uri::Authority::as_str);
-    hosts.next().is_none() && header.is_some_and(host::is_ours) && target.is_none_or(host::is_ours)
+    let is_ours = |authority| host::is_ours(authority, hosts);
+    named.next().is_none() && header.is_some_and(is_ours) && target.is_none_or(is_ours)
 }
 
 fn explain(response: Response, path: &str) -> Response {

@@ -17,13 +17,14 @@
 //!    all state.
 //! 3. `accept` limits connections; `http` refuses requests whose `Host` is a foreign name
 //!    ([`host`]), finds files, adds the headers that fence the page in ([`headers`]); `connection`
-//!    talks to one client, behind its [`token`]. `foxglove` and `rosbridge` speak the protocols of
-//!    other tools, where that is asked for.
+//!    talks to one client, behind its right ([`rights`]). `foxglove` and `rosbridge` speak the
+//!    protocols of other tools, where that is asked for.
 //! 4. [`safety`] holds the rules, apart from all this: whether the robot may move, and by whom.
 //! 5. [`serial`] holds the sources at serial ports; [`doctor`] says what is wrong with them.
 //! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the
 //!    network that the bridge is here.
-//! 7. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 7. `audit` writes down who drove, who stopped and who was refused.
+//! 8. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
@@ -33,6 +34,7 @@ mod access_log;
 mod adapter;
 pub mod address;
 pub mod announce;
+mod audit;
 mod clock;
 mod connection;
 pub mod doctor;
@@ -40,6 +42,7 @@ mod embedded;
 mod ending;
 mod foxglove;
 pub mod headers;
+mod hexadecimal;
 pub mod host;
 mod http;
 mod hub;
@@ -50,6 +53,7 @@ mod page;
 mod places;
 mod rate;
 pub mod record;
+pub mod rights;
 mod rosbridge;
 pub mod secret_file;
 pub mod serial;

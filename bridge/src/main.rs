@@ -2,24 +2,25 @@
 
 use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
 use slamlab_bridge::announce::{self, Announced, Announcement};
 use slamlab_bridge::record;
-use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
+use slamlab_bridge::rights::{Files, Keys};
+use slamlab_bridge::settings::{SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
-use slamlab_bridge::token::{self, Token};
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
 
 mod flags;
 mod open;
+mod token_command;
 
-use flags::{Command, Flags, RecordFlags, ServeFlags, TokenFlags};
+use flags::{Command, Flags, RecordFlags, ServeFlags};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
 
@@ -67,7 +68,7 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
         }
         Some(Command::Export { file, to, method }) => export(&file, &to, method),
         Some(Command::Config(flags)) => show_config(flags),
-        Some(Command::Token(flags)) => show_token(flags),
+        Some(Command::Token(flags)) => token_command::run(*flags),
         Some(Command::Doctor { ports }) => look_at(ports).await,
         Some(Command::Udp {
             paths,
@@ -87,11 +88,11 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         .collect::<Result<_, _>>()?;
     let token = match sources.is_empty() {
         true => None,
-        false => Some(token_of(&settings)?),
+        false => Some(token_command::owner(&settings)?),
     };
     let tls = match settings.tls()? {
         Tls::Off => None,
-        Tls::Own => Some(Identity::load_or_make(&folder(&settings)?)?),
+        Tls::Own => Some(Identity::load_or_make(&token_command::folder(&settings)?)?),
         Tls::Files { cert, key } => Some(Identity::load(&cert, &key)?),
     };
     let listener = slamlab_bridge::bind(settings.address()).await?;
@@ -105,20 +106,29 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         lines.extend(exposure.map(|exposure| format!("{exposure}\n")));
     }
     let whole = urls.first().map(|url| {
-        let secret = token.as_ref().map(Token::reveal);
+        let secret = token.as_ref().map(|token| token.reveal());
         secret.map_or(url.clone(), |secret| format!("{url}#token={secret}"))
     });
-    let (is_tls, keep) = (tls.is_some(), settings.keep());
+    let keys = match &token {
+        None => Keys::None,
+        Some(_) => Keys::Files(Files {
+            token: token_command::path(&settings)?,
+            rights: token_command::rights(&settings)?,
+        }),
+    };
+    let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
     let config = Config {
         page: Some(page),
         sources,
-        token,
+        keys,
         watching: is_private.then_some(Watching::Token),
         origins: settings.allow_origin.unwrap_or_default(),
+        hosts: settings.allow_host.unwrap_or_default(),
         foxglove: settings.foxglove == Some(true),
         rosbridge: settings.rosbridge == Some(true),
         tls,
         keep,
+        audit,
         record: settings.record,
         ..Config::default()
     };
@@ -156,7 +166,9 @@ fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<St
         }
     }));
     if has_token {
-        lines.push("`slamlab-bridge token` shows the address with which one may drive\n".into());
+        lines.push(
+            "`slamlab-bridge token` shows the address with which one may drive; `token add` makes one for somebody else\n".into(),
+        );
     }
     lines
 }
@@ -253,62 +265,6 @@ async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> 
     let _server = udp::start(socket, paths, client_port)?;
     stop.await;
     Ok(())
-}
-
-fn show_token(flags: TokenFlags) -> anyhow::Result<()> {
-    let settings = flags.serve.complete()?;
-    let token = if flags.new {
-        Token::renew(&token_path(&settings)?)?
-    } else {
-        token_of(&settings)?
-    };
-    let plain = address::urls(settings.address(), settings.tls == Some(true));
-    let urls: Vec<_> = plain
-        .iter()
-        .map(|url| format!("{url}#token={}", token.reveal()))
-        .collect();
-    for url in &urls {
-        println!("{url}");
-    }
-    // The last is an address in figures, which phones find without multicast DNS.
-    let Some((plain, with_token)) = plain.last().zip(urls.last()) else {
-        return Ok(());
-    };
-    if settings.tls()? == Tls::Own {
-        let identity = Identity::load_or_make(&folder(&settings)?)?;
-        let first = trust::address(plain, identity.fingerprint());
-        println!("\nonce on each phone, so that it trusts the robot:\n{first}");
-        if flags.qr {
-            println!("{}\nthen, to drive:", picture(&first)?);
-        }
-    }
-    if flags.qr {
-        println!("{}", picture(with_token)?);
-    }
-    Ok(())
-}
-
-/// A QR code for a terminal.
-fn picture(url: &str) -> anyhow::Result<String> {
-    let code = qrcode::QrCode::new(url).context("the address does not fit into a picture")?;
-    Ok(code.render::<qrcode::render::unicode::Dense1x2>().build())
-}
-
-fn token_of(settings: &Settings) -> anyhow::Result<Token> {
-    Ok(Token::load_or_create(&token_path(settings)?)?)
-}
-
-fn token_path(settings: &Settings) -> anyhow::Result<PathBuf> {
-    match &settings.token_file {
-        Some(path) => Ok(path.clone()),
-        None => token::default_path().context("where is the token?"),
-    }
-}
-
-/// Where the bridge keeps what is its own.
-fn folder(settings: &Settings) -> anyhow::Result<PathBuf> {
-    let token = token_path(settings)?;
-    Ok(token.parent().map_or_else(|| ".".into(), PathBuf::from))
 }
 
 fn open_all(names: &[SourceName]) -> anyhow::Result<Vec<Box<dyn Source>>> {

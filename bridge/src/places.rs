@@ -126,9 +126,14 @@ impl Place {
     pub(crate) fn watch(&self) -> bool {
         let limits = &self.places.limits;
         let mut taken = self.places.lock();
-        let Some(address) = taken.guests.get(&self.number).map(|guest| guest.address) else {
+        let Some(guest) = taken.guests.get(&self.number) else {
             return false;
         };
+        // Who shows a right later has its place already.
+        if guest.standing == Standing::Watcher {
+            return true;
+        }
+        let address = guest.address;
         let watches = |guest: &Guest| guest.standing == Standing::Watcher;
         let of_address = taken.count(|guest| watches(guest) && guest.address == address);
         let is_room =

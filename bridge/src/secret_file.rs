@@ -61,7 +61,9 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
     made.and_then(|()| options.open(&beside))
         .and_then(|mut file| {
-            let written = writeln!(file, "{text}").and_then(|()| file.sync_all());
+            let written = hand_over(&file, path)
+                .and_then(|()| writeln!(file, "{text}"))
+                .and_then(|()| file.sync_all());
             written
                 .and_then(|()| fs::rename(&beside, path))
                 .inspect_err(|_| {
@@ -70,6 +72,28 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
                 })
         })
         .map_err(|source| SecretFileError::of(path, source))
+}
+
+/// What root writes into the folder of a service is the service's: it could not read it otherwise.
+#[cfg(unix)]
+pub(crate) fn hand_over(file: &fs::File, path: &Path) -> io::Result<()> {
+    use std::os::unix::fs::MetadataExt;
+    let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    else {
+        return Ok(());
+    };
+    let (own, folder) = (file.metadata()?, fs::metadata(folder)?);
+    match own.uid() == 0 && folder.uid() != 0 {
+        true => std::os::unix::fs::fchown(file, Some(folder.uid()), Some(folder.gid())),
+        false => Ok(()),
+    }
+}
+
+#[cfg(not(unix))]
+pub(crate) fn hand_over(_: &fs::File, _: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 /// The file's permissions, if they let anybody but its owner in.

@@ -15,6 +15,7 @@ use tokio::task::JoinHandle;
 
 use crate::accept;
 use crate::access_log::AccessLog;
+use crate::audit::Audit;
 use crate::clock::Clock;
 use crate::http;
 use crate::hub;
@@ -22,10 +23,10 @@ use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
 use crate::record::{Keep, RecordError, Recorder};
+use crate::rights::{self, Keys, KeysError};
 use crate::shared::{Limits, Shared};
 use crate::source::{self, Running, Source};
 use crate::tls::Identity;
-use crate::token::Token;
 
 /// How long open requests may take to end after the shutdown began.
 const GRACE: Duration = Duration::from_secs(2);
@@ -39,13 +40,15 @@ pub struct Config {
     pub page: Option<Page>,
     /// Robots and sensors. The first with a robot takes the commands.
     pub sources: Vec<Box<dyn Source>>,
-    /// Who has it may drive. Without one, nobody may.
-    pub token: Option<Token>,
-    /// Whether watching needs the token.
+    /// Who may do what. Without any, nobody drives.
+    pub keys: Keys,
+    /// Whether watching needs a token.
     pub watching: Option<Watching>,
     /// Origins of other pages that may connect, exactly as a browser writes them:
     /// `https://lab.example`. The page that the bridge serves needs no entry.
     pub origins: Vec<String>,
+    /// Names that the bridge answers to, beside its own: of a reverse proxy, or in a VPN.
+    pub hosts: Vec<String>,
     /// Whether Foxglove may watch, where anyone may.
     pub foxglove: bool,
     /// Whether clients of rosbridge may watch, and drive with the token.
@@ -56,6 +59,8 @@ pub struct Config {
     pub record: Option<PathBuf>,
     /// How long pieces in a folder are, and how much of them is kept.
     pub keep: Keep,
+    /// Folder for who drove, stopped and was refused, and how much of that is kept.
+    pub audit: Option<(PathBuf, Keep)>,
     /// Of sockets, messages and times.
     pub limits: Limits,
 }
@@ -81,6 +86,9 @@ pub enum RunError {
         /// What the system said.
         source: io::Error,
     },
+    /// There are no rights.
+    #[error(transparent)]
+    Keys(#[from] KeysError),
     /// The recording cannot begin.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -123,6 +131,10 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let recorder = record
         .map(|path| Recorder::start(path, config.keep, clock))
         .transpose()?;
+    let audit = config.audit;
+    let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
+    let audit = audit.transpose()?;
+    let (rights_sender, rights) = watch::channel(Arc::new(config.keys.read()?));
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start_all(config.sources, &sender)?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
@@ -132,8 +144,9 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         page: config.page,
         about: about(&sources, robot.as_ref(), config.watching),
         robot,
-        token: config.token,
+        rights: rights.clone(),
         origins: config.origins,
+        hosts: config.hosts.into(),
         foxglove: config.foxglove,
         rosbridge: config.rosbridge,
         is_tls: config.tls.is_some(),
@@ -142,6 +155,7 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         clock,
         metrics: Arc::clone(&metrics),
         log: Arc::clone(&log),
+        audit: audit.clone(),
     });
     if let Some(recorder) = &recorder {
         // Names the robot; nobody is challenged here.
@@ -149,8 +163,17 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         recorder.message(&FromBridge::Hello(hello), clock.now());
     }
     let (stop, stopped) = watch::channel(false);
-    let hub = hub::Task::new(clock, sources, metrics, log, recorder);
+    let hub = hub::Task::new(hub::Parts {
+        clock,
+        sources,
+        metrics,
+        log,
+        recorder,
+        audit,
+        rights,
+    });
     let hub = tokio::spawn(hub.run(events, clients, accept::until(stopped.clone())));
+    tokio::spawn(rights::keep_up(config.keys, rights_sender));
     if let Some(identity) = config.tls.clone() {
         let stopped = accept::until(stopped.clone());
         tokio::spawn(async move {

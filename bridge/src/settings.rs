@@ -58,12 +58,22 @@ pub struct Settings {
     /// Delete the oldest recordings in that folder when all have more MiB [default: 8192]
     #[arg(long, value_name = "MIB")]
     pub record_budget_mib: Option<u64>,
-    /// Let nobody watch without the token
+    /// Write down who drove, stopped the robot and was refused, into files in this folder
+    #[arg(long, value_name = "DIR")]
+    pub audit: Option<PathBuf>,
+    /// Delete the oldest of these files when all have more MiB [default: 64]
+    #[arg(long, value_name = "MIB")]
+    pub audit_budget_mib: Option<u64>,
+    /// Let nobody watch without a token
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub private: Option<bool>,
     /// Origin of another page that may connect, as a browser writes it; may stand more than once
     #[arg(long, value_name = "ORIGIN")]
     pub allow_origin: Option<Vec<String>>,
+    /// Name that the bridge answers to beside its own, of a reverse proxy or in a VPN; may stand
+    /// more than once
+    #[arg(long, value_name = "NAME")]
+    pub allow_host: Option<Vec<String>>,
     /// Let Foxglove and Lichtblick watch, at ws://HOST:PORT/foxglove; their web pages need an
     /// --allow-origin too
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
@@ -74,7 +84,8 @@ pub struct Settings {
     /// Announce the bridge in the local network [default: unless it listens on this machine only]
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "BOOL")]
     pub mdns: Option<bool>,
-    /// File of the token [default: slamlab/token in the user's configuration]
+    /// File of the owner's token [default: slamlab/token in the user's configuration]; all other
+    /// rights stand in rights.toml beside it
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
     /// Speak TLS; with a certificate of its own, beside the token, where none is named
@@ -179,6 +190,16 @@ pub enum SettingsError {
         /// What is wrong.
         why: &'static str,
     },
+    /// What no browser asks for.
+    #[error(
+        "allow-host {given:?}: {why}; expected a name such as robot.example.com, as it stands in the page's address"
+    )]
+    Host {
+        /// What stands there.
+        given: String,
+        /// What is wrong.
+        why: &'static str,
+    },
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
@@ -245,8 +266,11 @@ impl Settings {
             record_piece_mib: self.record_piece_mib.or(below.record_piece_mib),
             record_piece_minutes: self.record_piece_minutes.or(below.record_piece_minutes),
             record_budget_mib: self.record_budget_mib.or(below.record_budget_mib),
+            audit: self.audit.or(below.audit),
+            audit_budget_mib: self.audit_budget_mib.or(below.audit_budget_mib),
             private: self.private.or(below.private),
             allow_origin: self.allow_origin.or(below.allow_origin),
+            allow_host: self.allow_host.or(below.allow_host),
             foxglove: self.foxglove.or(below.foxglove),
             rosbridge: self.rosbridge.or(below.rosbridge),
             mdns: self.mdns.or(below.mdns),
@@ -272,6 +296,12 @@ impl Settings {
                 why,
             })
         })?;
+        self.allow_host.iter().flatten().try_for_each(|given| {
+            host::check_host(given).map_err(|why| SettingsError::Host {
+                given: given.clone(),
+                why,
+            })
+        })?;
         self.check_recording()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {
@@ -283,6 +313,7 @@ impl Settings {
             source: Some(vec![]),
             private: Some(false),
             allow_origin: Some(vec![]),
+            allow_host: Some(vec![]),
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),

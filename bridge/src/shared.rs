@@ -4,10 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slamlab_core::device::hub;
-use slamlab_core::wire::message::{About, BridgeHello, CHALLENGE_BYTES, RobotFigures, close};
-use tokio::sync::{mpsc, oneshot};
+use slamlab_core::wire::message::{
+    About, BridgeHello, CHALLENGE_BYTES, PROOF_BYTES, RobotFigures, close,
+};
+use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::access_log::{AccessLog, Kind, Peer};
+use crate::audit::{Audit, What};
 use crate::clock::Clock;
 use crate::ending::{self, End, GOING_AWAY};
 use crate::hub::outbox::Outbox;
@@ -15,16 +18,19 @@ use crate::hub::{FromClient, NewClient};
 use crate::metrics::Metrics;
 use crate::page::Page;
 use crate::places::Place;
+use crate::rights::{Granted, Rights};
 use crate::safety::ClientId;
-use crate::token::Token;
 
 /// What all connections share.
 pub(crate) struct Shared {
     pub(crate) page: Option<Page>,
     pub(crate) about: About,
     pub(crate) robot: Option<RobotFigures>,
-    pub(crate) token: Option<Token>,
+    /// As they are now.
+    pub(crate) rights: watch::Receiver<Arc<Rights>>,
     pub(crate) origins: Vec<String>,
+    /// Names that the bridge answers to, beside its own.
+    pub(crate) hosts: Arc<[String]>,
     /// Whether Foxglove may watch.
     pub(crate) foxglove: bool,
     /// Whether rosbridge is spoken.
@@ -35,6 +41,7 @@ pub(crate) struct Shared {
     pub(crate) clock: Clock,
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) log: Arc<AccessLog>,
+    pub(crate) audit: Option<Arc<Audit>>,
 }
 
 /// A connection: its place, and where it comes from.
@@ -56,13 +63,25 @@ impl Shared {
 pub(crate) type Joined = (ClientId, Arc<Outbox>);
 
 impl Shared {
-    /// Lets a client in that has shown who it is; [`close::FULL`] where no place is left for it.
+    /// The right that a proof shows.
+    pub(crate) fn proved(
+        &self,
+        challenge: &[u8; CHALLENGE_BYTES],
+        shown: &[u8; PROOF_BYTES],
+    ) -> Option<Granted> {
+        let rights = Arc::clone(&self.rights.borrow());
+        rights.proved(challenge, shown)
+    }
+
+    /// Lets a client in that has shown a right, or without one a watcher; [`close::FULL`] where no
+    /// place is left for it.
     pub(crate) async fn join(
         &self,
         visitor: &Visitor,
         name: String,
-        may_drive: bool,
+        granted: Option<Granted>,
     ) -> Result<Joined, End> {
+        let may_drive = granted.as_ref().is_some_and(Granted::may_drive);
         let is_room = match may_drive {
             true => visitor.place.trust(),
             false => visitor.place.watch(),
@@ -75,7 +94,7 @@ impl Shared {
         let (answer, id) = oneshot::channel();
         let client = NewClient {
             name,
-            may_drive,
+            granted,
             peer: visitor.peer,
             outbox: Arc::clone(&outbox),
         };
@@ -105,11 +124,18 @@ impl Shared {
         if let Some(kind) = kind {
             let why = ending::reason(code);
             let now = self.clock.now();
-            self.log.note(
-                now,
-                kind,
-                format_args!("{peer} was shown out ({code}): {why}"),
-            );
+            let what = format_args!("{peer} was shown out ({code}): {why}");
+            let is_admitted = self.log.note(now, kind, what);
+            if is_admitted && let Some(audit) = &self.audit {
+                audit.note(
+                    now,
+                    &What::Refused {
+                        from: peer,
+                        code,
+                        why,
+                    },
+                );
+            }
         }
     }
 }
@@ -131,8 +157,8 @@ pub struct Limits {
     pub sockets: usize,
     /// Of these, from one address; of IPv6, from one network of 64 bits. Default 100.
     pub per_address: usize,
-    /// Clients without the token that may watch. Default 200: the other places are kept for who
-    /// shows it.
+    /// Clients that may watch and not drive. Default 200: the other places are kept for who may
+    /// drive.
     pub watchers: usize,
     /// Of these, from one address. Default 80.
     pub watchers_per_address: usize,
@@ -148,7 +174,7 @@ pub struct Limits {
     pub write: Duration,
     /// Longest message from a client, bytes. Default 64 KiB.
     pub message: usize,
-    /// Messages in a second of one client that has shown the token, over longer times; twice as
+    /// Messages in a second of one client that may drive, over longer times; twice as
     /// many at once. Default 200.
     pub rate: u32,
     /// The same for everybody else. Default 20.

@@ -1,4 +1,5 @@
-//! The token: who has it may drive.
+//! Tokens: who has one has the right that goes with it ([`crate::rights`]); the bridge's first is
+//! its owner's.
 //!
 //! 256 random bits in hexadecimal, in a file that only its owner can read. It is shown to a person
 //! in the address of the page, behind `#`, where no browser sends it to any server; over the
@@ -6,9 +7,6 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, proof};
-use subtle::ConstantTimeEq;
 
 use crate::secret_file::{self, SecretFileError};
 
@@ -74,6 +72,14 @@ impl Token {
         }
     }
 
+    /// Reads the file.
+    ///
+    /// # Errors    [`TokenError`]: it cannot be read, others can read it, or what it holds can be
+    /// guessed.
+    pub fn load(path: &Path) -> Result<Self, TokenError> {
+        Self::checked(path, secret_file::read(path)?.trim())
+    }
+
     /// Writes a new token to the file, in place of the one there; whatever else stands there stays.
     ///
     /// # Errors    [`TokenError`]: it cannot be written, or what stands there is no token.
@@ -102,12 +108,6 @@ impl Token {
             });
         }
         Ok(Self(text.to_owned()))
-    }
-
-    /// Whether `shown` was made with this token, of this challenge. Takes as long for any answer.
-    #[must_use]
-    pub fn is_proved(&self, challenge: &[u8; CHALLENGE_BYTES], shown: &[u8; PROOF_BYTES]) -> bool {
-        proof(&self.0, challenge).ct_eq(shown).into()
     }
 
     /// For the address that a person opens, and for nothing else.
@@ -195,17 +195,5 @@ mod tests {
     fn it_never_prints() {
         let token = Token::random().unwrap();
         assert_eq!(format!("{token:?}"), "Token(…)");
-    }
-
-    #[test]
-    fn only_a_proof_of_the_same_challenge_counts() {
-        let token = Token::random().unwrap();
-        let challenge = [1; CHALLENGE_BYTES];
-        let shown = proof(token.reveal(), &challenge);
-        assert!(token.is_proved(&challenge, &shown));
-        assert!(!token.is_proved(&[2; CHALLENGE_BYTES], &shown), "replayed");
-        assert!(!token.is_proved(&challenge, &[0; PROOF_BYTES]));
-        let other = Token::random().unwrap();
-        assert!(!other.is_proved(&challenge, &shown));
     }
 }

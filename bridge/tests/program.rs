@@ -195,3 +195,99 @@ fn systemd_is_told_that_it_serves_lives_and_ends() {
     hear("STOPPING=1");
     assert!(child.wait().unwrap().success());
 }
+
+/// Output of `slamlab-bridge token …` with this file of the owner's token.
+fn token(arguments: &[&str], folder: &TempDir) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+    let file = folder.path().join("token");
+    command
+        .arg("token")
+        .args(arguments)
+        .arg("--token-file")
+        .arg(file);
+    command.output().unwrap()
+}
+
+#[test]
+fn rights_are_made_listed_and_taken_away_by_commands() {
+    let folder = TempDir::new().unwrap();
+    let says = |arguments: &[&str]| {
+        let output = token(arguments, &folder);
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let refused = |arguments: &[&str]| {
+        let output = token(arguments, &folder);
+        assert!(!output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let owner = says(&[]);
+    let made = says(&["add", "anna", "--role", "driver", "--qr"]);
+    assert!(
+        made.contains("anna is a driver") && made.contains('█'),
+        "{made}"
+    );
+    let secret = made
+        .split("#token=")
+        .nth(1)
+        .unwrap()
+        .lines()
+        .next()
+        .unwrap();
+    assert_eq!(secret.len(), 64);
+    assert!(!owner.contains(secret));
+    let list = says(&["list"]);
+    assert!(list.contains("anna  driver  made 20"), "{list}");
+    let file = folder.path().join("rights.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(!text.contains(secret) && !list.contains(secret), "{text}");
+    let again = refused(&["add", "anna", "--role", "owner"]);
+    assert!(again.contains("of the name anna already"), "{again}");
+    let king = refused(&["add", "bert", "--role", "king"]);
+    assert!(
+        king.contains("expected one of watcher, driver, owner"),
+        "{king}"
+    );
+    let name = refused(&["add", "b t", "--role", "driver"]);
+    assert!(name.contains("is no name of a right"), "{name}");
+    assert!(says(&["revoke", "anna"]).contains("anna is no driver any more"));
+    let gone = refused(&["revoke", "anna"]);
+    assert!(gone.contains("there are none"), "{gone}");
+    let spoilt = format!("{text}role = 3\n");
+    fs::write(&file, &spoilt).unwrap();
+    for arguments in [
+        &["list"][..],
+        &["add", "c", "--role", "driver"],
+        &["revoke", "anna"],
+    ] {
+        let error = refused(arguments);
+        assert!(
+            error.contains("rights.toml") && error.contains("line"),
+            "{error}"
+        );
+    }
+    assert_eq!(fs::read_to_string(&file).unwrap(), spoilt);
+}
+
+#[test]
+fn a_bridge_does_not_begin_with_rights_that_it_cannot_read() {
+    let folder = TempDir::new().unwrap();
+    token(&["add", "anna", "--role", "driver"], &folder);
+    let file = folder.path().join("rights.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replace("driver", "king")).unwrap();
+    let path = folder.path().join("token");
+    let arguments = [
+        "--port",
+        "0",
+        "--source",
+        "sim:arena",
+        "--token-file",
+        path.to_str().unwrap(),
+    ];
+    let error = fails(bridge(&arguments, &page()));
+    assert!(
+        error.contains("rights.toml") && error.contains("king"),
+        "{error}"
+    );
+}

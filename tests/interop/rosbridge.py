@@ -48,8 +48,11 @@ def main(url, token):
     assert len(first(ros, "/scan", "sensor_msgs/LaserScan")["ranges"]) > 100
 
     challenge = bytes.fromhex(call(ros, "/slamlab/challenge")["challenge"])
-    proof = hmac.new(token.encode(), b"slamlab bridge 1" + challenge, hashlib.sha256).hexdigest()
-    call(ros, "/slamlab/enter", proof=proof)
+    # SCRAM, RFC 5802 section 3.
+    client = hmac.digest(token.encode(), b"slamlab bridge 2", "sha256")
+    signature = hmac.digest(hashlib.sha256(client).digest(), challenge, "sha256")
+    proof = bytes(a ^ b for a, b in zip(client, signature)).hex()
+    assert call(ros, "/slamlab/enter", proof=proof) == {"role": "owner", "name": ""}
     assert call(ros, "/slamlab/take", force=True)["epoch"] > 0
     call(ros, "/slamlab/reset_emergency_stop")
     assert call(ros, "/slamlab/arm")["armed"]

@@ -1,6 +1,6 @@
 // The rosbridge subset, with roslib as the independent client.
 import assert from 'node:assert/strict';
-import { createHmac } from 'node:crypto';
+import { createHash, createHmac } from 'node:crypto';
 import { once } from 'node:events';
 import { after, before, test } from 'node:test';
 import { Ros, Service, Topic } from 'roslib';
@@ -38,10 +38,18 @@ const first = (ros, name, messageType, is = () => true) =>
     });
   });
 
+/** Shows that its sender has the token, as SCRAM does (RFC 5802 §3). */
+function proofOf(token, challenge) {
+  const hmac = (key, text) => createHmac('sha256', key).update(text).digest();
+  const client = hmac(token, 'slamlab bridge 2');
+  const stored = createHash('sha256').update(client).digest();
+  const signature = hmac(stored, Buffer.from(challenge, 'hex'));
+  return client.map((byte, at) => byte ^ signature[at]).toString('hex');
+}
+
 async function enter(ros, token) {
   const { challenge } = await call(ros, '/slamlab/challenge');
-  const mac = createHmac('sha256', token).update('slamlab bridge 1').update(Buffer.from(challenge, 'hex'));
-  return call(ros, '/slamlab/enter', { proof: mac.digest('hex') });
+  return call(ros, '/slamlab/enter', { proof: proofOf(token, challenge) });
 }
 
 test('a watcher gets scans, odometry and transforms', { timeout: 60_000 }, async () => {
@@ -183,8 +191,7 @@ test('nobody drives without the token, and a wrong or replayed proof ends the co
     say(socket, { op: 'call_service', service: '/slamlab/challenge' });
     const [data] = await once(socket, 'message');
     const { challenge } = JSON.parse(data).values;
-    const mac = createHmac('sha256', bridge.token).update('slamlab bridge 1').update(Buffer.from(challenge, 'hex')).digest('hex');
-    const proof = { op: 'call_service', service: '/slamlab/enter', args: { proof: mac } };
+    const proof = { op: 'call_service', service: '/slamlab/enter', args: { proof: proofOf(bridge.token, challenge) } };
     say(socket, proof);
     say(socket, proof);
   };
@@ -210,8 +217,7 @@ test('commands of a client that answers no ping are left out', { timeout: 60_000
     return until((message) => message.id === service);
   };
   const { values } = await ask('/slamlab/challenge');
-  const mac = createHmac('sha256', bridge.token).update('slamlab bridge 1').update(Buffer.from(values.challenge, 'hex'));
-  await ask('/slamlab/enter', { proof: mac.digest('hex') });
+  await ask('/slamlab/enter', { proof: proofOf(bridge.token, values.challenge) });
   await ask('/slamlab/take', { force: true });
   assert.equal((await ask('/slamlab/arm')).result, true);
   say({ op: 'publish', topic: '/cmd_vel', msg: { linear: { x: 0.1 }, angular: { z: 0 } } });

@@ -1,11 +1,13 @@
 // Starts the bridge on a free port before the tests, tells them its address, and stops that very
 // process after them. Tests of a robot behind a bridge start one more of their own.
-import { spawn, type ChildProcess } from 'node:child_process';
+import { execFile, spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
+const PROGRAM = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
 
 export default async function startBridge(): Promise<() => Promise<void>> {
   const bridge = await Bridge.start();
@@ -24,9 +26,8 @@ export class Bridge {
 
   /** With these flags beside those of the page; on a free port unless one is given. */
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
-    const program = process.env.SLAMLAB_BRIDGE ?? `${root}/target/debug/slamlab-bridge`;
     const page = flags.includes('--page') ? [] : ['--page', `${root}/www/dist`];
-    const bridge = new Bridge(spawn(program, ['--port', port, ...page, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
+    const bridge = new Bridge(spawn(PROGRAM, ['--port', port, ...page, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
     // Before it has printed anything: one that never does is ended too.
     this.#started.push(bridge);
     bridge.url = await addressOf(bridge.process);
@@ -37,6 +38,12 @@ export class Bridge {
       which is soon that of the next test. */
   static async stopAll(): Promise<void> {
     await Promise.all(this.#started.splice(0).map((bridge) => bridge.stop('SIGKILL')));
+  }
+
+  /** What the program says to these words, and ends. */
+  static async run(words: string[]): Promise<string> {
+    const { stdout } = await promisify(execFile)(PROGRAM, words);
+    return stdout;
   }
 
   get port(): string {

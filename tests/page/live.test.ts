@@ -58,6 +58,35 @@ test('a bridge that is private shows its robot to who has the token, and to nobo
   await bridge.stop();
 });
 
+test('a page says whose right it has, and what became of it when that is taken away', async ({ lab, bridge, token, folder, state }) => {
+  const right = async (words: string[]) => Bridge.run(['token', ...words, '--token-file', join(folder, 'token')]);
+  const secretOf = (said: string) => /#token=(\w+)/.exec(said)?.[1] ?? '';
+  const anna = secretOf(await right(['add', 'anna', '--role', 'driver']));
+  const wall = secretOf(await right(['add', 'wall', '--role', 'watcher']));
+  expect(anna).not.toBe('');
+  expect(anna).not.toBe(token);
+  // Until the running bridge has looked at the file, it knows nobody of that name.
+  let tries = 0;
+  await expect(async () => {
+    tries += 1;
+    await lab.open(`${bridge.url}?${tries}#token=${anna}`);
+    expect((await state())?.connection).toBe('open');
+  }).toPass();
+  await lab.show('run');
+  await expect(lab.at('bridge-right')).toHaveText('anna: may drive');
+  await lab.hidePanels();
+  await lab.at('lease').click();
+  await expect.poll(async () => (await state())?.armed).toBe(true);
+  await right(['revoke', 'anna']);
+  await expect.poll(async () => (await state())?.connection).toBe('refused');
+  await lab.show('run');
+  await expect(lab.at('bridge-state')).toContainText('was taken away or changed');
+  await lab.open(`${bridge.url}?again#token=${wall}`);
+  await lab.show('run');
+  await expect(lab.at('bridge-state')).toContainText('so says the right of wall');
+  await expect(lab.at('lease')).toBeDisabled();
+});
+
 test('with the token it drives by hand and by itself, and Stop ends it', { tag: '@phone' }, async ({ lab, page, bridge, token, state, hasTouch }) => {
   await lab.open(`${bridge.url}#token=${token}`);
   expect(page.url(), 'the token does not stay in the address').not.toContain('token');

@@ -8,8 +8,8 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    DeviceStateName, DisarmReasonName, Level, MethodName, SettingValues, Typed, WebError, messages,
-    typed,
+    DeviceStateName, DisarmReasonName, Level, MethodName, RoleName, SettingValues, Typed, WebError,
+    messages, typed,
 };
 use crate::building::PriorMapSetup;
 use crate::run::{Notice, Source, WebRun};
@@ -43,7 +43,11 @@ pub struct LiveSetup {
 pub struct BridgeStatus {
     /// This page may ask for the right to drive.
     pub may_drive: bool,
-    /// It has that right.
+    /// What this page's right is good for.
+    pub role: RoleName,
+    /// Whose right it is; empty without one, and for the bridge's own first token.
+    pub right: String,
+    /// It has the right to drive.
     pub has_lease: bool,
     /// The robot moves on its commands.
     pub armed: bool,
@@ -209,10 +213,18 @@ impl From<Note> for Notice {
 impl BridgeStatus {
     fn of(live: &Live) -> Self {
         let client = live.client();
+        let welcome = client.welcome();
         let (safety, delays, recording) =
             (client.safety(), client.delays(), live.recording.as_ref());
         Self {
             may_drive: client.may_drive(),
+            role: welcome
+                .map(|welcome| welcome.role)
+                .unwrap_or_default()
+                .into(),
+            right: welcome
+                .map(|welcome| welcome.name.clone())
+                .unwrap_or_default(),
             has_lease: client.has_lease(),
             armed: client.is_armed(),
             emergency: safety.is_some_and(|safety| safety.emergency),

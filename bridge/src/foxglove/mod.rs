@@ -45,7 +45,7 @@ const MOST_SUBSCRIPTIONS: usize = 64;
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
     let (adapter, writer) = Adapter::new(socket, shared);
-    let (id, outbox) = match shared.join(visitor, "foxglove".to_owned(), false).await {
+    let (id, outbox) = match shared.join(visitor, "foxglove".to_owned(), None).await {
         Ok(joined) => joined,
         Err(end) => return writer.beside(visitor, async { Err(end) }).await,
     };

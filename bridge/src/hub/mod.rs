@@ -6,6 +6,7 @@
 //! lock and one order of things. No rule stands here.
 
 pub(crate) mod outbox;
+mod told;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,17 +14,18 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    DeviceState, FromBridge, Header, Lease, RefusalReason, Severity, ToBridge, close,
+    DeviceState, FromBridge, Header, Lease, RefusalReason, ToBridge, close,
 };
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
 
 use crate::access_log::{AccessLog, Kind, Peer};
+use crate::audit::{Audit, Story, What};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
 use crate::metrics::Metrics;
-use crate::notify;
 use crate::record::Recorder;
+use crate::rights::{Granted, Rights};
 use crate::safety::ClientId;
 use crate::source::{Order, Running, SourceEvent};
 use outbox::Outbox;
@@ -64,7 +66,7 @@ pub(crate) enum Answer {
 #[derive(Debug)]
 pub(crate) struct NewClient {
     pub(crate) name: String,
-    pub(crate) may_drive: bool,
+    pub(crate) granted: Option<Granted>,
     pub(crate) peer: Peer,
     pub(crate) outbox: Arc<Outbox>,
 }
@@ -72,8 +74,20 @@ pub(crate) struct NewClient {
 /// A client that is in.
 struct Guest {
     name: String,
+    granted: Option<Granted>,
     peer: Peer,
     outbox: Arc<Outbox>,
+}
+
+/// What the hub's task is made of.
+pub(crate) struct Parts {
+    pub(crate) clock: Clock,
+    pub(crate) sources: Vec<Running>,
+    pub(crate) metrics: Arc<Metrics>,
+    pub(crate) log: Arc<AccessLog>,
+    pub(crate) recorder: Option<Recorder>,
+    pub(crate) audit: Option<Arc<Audit>>,
+    pub(crate) rights: watch::Receiver<Arc<Rights>>,
 }
 
 /// The hub at work, with all that it tells.
@@ -85,19 +99,28 @@ pub(crate) struct Task {
     metrics: Arc<Metrics>,
     log: Arc<AccessLog>,
     recorder: Option<Recorder>,
+    audit: Option<Arc<Audit>>,
+    story: Story,
+    rights: watch::Receiver<Arc<Rights>>,
+    /// Whose message is being obeyed.
+    asker: Option<ClientId>,
+    audit_fault: Option<String>,
     /// As everybody was told last.
     recording_fault: Option<String>,
     next_report: Duration,
 }
 
 impl Task {
-    pub(crate) fn new(
-        clock: Clock,
-        sources: Vec<Running>,
-        metrics: Arc<Metrics>,
-        log: Arc<AccessLog>,
-        recorder: Option<Recorder>,
-    ) -> Self {
+    pub(crate) fn new(parts: Parts) -> Self {
+        let Parts {
+            clock,
+            sources,
+            metrics,
+            log,
+            recorder,
+            audit,
+            rights,
+        } = parts;
         let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
         Self {
             hub: Hub::new(&profiles),
@@ -107,6 +130,11 @@ impl Task {
             metrics,
             log,
             recorder,
+            audit,
+            story: Story::default(),
+            rights,
+            asker: None,
+            audit_fault: None,
             recording_fault: None,
             next_report: Duration::ZERO,
         }
@@ -126,6 +154,7 @@ impl Task {
                 biased;
                 () = &mut stop => break,
                 () = tokio::time::sleep_until(self.deadline()) => self.tick(),
+                Ok(()) = self.rights.changed() => self.revoke(),
                 from = clients.recv() => match from {
                     Some(from) => self.client(from),
                     None => break,
@@ -152,28 +181,30 @@ impl Task {
         }
     }
 
-    fn report(&mut self) {
-        notify::alive();
-        let missed = self.sources.iter().map(Running::missed).sum();
-        self.metrics.missed.set(missed);
-        let Some(status) = self.recorder.as_ref().map(Recorder::status) else {
-            return;
-        };
-        let fault = status.fault.clone();
-        self.send_all(FromBridge::Recording(status));
-        if fault != self.recording_fault {
-            match &fault {
-                Some(why) => self
-                    .hub
-                    .notify(Severity::Error, format!("Recording: {why}.")),
-                None => {
-                    let text = "The recording goes on in a new file.".to_owned();
-                    self.hub.notify(Severity::Info, text);
-                }
-            }
-            self.recording_fault = fault;
-            self.act();
+    /// Ends what is done by rights that are no more, or are others now.
+    fn revoke(&mut self) {
+        let (now, rights) = (
+            self.clock.now(),
+            Arc::clone(&self.rights.borrow_and_update()),
+        );
+        let is_over = |guest: &Guest| (guest.granted.as_ref()).is_some_and(|of| !rights.holds(of));
+        let over: Vec<ClientId> = (self.guests.iter())
+            .filter(|(_, guest)| is_over(guest))
+            .map(|(id, _)| *id)
+            .collect();
+        for id in over {
+            self.end_right(now, id);
         }
+        self.act();
+    }
+
+    fn end_right(&mut self, now: Duration, id: ClientId) {
+        let does = "has lost its right";
+        self.note(now, Kind::ShownOut, id, does);
+        if let Some(who) = self.who(id) {
+            self.audit(now, &What::Revoked { who });
+        }
+        self.hub.revoke(now, id);
     }
 
     fn event(&mut self, source: u8, event: SourceEvent) {
@@ -197,21 +228,36 @@ impl Task {
             FromClient::Joined(client, answer) => {
                 let NewClient {
                     name,
-                    may_drive,
+                    granted,
                     peer,
                     outbox,
                 } = client;
-                let id = self.hub.join(name.clone(), may_drive);
-                self.guests.insert(id, Guest { name, peer, outbox });
+                let right = granted.as_ref().map(|granted| granted.right.clone());
+                let id = self.hub.join(name.clone(), right.unwrap_or_default());
+                let guest = Guest {
+                    name,
+                    granted,
+                    peer,
+                    outbox,
+                };
+                // A right may be taken away between its proof and this.
+                let is_over = (guest.granted.as_ref())
+                    .is_some_and(|granted| !self.rights.borrow().holds(granted));
+                self.guests.insert(id, guest);
+                if is_over {
+                    self.end_right(now, id);
+                }
                 // A connection that ended meanwhile leaves nobody to say so.
                 if answer.send(id).is_err() {
                     self.left(now, id);
                 }
             }
             FromClient::Message(id, header, message, came) => {
+                self.asker = Some(id);
                 self.message(now, came, id, header, message);
             }
             FromClient::Asked(id, header, message, came, asker) => {
+                self.asker = Some(id);
                 self.message(now, came, id, header, message);
                 let answer = self.act_and_answer(id);
                 // One that has gone meanwhile needs none.
@@ -220,6 +266,7 @@ impl Task {
             FromClient::Left(id) => self.left(now, id),
         }
         self.act();
+        self.asker = None;
         self.metrics.clients.set(self.hub.client_count() as u64);
     }
 
@@ -231,17 +278,25 @@ impl Task {
         header: Header,
         message: ToBridge,
     ) {
-        match message {
-            ToBridge::Stop => self.note(now, Kind::Stop, id, "stops the robot"),
-            ToBridge::EmergencyStop => self.note(now, Kind::Stop, id, "cuts the motors off"),
-            _ => (),
+        let does = match message {
+            ToBridge::Stop => Some("stops the robot"),
+            ToBridge::EmergencyStop => Some("cuts the motors off"),
+            _ => None,
+        };
+        if let Some(does) = does
+            && self.note(now, Kind::Stop, id, does)
+            && self.story.stands(&message)
+            && let Some(by) = self.who(id)
+        {
+            self.audit(now, &What::StopAgain { by });
         }
         self.hub.message(now, came, id, header, message);
     }
 
     fn left(&mut self, now: Duration, id: ClientId) {
-        self.guests.remove(&id);
         self.hub.leave(now, id);
+        self.act();
+        self.guests.remove(&id);
     }
 
     /// Does what the hub says.
@@ -319,15 +374,10 @@ impl Task {
         self.note(self.clock.now(), Kind::Lease, client, does);
     }
 
-    /// Logs what a client does. Names are whatever clients call themselves.
-    fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) {
-        if let Some(Guest { name, peer, .. }) = self.guests.get(&id) {
-            let what = format_args!("client {id} {name:?} at {peer} {does}");
-            self.log.note(now, kind, what);
+    fn send_all(&mut self, message: FromBridge) {
+        if let FromBridge::Safety(state) = &message {
+            self.audit_state(state);
         }
-    }
-
-    fn send_all(&self, message: FromBridge) {
         if let FromBridge::Notice(notice) = &message {
             tracing::info!("{}", notice.text);
         }
@@ -349,6 +399,9 @@ impl Task {
             guest.outbox.close(GOING_AWAY);
         }
         self.sources.clear();
+        if let Some(audit) = self.audit.take() {
+            audit.finish();
+        }
         if let Some(recorder) = self.recorder.take() {
             let done = recorder.finish();
             tracing::info!(

@@ -77,3 +77,17 @@ fn a_network_of_ipv6_counts_as_one_address() {
     assert_ne!(of("2001:db8::1"), of("2001:db8:0:1::1"));
     assert_eq!(of("::ffff:192.168.1.1"), address(1));
 }
+
+#[test]
+fn a_watcher_that_shows_its_token_later_keeps_its_place() {
+    let places = places();
+    let watching: Vec<_> = (0..4).map(|_| places.enter(address(1)).unwrap()).collect();
+    assert!(watching.iter().all(Place::watch));
+    assert!(
+        watching.iter().all(Place::watch),
+        "the house is full of them"
+    );
+    let fifth = places.enter(address(1)).unwrap();
+    assert!(!fifth.watch());
+    assert!(fifth.trust(), "who may drive gets in");
+}

@@ -12,7 +12,7 @@ use std::rc::Rc;
 const MOST_KEPT: usize = 1 << 21;
 
 /// What a journal needs of a file; tests have one that fails.
-pub(super) trait Storage: Write {
+pub(crate) trait Storage: Write {
     /// Forgets everything from `length` on, and writes there next.
     fn cut(&mut self, length: u64) -> io::Result<()>;
     /// Forces to the disk what was written.

@@ -28,7 +28,7 @@
 mod cdr;
 mod export;
 mod journal;
-mod pieces;
+pub(crate) mod pieces;
 mod place;
 pub(crate) mod ros;
 mod thread;
@@ -50,6 +50,7 @@ pub use export::{ExportError, Exported, MAP_EVERY, export};
 use pieces::Files;
 pub use pieces::{Keep, MEBIBYTE};
 use thread::Progress;
+pub(crate) use thread::is_full;
 
 /// Messages that wait for the disk: ten seconds of a robot with a lidar.
 const MOST_WAITING: usize = 4096;

@@ -9,8 +9,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::RecordError;
 use super::journal::Storage;
-use super::{RecordError, place};
+use super::place::{self, AUDITS, Naming, RECORDINGS};
 use crate::clock::Clock;
 
 /// How long pieces are, and how much of them is kept. Only of folders.
@@ -38,7 +39,7 @@ impl Default for Keep {
 }
 
 /// Where the next piece comes from.
-pub(super) trait Pieces {
+pub(crate) trait Pieces {
     /// What is written to.
     type File: Storage;
     /// A new piece and its path; none where the first is the only one.
@@ -51,8 +52,9 @@ pub(super) trait Pieces {
 
 /// Pieces in a folder, or one file.
 #[derive(Debug)]
-pub(super) struct Files {
+pub(crate) struct Files {
     path: PathBuf,
+    naming: Naming,
     is_folder: bool,
     keep: Keep,
     clock: Clock,
@@ -62,7 +64,19 @@ impl Files {
     pub(super) fn new(path: &Path, keep: Keep, clock: Clock) -> Self {
         Self {
             path: path.to_owned(),
+            naming: RECORDINGS,
             is_folder: place::is_folder(path),
+            keep,
+            clock,
+        }
+    }
+
+    /// Of an audit, which is always a folder.
+    pub(crate) fn audits(path: &Path, keep: Keep, clock: Clock) -> Self {
+        Self {
+            path: path.to_owned(),
+            naming: AUDITS,
+            is_folder: true,
             keep,
             clock,
         }
@@ -77,7 +91,7 @@ impl Pieces for Files {
             return Ok(None);
         }
         let now = self.clock.time_of_day(self.clock.now());
-        place::create(&self.path, now).map(Some)
+        self.naming.create(&self.path, now).map(Some)
     }
 
     fn discard(&mut self, path: &Path) {
@@ -90,7 +104,7 @@ impl Pieces for Files {
         if !self.is_folder {
             return;
         }
-        match oldest_beyond(&self.path, current, self.keep.all_bytes) {
+        match oldest_beyond(self.naming, &self.path, current, self.keep.all_bytes) {
             Ok(too_many) => {
                 for piece in too_many {
                     match fs::remove_file(&piece) {
@@ -105,14 +119,19 @@ impl Pieces for Files {
 }
 
 /// The oldest pieces, without which the rest has no more than `most` bytes.
-fn oldest_beyond(folder: &Path, current: &Path, most: u64) -> io::Result<Vec<PathBuf>> {
+fn oldest_beyond(
+    naming: Naming,
+    folder: &Path,
+    current: &Path,
+    most: u64,
+) -> io::Result<Vec<PathBuf>> {
     let mut pieces = vec![];
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
-        if name.to_str().is_some_and(place::is_piece) && entry.file_type()?.is_file() {
+        if name.to_str().is_some_and(|name| naming.is_piece(name)) && entry.file_type()?.is_file() {
             pieces.push((
-                place::age_of(&entry.path()),
+                naming.age_of(&entry.path()),
                 entry.path(),
                 entry.metadata()?.len(),
             ));
@@ -170,7 +189,7 @@ mod tests {
             let mut names: Vec<_> = fs::read_dir(folder.path())
                 .unwrap()
                 .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-                .filter(|name| place::is_piece(name))
+                .filter(|name| RECORDINGS.is_piece(name))
                 .collect();
             names.sort();
             names

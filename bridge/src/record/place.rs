@@ -10,6 +10,26 @@ use std::time::Duration;
 
 use super::RecordError;
 
+/// How files in a folder are named: `FIRST-TIME.EXTENSION`, with a number behind the time where
+/// several begin in one second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Naming {
+    first: &'static str,
+    extension: &'static str,
+}
+
+/// Recordings.
+pub(super) const RECORDINGS: Naming = Naming {
+    first: "slamlab-",
+    extension: ".mcap",
+};
+
+/// Audits.
+pub(super) const AUDITS: Naming = Naming {
+    first: "slamlab-audit-",
+    extension: ".jsonl",
+};
+
 /// Recordings of one second that are distinguished by a number: a computer without a battery-backed
 /// clock starts at the same time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
@@ -22,60 +42,95 @@ pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBu
     if !is_folder(path) {
         return create_file(path.to_owned());
     }
-    create_dir_all(path).map_err(|source| RecordError::Io {
-        path: path.to_owned(),
-        source,
-    })?;
-    let stem = stem(time_of_day);
-    let mut taken = create_file(path.join(format!("{stem}.mcap")));
-    for number in 2..=MOST_OF_A_SECOND {
-        if !matches!(taken, Err(RecordError::Exists { .. })) {
-            break;
+    RECORDINGS.create(path, time_of_day)
+}
+
+impl Naming {
+    /// Opens a new file in a folder, which is made where it is missing, and says its path.
+    pub(super) fn create(
+        self,
+        folder: &Path,
+        time_of_day: Duration,
+    ) -> Result<(File, PathBuf), RecordError> {
+        create_dir_all(folder).map_err(|source| RecordError::Io {
+            path: folder.to_owned(),
+            source,
+        })?;
+        let stem = self.stem(time_of_day);
+        // Never a number below one that is there: files go by their age, and the oldest may be
+        // deleted within the second.
+        let first = self.highest(folder, &stem) + 1;
+        let mut taken = create_file(folder.join(self.name(&stem, first)));
+        for number in first + 1..=MOST_OF_A_SECOND {
+            if !matches!(taken, Err(RecordError::Exists { .. })) {
+                break;
+            }
+            taken = create_file(folder.join(self.name(&stem, number)));
         }
-        taken = create_file(path.join(format!("{stem}-{number}.mcap")));
+        taken
     }
-    taken
 }
 
 pub(super) fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 
-/// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system takes
-/// it.
-fn stem(time_of_day: Duration) -> String {
-    let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
-    let (year, month, day) = t.to_calendar_date();
-    let (hour, minute, second) = t.to_hms();
-    format!(
-        "slamlab-{year}-{:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z",
-        u8::from(month)
-    )
-}
+impl Naming {
+    /// `slamlab-2026-11-21T09-05-07Z`: sorted by name is sorted by second, and every file system
+    /// takes it.
+    fn stem(self, time_of_day: Duration) -> String {
+        let t = time::OffsetDateTime::UNIX_EPOCH + time_of_day;
+        let (year, month, day) = t.to_calendar_date();
+        let (hour, minute, second) = t.to_hms();
+        format!(
+            "{}{year}-{:02}-{day:02}T{hour:02}-{minute:02}-{second:02}Z",
+            self.first,
+            u8::from(month)
+        )
+    }
 
-/// Whether a recording in a folder is called so.
-pub(super) fn is_piece(name: &str) -> bool {
-    parts(name).is_some()
-}
+    fn name(self, stem: &str, number: u32) -> String {
+        match number {
+            1 => format!("{stem}{}", self.extension),
+            _ => format!("{stem}-{number}{}", self.extension),
+        }
+    }
 
-/// What sorts pieces by their age: the second in which they began, and their number in it.
-pub(super) fn age_of(path: &Path) -> Option<(String, u32)> {
-    let (stem, number) = parts(path.file_name()?.to_str()?)?;
-    Some((stem.to_owned(), number))
-}
+    /// Highest number of the files of this second; 0 where there are none, or nobody says.
+    fn highest(self, folder: &Path, stem: &str) -> u32 {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let number = |entry: std::fs::DirEntry| {
+            let name = entry.file_name();
+            let name = name.to_str().filter(|name| name.starts_with(stem))?;
+            self.parts(name).map(|(_, number)| number)
+        };
+        entries.filter_map(number).max().unwrap_or(0)
+    }
 
-fn parts(name: &str) -> Option<(&str, u32)> {
-    let rest = name.strip_prefix("slamlab-")?.strip_suffix(".mcap")?;
-    let (stem, number) = rest.split_once('Z')?;
-    let is_time = stem.len() == "2026-11-21T09-05-07".len()
-        && stem
-            .bytes()
-            .all(|b| b.is_ascii_digit() || b == b'-' || b == b'T');
-    let number = match number {
-        "" => 1,
-        number => number.strip_prefix('-')?.parse().ok()?,
-    };
-    is_time.then_some((stem, number))
+    /// Whether a file in a folder is called so.
+    pub(super) fn is_piece(self, name: &str) -> bool {
+        self.parts(name).is_some()
+    }
+
+    /// What sorts pieces by their age: the second in which they began, and their number in it.
+    pub(super) fn age_of(self, path: &Path) -> Option<(String, u32)> {
+        let (stem, number) = self.parts(path.file_name()?.to_str()?)?;
+        Some((stem.to_owned(), number))
+    }
+
+    fn parts(self, name: &str) -> Option<(&str, u32)> {
+        let rest = (name.strip_prefix(self.first)?).strip_suffix(self.extension)?;
+        let (stem, number) = rest.split_once('Z')?;
+        let is_time = stem.len() == "2026-11-21T09-05-07".len()
+            && stem
+                .bytes()
+                .all(|b| b.is_ascii_digit() || b == b'-' || b == b'T');
+        let number = match number {
+            "" => 1,
+            number => number.strip_prefix('-')?.parse().ok()?,
+        };
+        is_time.then_some((stem, number))
+    }
 }
 
 /// Opens a new file.
@@ -121,6 +176,17 @@ mod tests {
                 "slamlab-2004-02-29T12-34-56Z.mcap",
             ]
         );
+    }
+
+    #[test]
+    fn a_number_that_is_free_again_is_not_given_to_a_newer_file() {
+        let root = tempfile::TempDir::new().unwrap();
+        let path = || create(root.path(), Duration::ZERO).unwrap().1;
+        let (first, second, third) = (path(), path(), path());
+        std::fs::remove_file(first).unwrap();
+        std::fs::remove_file(second).unwrap();
+        let fourth = path();
+        assert!(RECORDINGS.age_of(&fourth) > RECORDINGS.age_of(&third));
     }
 
     #[test]

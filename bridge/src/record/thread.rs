@@ -268,7 +268,7 @@ fn words(error: &McapError, path: &Path) -> String {
 }
 
 /// Also where a quota or a limit of the file's size is reached.
-fn is_full(error: &io::Error) -> bool {
+pub(crate) fn is_full(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }

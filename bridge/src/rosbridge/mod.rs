@@ -39,6 +39,7 @@ use crate::adapter::{Adapter, Incoming, PING};
 use crate::ending::{End, GOING_AWAY};
 use crate::hub::outbox::{Next, Outbox};
 use crate::hub::{Answer, FromClient};
+use crate::rights::Granted;
 use crate::safety::ClientId;
 use crate::shared::{Shared, Visitor};
 use message::{Reply, Topics};
@@ -106,7 +107,7 @@ impl Peer<'_> {
     async fn live(&mut self) -> Result<(), End> {
         let mut why_not = close::ACCESS;
         if self.shared.about.watching == Watching::Anyone {
-            match self.join(false).await {
+            match self.join(None).await {
                 // Who has the token may still show it.
                 Err(Some(close::FULL)) => why_not = close::FULL,
                 joined => joined?,
@@ -138,11 +139,12 @@ impl Peer<'_> {
         }
     }
 
-    /// Becomes a client of the hub; again, with the right to drive, once that is shown.
-    async fn join(&mut self, may_drive: bool) -> Result<(), End> {
+    /// Becomes a client of the hub; again, with its right, once that is shown.
+    async fn join(&mut self, granted: Option<Granted>) -> Result<(), End> {
         self.leave().await;
         let name = "rosbridge".to_owned();
-        let (id, outbox) = self.shared.join(self.visitor, name, may_drive).await?;
+        let may_drive = granted.as_ref().is_some_and(Granted::may_drive);
+        let (id, outbox) = self.shared.join(self.visitor, name, granted).await?;
         if may_drive {
             self.adapter.trust();
         }

@@ -5,12 +5,13 @@
 //! failed, with the reason, and ends no connection but where a proof is wrong.
 
 use serde_json::{Value, json};
-use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, RefusalReason, ToBridge, close};
+use slamlab_core::wire::message::{CHALLENGE_BYTES, RefusalReason, ToBridge, close};
 
 use super::message::Reply;
 use super::request::argument;
 use super::{Peer, rosapi};
 use crate::ending::{End, INTERNAL};
+use crate::hexadecimal;
 use crate::hub::Answer;
 
 /// Behind `/slamlab/`.
@@ -67,7 +68,7 @@ impl Peer<'_> {
                 let mut challenge = [0; CHALLENGE_BYTES];
                 getrandom::fill(&mut challenge).map_err(|_| Some(INTERNAL))?;
                 self.services.challenge = Some(challenge);
-                return Ok((true, json!({ "challenge": hex(&challenge) })));
+                return Ok((true, json!({ "challenge": hexadecimal::write(&challenge) })));
             }
             "enter" => return self.enter(args).await,
             "take" => {
@@ -117,17 +118,17 @@ impl Peer<'_> {
     async fn enter(&mut self, args: &Value) -> Result<Outcome, End> {
         let shown = argument(args, "proof")
             .and_then(Value::as_str)
-            .and_then(unhex);
+            .and_then(hexadecimal::read);
         let challenge = self.services.challenge.take();
-        let (Some(shown), Some(challenge), Some(token)) = (shown, challenge, &self.shared.token)
-        else {
+        let (Some(shown), Some(challenge)) = (shown, challenge) else {
             return Err(Some(close::ACCESS));
         };
-        if !token.is_proved(&challenge, &shown) {
+        let Some(granted) = self.shared.proved(&challenge, &shown) else {
             return Err(Some(close::ACCESS));
-        }
-        self.join(true).await?;
-        Ok((true, json!({})))
+        };
+        let values = json!({ "role": granted.right.role, "name": granted.right.name });
+        self.join(Some(granted)).await?;
+        Ok((true, values))
     }
 }
 
@@ -136,34 +137,4 @@ fn no_service() -> Outcome {
         false,
         json!(format!("there are {}", rosapi::services().join(", "))),
     )
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-fn unhex(text: &str) -> Option<[u8; PROOF_BYTES]> {
-    let mut bytes = [0; PROOF_BYTES];
-    if text.len() != 2 * PROOF_BYTES {
-        return None;
-    }
-    for (at, byte) in bytes.iter_mut().enumerate() {
-        *byte = u8::from_str_radix(text.get(2 * at..2 * at + 2)?, 16).ok()?;
-    }
-    Some(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn hexadecimal_is_read_as_it_is_written_and_nothing_else_is() {
-        let mut bytes = [0; PROOF_BYTES];
-        bytes[0] = 0xA5;
-        assert_eq!(unhex(&hex(&bytes)), Some(bytes));
-        assert_eq!(unhex("a5"), None);
-        assert_eq!(unhex(&"zz".repeat(PROOF_BYTES)), None);
-        assert_eq!(unhex(&"é".repeat(PROOF_BYTES)), None);
-    }
 }

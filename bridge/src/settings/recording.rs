@@ -1,12 +1,17 @@
-//! What the settings say of recordings in a folder.
+//! What the settings say of recordings and audits in folders.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use super::{Settings, SettingsError};
+use crate::audit;
 use crate::record::{Keep, MEBIBYTE};
 
 /// Greatest figure of a recording: a tebibyte, or two years.
 pub(super) const MOST: u64 = 1024 * 1024;
+
+/// MiB of audits that are kept: some hundred thousand lines.
+const AUDIT_BUDGET: u64 = 64;
 
 /// The defaults of these figures.
 pub(super) fn defaults() -> Settings {
@@ -15,6 +20,7 @@ pub(super) fn defaults() -> Settings {
         record_piece_mib: Some(keep.piece_bytes / MEBIBYTE),
         record_piece_minutes: Some(keep.piece_age.as_secs() / 60),
         record_budget_mib: Some(keep.all_bytes / MEBIBYTE),
+        audit_budget_mib: Some(AUDIT_BUDGET),
         ..Settings::default()
     }
 }
@@ -35,11 +41,21 @@ impl Settings {
         }
     }
 
+    /// Where the audit goes, and how much of it is kept.
+    #[must_use]
+    pub fn audit(&self) -> Option<(PathBuf, Keep)> {
+        let budget = self.audit_budget_mib.unwrap_or(AUDIT_BUDGET);
+        self.audit
+            .clone()
+            .map(|folder| (folder, audit::keep(budget)))
+    }
+
     pub(super) fn check_recording(&self) -> Result<(), SettingsError> {
         let figures = [
             ("record-piece-mib", self.record_piece_mib),
             ("record-piece-minutes", self.record_piece_minutes),
             ("record-budget-mib", self.record_budget_mib),
+            ("audit-budget-mib", self.audit_budget_mib),
         ];
         for (key, value) in figures {
             if let Some(value) = value.filter(|value| !(1..=MOST).contains(value)) {

@@ -56,7 +56,10 @@ fn whole() -> Settings {
         port: Some(1),
         page: path(),
         open: Some(true),
+        audit: path(),
+        audit_budget_mib: Some(20),
         private: Some(true),
+        allow_host: Some(vec!["robot.example.com".into()]),
         foxglove: Some(true),
         rosbridge: Some(true),
         allow_origin: Some(vec!["https://lab.example".into()]),
@@ -197,6 +200,30 @@ fn recordings_that_cannot_be_kept_and_origins_that_no_browser_writes_are_refused
         ));
         assert!(error.contains(origin) && error.contains(why), "{error}");
     }
+}
+
+#[test]
+fn hosts_that_no_browser_asks_for_and_audits_without_room_are_refused() {
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
+    for (host, why) in [
+        ("*", "left open"),
+        ("https://robot.example", "scheme"),
+        ("robot.example:443", "port"),
+        ("Robot.example", "lower-case"),
+    ] {
+        let error = refused(&format!("allow-host = [\"good.example\", {host:?}]"));
+        assert!(error.contains(host) && error.contains(why), "{error}");
+    }
+    assert!(refused("audit-budget-mib = 0").contains("audit-budget-mib is 0; expected 1 to"));
+    let settings = read("audit = \"/x\"\naudit-budget-mib = 8").unwrap();
+    let (folder, keep) = settings.complete().unwrap().audit().unwrap();
+    assert_eq!(folder, Path::new("/x"));
+    assert_eq!((keep.piece_bytes, keep.all_bytes), (1 << 20, 8 << 20));
+    let none = Settings::default().complete().unwrap().audit();
+    assert!(
+        none.is_none(),
+        "nothing is written down unless somebody asks"
+    );
 }
 
 #[test]

@@ -24,7 +24,8 @@ use std::time::Duration;
 
 use crate::wire::message::{
     BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FromBridge, Header, Notice,
-    ProbeAnswer, RobotFigures, SCHEMA, SafetyBody, Severity, ToBridge, Watching, Welcome,
+    ProbeAnswer, Right, RobotFigures, Role, SCHEMA, SafetyBody, Severity, ToBridge, Watching,
+    Welcome, close,
 };
 
 use super::safety::{Client, ClientId, Input, LEASE, Output, Safety, WATCHDOG};
@@ -40,7 +41,7 @@ const DRIVER_HEARTBEAT: Duration = Duration::from_millis(100);
 /// Whoever stops the robot without a connection; clients count from 1.
 const NOBODY: Client = Client {
     id: 0,
-    may_drive: false,
+    role: Role::Watcher,
 };
 
 /// What is to be done.
@@ -67,8 +68,9 @@ pub enum Action {
 /// A client that was let in.
 #[derive(Clone, Debug)]
 struct Connected {
+    /// As others see it.
     name: String,
-    may_drive: bool,
+    role: Role,
 }
 
 /// The state of a bridge.
@@ -178,17 +180,29 @@ impl Hub {
         }
     }
 
-    /// Lets a client in; its number, never used again.
-    pub fn join(&mut self, name: String, may_drive: bool) -> ClientId {
+    /// Lets a client in that calls itself `name`; its number, never used again.
+    pub fn join(&mut self, name: String, right: Right) -> ClientId {
         self.last_client += 1;
         let client = self.last_client;
-        self.send(client, FromBridge::Welcome(Welcome { client, may_drive }));
+        let role = right.role;
+        // Whose right it is counts more than what a client says of itself.
+        let seen = match right.name.as_str() {
+            "" => name,
+            whose => format!("{whose} ({name})"),
+        };
+        let welcome = Welcome {
+            client,
+            may_drive: role.may_drive(),
+            role,
+            name: right.name,
+        };
+        self.send(client, FromBridge::Welcome(welcome));
         self.send(client, FromBridge::Devices(self.devices.all().to_vec()));
         self.send(client, FromBridge::Safety(self.state()));
         if let Some(manoeuvre) = self.manoeuvre {
             self.send(client, manoeuvre.message(true));
         }
-        self.clients.insert(client, Connected { name, may_drive });
+        self.clients.insert(client, Connected { name: seen, role });
         client
     }
 
@@ -196,6 +210,15 @@ impl Hub {
     pub fn leave(&mut self, now: Duration, client: ClientId) {
         self.clients.remove(&client);
         self.rule(now, Input::Gone(client));
+    }
+
+    /// A client's right was taken away: its lease ends, the robot stops, the connection is closed.
+    pub fn revoke(&mut self, now: Duration, client: ClientId) {
+        if self.clients.remove(&client).is_some() {
+            self.rule(now, Input::Revoked(client));
+            self.actions
+                .push_back(Action::Close(client, close::REVOKED));
+        }
     }
 
     /// How many clients are there.
@@ -213,7 +236,7 @@ impl Hub {
         header: Header,
         message: ToBridge,
     ) {
-        let Some(may_drive) = self.clients.get(&id).map(|client| client.may_drive) else {
+        let Some(role) = self.clients.get(&id).map(|client| client.role) else {
             return;
         };
         match message {
@@ -232,7 +255,7 @@ impl Hub {
                 let gives_manoeuvre =
                     matches!(&asked, ToBridge::Drive(body) if body.motion.is_manoeuvre());
                 self.ordered_manoeuvre = None;
-                let client = Client { id, may_drive };
+                let client = Client { id, role };
                 self.rule(now, Input::Asks(client, header.sequence, asked));
                 if gives_manoeuvre {
                     let order = self.ordered_manoeuvre.take();
@@ -275,7 +298,7 @@ impl Hub {
     /// Lets the rules take something, and does what they say.
     fn rule(&mut self, now: Duration, input: Input) {
         let asker = match &input {
-            Input::Asks(client, ..) if client.may_drive => Some(client.id),
+            Input::Asks(client, ..) if client.role.may_drive() => Some(client.id),
             _ => None,
         };
         for output in self.safety.on(now, input) {

@@ -18,8 +18,8 @@ use std::time::Duration;
 
 use crate::robot::Stamp;
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, MessageError, Severity, ToBridge,
-    Watching, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, MessageError, Right, Role, Severity,
+    ToBridge, Watching, decode, encode,
 };
 
 use super::hub::{Action, Hub, hello};
@@ -193,7 +193,14 @@ impl LocalBridge {
         self.now = now;
         let (header, message) = decode::<ToBridge>(bytes, Format::Binary)?;
         match (self.client, message) {
-            (None, ToBridge::Hello(hello)) => self.client = Some(self.hub.join(hello.name, true)),
+            (None, ToBridge::Hello(hello)) => {
+                // Who has the cable in hand is the owner.
+                let right = Right {
+                    role: Role::Owner,
+                    name: String::new(),
+                };
+                self.client = Some(self.hub.join(hello.name, right));
+            }
             (Some(client), message) => self.hub.message(now, now, client, header, message),
             (None, _) => (),
         }

@@ -14,7 +14,7 @@ use crate::robot::Command;
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::wire::message::{
     BridgeHello, CHALLENGE_BYTES, DisarmReason, Format, Header, Lease, ManoeuvreBody, OdometryBody,
-    SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
+    Role, SCHEMA, SafetyBody, ScanBody, ToBridge, Watching, Welcome, decode, encode,
 };
 use crate::wire::recording::{Recording, fixture};
 
@@ -81,6 +81,8 @@ impl Bridge {
         let welcome = Welcome {
             client: 1,
             may_drive: true,
+            role: Role::Driver,
+            name: String::new(),
         };
         self.tell(live, &FromBridge::Welcome(welcome));
     }

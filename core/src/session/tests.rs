@@ -8,8 +8,8 @@ use crate::replay::{Log, Replay};
 use crate::sim::{SensorModel, Simulation, worlds};
 use crate::slam::Method;
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, OdometryBody, RobotFigures, SCHEMA,
-    ScanBody, Watching, Welcome, encode,
+    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, OdometryBody, RobotFigures, Role,
+    SCHEMA, ScanBody, Watching, Welcome, encode,
 };
 use crate::wire::recording::{Recording, fixture};
 
@@ -132,6 +132,8 @@ fn the_same_readings_give_the_same_bits_whatever_the_source() {
                 FromBridge::Welcome(Welcome {
                     client: 1,
                     may_drive: false,
+                    role: Role::Watcher,
+                    name: String::new(),
                 }),
             ),
         ];

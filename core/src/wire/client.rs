@@ -129,7 +129,7 @@ impl Client {
             (Phase::Begun, _) => return Err(out_of_turn("something", "hello")),
             (_, FromBridge::Hello(_)) => return Err(out_of_turn("a second hello", "end")),
             (Phase::Answered(hello), FromBridge::Welcome(welcome)) => {
-                self.phase = Phase::In(hello.clone(), *welcome);
+                self.phase = Phase::In(hello.clone(), welcome.clone());
                 self.next_heartbeat = now;
             }
             (Phase::Answered(_), _) => return Err(out_of_turn("something", "welcome")),
@@ -311,16 +311,22 @@ impl Client {
     /// Whether it may take the lease.
     #[must_use]
     pub fn may_drive(&self) -> bool {
-        matches!(self.phase, Phase::In(_, welcome) if welcome.may_drive)
+        self.welcome().is_some_and(|welcome| welcome.may_drive)
+    }
+
+    /// As whom the bridge let it in, and what it may do.
+    #[must_use]
+    pub fn welcome(&self) -> Option<&Welcome> {
+        match &self.phase {
+            Phase::In(_, welcome) => Some(welcome),
+            _ => None,
+        }
     }
 
     /// Its number, as it stands in [`SafetyBody::driver`].
     #[must_use]
     pub fn number(&self) -> Option<u32> {
-        match self.phase {
-            Phase::In(_, welcome) => Some(welcome.client),
-            _ => None,
-        }
+        self.welcome().map(|welcome| welcome.client)
     }
 
     /// Whether this client has the lease.

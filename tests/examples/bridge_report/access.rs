@@ -7,7 +7,7 @@ use tokio_tungstenite::tungstenite::Message;
 
 use crate::client::{Bridge, Client};
 use crate::robot::with_robot;
-use crate::{crowding, door};
+use crate::{crowding, door, named, words};
 
 /// A flood of `minutes` is the last case.
 pub(crate) async fn report(minutes: f64) -> (bool, Value) {
@@ -69,11 +69,20 @@ pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     bridge.stop().await;
     let (door_holds, at_the_door) = door::report().await;
     let (crowding_holds, crowded) = crowding::report().await;
+    let (rights_hold, rights) = named::report().await;
+    let (words_hold, in_words) = words::report().await;
     let (flood_holds, flooded) = flood(minutes).await;
     (
-        holds && door_holds && crowding_holds && flood_holds && !was_moved,
+        holds
+            && door_holds
+            && crowding_holds
+            && rights_hold
+            && words_hold
+            && flood_holds
+            && !was_moved,
         json!({
-            "cases": cases, "at_the_door": at_the_door, "crowded": crowded, "flooded": flooded,
+            "cases": cases, "at_the_door": at_the_door, "crowded": crowded,
+            "named_rights": rights, "in_words": in_words, "flooded": flooded,
             "robot_was_moved": was_moved,
         }),
     )

@@ -11,6 +11,9 @@
 #[path = "../../tests/bridge_ws/client.rs"]
 mod client;
 #[allow(dead_code)]
+#[path = "../../tests/bridge_ws/rights_stand.rs"]
+mod rights_stand;
+#[allow(dead_code)]
 #[path = "../../tests/bridge_ws/robot.rs"]
 mod robot;
 
@@ -29,6 +32,7 @@ mod hostile;
 mod latency;
 #[cfg(target_os = "linux")]
 mod line_faults;
+mod named;
 #[cfg(target_os = "linux")]
 mod soak;
 #[cfg(target_os = "linux")]
@@ -37,6 +41,7 @@ mod soak_device;
 mod stand;
 #[cfg(target_os = "linux")]
 mod trend;
+mod words;
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
+use slamlab_bridge::rights::Keys;
 use slamlab_bridge::token::Token;
 use slamlab_bridge::{Config, Limits};
 use slamlab_core::robot::Command;
@@ -31,16 +32,18 @@ pub(crate) struct Bridge {
 
 impl Bridge {
     pub(crate) async fn start(config: Config) -> Self {
+        let token = Token::random().unwrap();
+        let secret = token.reveal().to_owned();
+        Self::start_with(config, Keys::Token(token), secret).await
+    }
+
+    /// With these rights, of which `token` is the owner's.
+    pub(crate) async fn start_with(config: Config, keys: Keys, token: String) -> Self {
         let listener = slamlab_bridge::bind(([127, 0, 0, 1], 0).into())
             .await
             .unwrap();
         let address = listener.local_addr().unwrap();
-        let token = Token::random().unwrap();
-        let secret = token.reveal().to_owned();
-        let config = Config {
-            token: Some(token),
-            ..config
-        };
+        let config = Config { keys, ..config };
         let (stop, stopped) = oneshot::channel();
         let server = tokio::spawn(async move {
             let stopped = async {
@@ -52,7 +55,7 @@ impl Bridge {
         });
         Self {
             address,
-            token: secret,
+            token,
             stop: Some(stop),
             server,
         }

@@ -9,6 +9,9 @@ mod client;
 mod driving;
 mod manoeuvre;
 mod recording;
+mod rights;
+#[allow(dead_code)] // `examples/bridge_report` uses the rest
+mod rights_stand;
 #[allow(dead_code)] // `examples/bridge_report` uses the rest
 mod robot;
 mod schema;

@@ -137,6 +137,24 @@ fn a_sweep_is_over_after_its_scan() {
     });
 }
 
+/// Else a page takes a leg that the bridge ended for somebody for a fault of its goal.
+#[test]
+fn looks_on_the_move_reach_whoever_drives() {
+    async_on_a_calm_machine(async || {
+        let bridge = bridge("arena,rangers").await;
+        let mut driver = bridge.armed().await;
+        let sequence = give(&mut driver, Command::Scan).await;
+        until_over(&mut driver, sequence, true).await;
+        let sequence = give(&mut driver, Command::Forward(0.3)).await;
+        let messages = until_over(&mut driver, sequence, true).await;
+        let looks = messages
+            .iter()
+            .filter(|m| matches!(m, FromBridge::PartialScan(_)));
+        assert!(looks.count() > 0, "{messages:?}");
+        bridge.stop().await;
+    });
+}
+
 #[test]
 fn a_manoeuvre_that_is_refused_is_over_at_once_and_only_its_sender_hears_of_it() {
     async_on_a_calm_machine(async || {

@@ -205,7 +205,9 @@ fn bridge() -> &'static Running {
         let address = listener.local_addr().unwrap();
         let config = Config {
             sources: vec![Box::new(Watchman(Arc::clone(&moved)))],
-            token: Some(slamlab_bridge::token::Token::random().unwrap()),
+            keys: slamlab_bridge::rights::Keys::Token(
+                slamlab_bridge::token::Token::random().unwrap(),
+            ),
             rosbridge: true,
             foxglove: true,
             limits: Limits {

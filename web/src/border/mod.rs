@@ -22,7 +22,9 @@ mod values;
 
 pub(crate) use array::messages;
 pub use array::{Float32Array, Float64Array, Int32Array, Uint8Array, Uint32Array};
-pub use core_names::{DeviceStateName, DisarmReasonName, MeasureName, MethodName, PlannerName};
+pub use core_names::{
+    DeviceStateName, DisarmReasonName, MeasureName, MethodName, PlannerName, RoleName,
+};
 pub(crate) use error::kinds;
 pub use error::{ErrorKind, WebError};
 pub(crate) use names::names;

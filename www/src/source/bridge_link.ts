@@ -10,11 +10,12 @@ const RETRY_MILLIS = [500, 1000, 2000, 4000];
 
 /** What the bridge means by the code with which it ends a connection, and whether to try again. */
 const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
-  4001: ["The bridge did not accept the token. Open the address that it printed at its start.", false],
-  4003: ["The bridge takes no driving commands from this page: it has no token.", true],
+  4001: ["The bridge did not accept the token. Open the address that its owner gave you, or that it shows by “slamlab-bridge token”.", false],
+  4003: ["The bridge takes no driving commands from this page: its right is not good for that.", true],
   4008: ["The bridge heard nothing from this page for too long.", true],
   4009: ["Another client took over the robot. It was stopped.", true],
   4010: ["The bridge is of another version than this page: reload the page.", false],
+  4012: ["The right of this page was taken away or changed; if it drove, the robot was stopped. The robot's owner can give another.", false],
   1001: ["The bridge was shut down.", true],
   1008: ["This page said too much at once; the bridge ended the connection.", true],
   1013: ["This page did not take what the bridge had to tell it: the network is down or slow, or this device is busy.", true],

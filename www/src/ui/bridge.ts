@@ -3,7 +3,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type { BridgeState } from "../protocol/devices.js";
-import type { DeviceStateName, DeviceStatus, DisarmReasonName } from "../protocol/module.js";
+import type { DeviceStateName, DeviceStatus, DisarmReasonName, RoleName } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { DASH, fixed } from "./format.js";
@@ -34,6 +34,14 @@ const REASONS: Readonly<Record<DisarmReasonName, string>> = {
   stall: "the motors ran and the robot did not move",
   runaway: "it moved without a command",
   shutdown: "the bridge ends",
+  revoked: "the driver's right was taken away",
+};
+
+/** What a right is good for. */
+const ROLES: Readonly<Record<RoleName, string>> = {
+  watcher: "may look, and stop the robot",
+  driver: "may drive",
+  owner: "may drive, and take the robot from anybody",
 };
 
 export class SlamBridge extends SlamElement {
@@ -83,6 +91,7 @@ function state(bridge: BridgeState): TemplateResult {
         ${figure("Missed", String(bridge.dropped), "bridge-missed", "Readings that this page was too slow for; newer ones came instead")}
         ${figure("Watching", String(bridge.watchers), "bridge-watching", "Pages that are connected, this one included")}
         ${figure("Drives", bridge.driver || "nobody", "bridge-driver")}
+        <div class="wide" title="As whom this page is connected, and what it may do"><dt>You are</dt><dd data-testid="bridge-right">${bridge.right || bridge.role}: ${ROLES[bridge.role]}</dd></div>
         ${bridge.recording ? html`<div class="wide" title="Messages that stand in the file"><dt>Records</dt><dd data-testid="recording">${bridge.recording} · ${bridge.recorded} messages</dd></div>` : ""}
       </dl>`;
 }
@@ -95,11 +104,11 @@ function sentence(bridge: BridgeState): string {
   if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
   const why = bridge.reason && REASONS[bridge.reason];
   const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; whoever has this page open may stop it.`;
-  return bridge.mayDrive ? stands : `${stands} This page only watches: it has no token.`;
+  return bridge.mayDrive ? stands : `${stands} This page only watches: ${bridge.right ? `so says the right of ${bridge.right}` : "it has no token"}.`;
 }
 
 function undoing({ mayDrive, hasLease }: BridgeState): string {
-  if (!mayDrive) return "Only a page with the token can undo it.";
+  if (!mayDrive) return "Only a page that may drive can undo it.";
   return `${hasLease ? "Undo it below" : "Press Drive, then undo it below"}; nothing moves by that.`;
 }
 

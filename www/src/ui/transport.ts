@@ -101,7 +101,7 @@ export class SlamTransport extends SlamElement {
     const words = drives ? "Let go" : others ? "Take over" : "Drive";
     // Undoing an emergency stop needs the right to drive first.
     const may = bridge?.connection === "open" && bridge.mayDrive && !(bridge.emergency && bridge.hasLease);
-    const why = bridge?.mayDrive === false ? "Only with the bridge's token: open the address that it printed at its start"
+    const why = bridge?.mayDrive === false ? "Only with the token of a driver or an owner: open the address that holds it"
       : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
       @click=${this.press(() => this.client.lease(!drives))}>${icons.hand} ${words}</button>`;

@@ -31,6 +31,11 @@ fn profiles() -> [Profile; 2] {
     [robot, Profile::of_sensor("lidar:test")]
 }
 
+fn of_role(role: Role) -> Right {
+    let name = String::new();
+    Right { role, name }
+}
+
 fn hub() -> Hub {
     Hub::new(&profiles().each_ref())
 }
@@ -95,7 +100,7 @@ fn armed() -> (Hub, ClientId) {
     ] {
         hub.event(now, source, event);
     }
-    let driver = hub.join("driver".to_owned(), true);
+    let driver = hub.join("driver".to_owned(), of_role(Role::Driver));
     hub.message(now, now, driver, header(1), ToBridge::Take { force: false });
     hub.message(now, now, driver, header(2), ToBridge::Arm { epoch: 1 });
     assert!(hub.safety.is_armed());
@@ -115,7 +120,7 @@ fn manoeuvres(actions: &[Action]) -> Vec<(u32, bool)> {
 #[test]
 fn a_client_learns_what_there_is_before_anything_else() {
     let (mut hub, _) = armed();
-    let client = hub.join("late".to_owned(), false);
+    let client = hub.join("late".to_owned(), of_role(Role::Watcher));
     let kinds: Vec<_> = actions(&mut hub)
         .into_iter()
         .map(|action| match action {
@@ -138,7 +143,7 @@ fn a_client_learns_what_there_is_before_anything_else() {
 #[test]
 fn heartbeats_come_each_second_and_ten_times_a_second_to_the_driver() {
     let (mut hub, driver) = armed();
-    let watcher = hub.join("watcher".to_owned(), false);
+    let watcher = hub.join("watcher".to_owned(), of_role(Role::Watcher));
     let mut counts = BTreeMap::new();
     for millis in (20..10_020).step_by(10) {
         let renew = ToBridge::Renew { epoch: 1 };
@@ -267,7 +272,7 @@ fn whoever_stands_at_the_machine_stops_the_robot_without_being_a_client() {
 #[test]
 fn everybody_is_told_of_changes_only_and_an_arming_driver_in_any_case() {
     let (mut hub, driver) = armed();
-    let watcher = hub.join("watcher".to_owned(), false);
+    let watcher = hub.join("watcher".to_owned(), of_role(Role::Watcher));
     actions(&mut hub);
     let mut told = 0;
     for sequence in 1..400 {
@@ -308,7 +313,7 @@ fn everybody_is_told_of_changes_only_and_an_arming_driver_in_any_case() {
 fn sensors_alone_get_no_orders() {
     let lidar = Profile::of_sensor("lidar:test");
     let mut hub = Hub::new(&[&lidar]);
-    let client = hub.join("client".to_owned(), true);
+    let client = hub.join("client".to_owned(), of_role(Role::Driver));
     hub.message(at(1), at(1), client, header(1), ToBridge::Stop);
     let is_order = |action: &Action| matches!(action, Action::Order { .. });
     assert!(!actions(&mut hub).iter().any(is_order));

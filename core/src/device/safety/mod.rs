@@ -4,8 +4,9 @@
 //! In: what clients ask for, what is known of the robot, and the time ([`Input`]). Out: what to do
 //! about it ([`Output`]).
 //!
-//! 1. One client at a time has the lease. Not used for 2 s, it ends. Taking it from another stops
-//!    the robot first.
+//! 1. One client at a time has the lease. Not used for 2 s, it ends, and so it does when the right
+//!    of its holder is taken away. Taking it from another stops the robot first; an owner's lease
+//!    only an owner takes.
 //! 2. Nothing moves before the client with the lease arms. Whatever goes wrong disarms:
 //!    [`DisarmReason`] lists it.
 //! 3. A driving message counts if its epoch is that of the lease, its sequence is higher than the
@@ -30,7 +31,7 @@ mod tests;
 
 use std::time::Duration;
 
-use crate::wire::message::{DisarmReason, Lease, RefusalReason, ToBridge};
+use crate::wire::message::{DisarmReason, Lease, RefusalReason, Role, ToBridge};
 
 use crate::device::source::Order;
 
@@ -51,8 +52,8 @@ const LONGEST_TTL: Duration = Duration::from_millis(500);
 pub struct Client {
     /// Number of its connection.
     pub id: ClientId,
-    /// Whether it has shown the token.
-    pub may_drive: bool,
+    /// What the right that it has shown is good for.
+    pub role: Role,
 }
 
 /// What happens.
@@ -62,6 +63,8 @@ pub enum Input {
     Asks(Client, u32, ToBridge),
     /// A client's connection ended.
     Gone(ClientId),
+    /// A client's right was taken away.
+    Revoked(ClientId),
     /// The link to the robot came up (`true`) or went.
     Robot(bool),
     /// The robot's readings show that it must not go on.
@@ -107,6 +110,7 @@ pub struct Safety {
 #[derive(Clone, Copy, Debug)]
 struct Holder {
     client: ClientId,
+    role: Role,
     epoch: u32,
     /// Sequence of its last driving message.
     sequence: u32,
@@ -154,7 +158,10 @@ impl Safety {
             Input::Gone(client) if self.driver() == Some(client) => {
                 self.end_lease(DisarmReason::DriverGone);
             }
-            Input::Gone(_) | Input::Tick => (),
+            Input::Revoked(client) if self.driver() == Some(client) => {
+                self.end_lease(DisarmReason::Revoked);
+            }
+            Input::Gone(_) | Input::Revoked(_) | Input::Tick => (),
             Input::Robot(is_up) => self.robot(is_up),
             Input::Fault(DisarmReason::Runaway) => self.emergency_stop(DisarmReason::Runaway),
             Input::Fault(reason) => self.disarm(reason),

@@ -26,9 +26,11 @@ impl Safety {
         let done = match *message {
             // They keep the conversation going, and ask for nothing that could be refused.
             ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. } => Ok(()),
+            _ if !client.role.may(message) => {
+                return self.out.push(Output::Close(id, close::NO_RIGHT));
+            }
             ToBridge::Stop | ToBridge::EmergencyStop => return self.stop(now, message),
-            _ if !client.may_drive => return self.out.push(Output::Close(id, close::NO_RIGHT)),
-            ToBridge::Take { force } => self.take(now, id, force),
+            ToBridge::Take { force } => self.take(now, client, force),
             ToBridge::Renew { epoch } => self.holder(id, epoch).map(|holder| holder.used = now),
             ToBridge::Release { epoch } => self.release(id, epoch),
             ToBridge::Arm { epoch } => self.arm(now, id, epoch),
@@ -59,12 +61,16 @@ impl Safety {
         }
     }
 
-    fn take(&mut self, now: Duration, client: ClientId, force: bool) -> Done {
-        match self.driver() {
-            Some(holder) if holder != client && !force => return Err(RefusalReason::Held),
-            Some(holder) if holder != client => {
+    fn take(&mut self, now: Duration, asker: Client, force: bool) -> Done {
+        let Client { id: client, role } = asker;
+        match self.holder {
+            Some(holder) if holder.client != client => {
+                if !force || !role.may_take_from(holder.role) {
+                    return Err(RefusalReason::Held);
+                }
                 self.end_lease(DisarmReason::TakenOver);
-                self.out.push(Output::Close(holder, close::TAKEN_OVER));
+                self.out
+                    .push(Output::Close(holder.client, close::TAKEN_OVER));
             }
             // Whoever asks twice starts again, as if it had come back.
             Some(_) => self.end_lease(DisarmReason::Released),
@@ -73,6 +79,7 @@ impl Safety {
         self.last_epoch += 1;
         self.holder = Some(Holder {
             client,
+            role,
             epoch: self.last_epoch,
             sequence: 0,
             used: now,

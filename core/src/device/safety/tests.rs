@@ -5,22 +5,26 @@ mod any_order;
 use std::time::Duration;
 
 use crate::robot::Command;
-use crate::wire::message::{DisarmReason, DriveBody, RefusalReason, ToBridge, close};
+use crate::wire::message::{DisarmReason, DriveBody, RefusalReason, Role, ToBridge, close};
 
 use super::*;
 
 const STOP: Output = Output::Order(Order::Command(Command::Stop));
 const A: Client = Client {
     id: 1,
-    may_drive: true,
+    role: Role::Driver,
 };
 const B: Client = Client {
     id: 2,
-    may_drive: true,
+    role: Role::Driver,
 };
 const WATCHER: Client = Client {
     id: 3,
-    may_drive: false,
+    role: Role::Watcher,
+};
+const OWNER: Client = Client {
+    id: 4,
+    role: Role::Owner,
 };
 
 fn at(millis: u64) -> Duration {
@@ -355,5 +359,67 @@ fn what_is_no_number_is_refused() {
         body.motion = motion;
         let out = ask(&mut safety, 1, A, Asked(sequence, ToBridge::Drive(body)));
         assert_eq!(out, refused(RefusalReason::NotFinite));
+    }
+}
+
+#[test]
+fn an_owner_takes_from_anybody_and_nobody_else_from_an_owner() {
+    let force = || ToBridge::Take { force: true };
+    let mut safety = driven();
+    let out = ask(&mut safety, 10, OWNER, ToBridge::Take { force: false });
+    assert_eq!(out, [Output::Refused(OWNER.id, RefusalReason::Held)]);
+    ask(&mut safety, 20, OWNER, force());
+    assert_eq!(safety.driver(), Some(OWNER.id));
+    let out = ask(&mut safety, 30, A, force());
+    assert_eq!(out, refused(RefusalReason::Held));
+    assert_eq!(safety.driver(), Some(OWNER.id));
+    // Among drivers whoever comes takes it, as ever.
+    let mut safety = driven();
+    ask(&mut safety, 10, B, force());
+    assert_eq!(safety.driver(), Some(B.id));
+}
+
+#[test]
+fn a_right_that_is_taken_away_stops_the_robot_and_ends_the_lease() {
+    let mut safety = driven();
+    assert_eq!(safety.on(at(10), Input::Revoked(B.id)), []);
+    assert!(safety.is_armed());
+    let out = safety.on(at(20), Input::Revoked(A.id));
+    assert_eq!(out, [STOP, Output::Changed]);
+    assert_eq!(safety.driver(), None);
+    assert_eq!(safety.reason(), DisarmReason::Revoked);
+    let out = ask(&mut safety, 30, A, drive(1, 2, 20));
+    assert_eq!(out, refused(RefusalReason::StaleEpoch));
+}
+
+/// Each role, and each message that there is: written out once more, by hand.
+#[test]
+fn each_role_may_do_what_the_table_says_and_nothing_else() {
+    let Asked(_, driving) = drive(1, 1, 0);
+    let Asked(_, holding) = hold(1, 1, 0);
+    let anyone = [
+        ToBridge::Heartbeat,
+        ToBridge::Probe { token: 1 },
+        ToBridge::Stop,
+        ToBridge::EmergencyStop,
+    ];
+    let drivers = [
+        ToBridge::Take { force: true },
+        ToBridge::Renew { epoch: 1 },
+        ToBridge::Release { epoch: 1 },
+        ToBridge::Arm { epoch: 1 },
+        driving,
+        holding,
+        ToBridge::ResetEmergencyStop { epoch: 1 },
+    ];
+    let all = (anyone.iter().map(|message| (message, true)))
+        .chain(drivers.iter().map(|message| (message, false)));
+    for (message, is_for_all) in all {
+        for client in [WATCHER, A, OWNER] {
+            let out = ask(&mut with_robot(), 0, client, message.clone());
+            let is_shown_out = out.contains(&Output::Close(client.id, close::NO_RIGHT));
+            let may = is_for_all || client.role != Role::Watcher;
+            assert_eq!(is_shown_out, !may, "{:?}: {message:?}", client.role);
+        }
     }
 }

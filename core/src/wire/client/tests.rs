@@ -1,4 +1,4 @@
-use super::super::message::{BridgeHeartbeat, CHALLENGE_BYTES, DisarmReason, Watching};
+use super::super::message::{BridgeHeartbeat, CHALLENGE_BYTES, DisarmReason, Role, Watching};
 use super::*;
 
 /// The bridge's end, by hand.
@@ -34,6 +34,8 @@ impl Bridge {
         let welcome = Welcome {
             client: 3,
             may_drive: true,
+            role: Role::Driver,
+            name: String::new(),
         };
         self.says(&FromBridge::Welcome(welcome))
     }

@@ -3,7 +3,7 @@
 
 use hmac::{Hmac, KeyInit, Mac};
 use serde::{Deserialize, Serialize};
-use sha2::Sha256;
+use sha2::{Digest, Sha256};
 
 /// Length of a challenge.
 pub const CHALLENGE_BYTES: usize = 16;
@@ -11,23 +11,85 @@ pub const CHALLENGE_BYTES: usize = 16;
 pub const PROOF_BYTES: usize = 32;
 
 /// Keeps proofs for slamlab apart from any other use of the same token.
-const CONTEXT: &[u8] = b"slamlab bridge 1";
+const CONTEXT: &[u8] = b"slamlab bridge 2";
 
-/// Shows that its sender has the token: HMAC-SHA-256 of the challenge, keyed with the token.
+/// Shows that its sender has the token, to who has its [`Verifier`].
 ///
 /// The token never crosses the network, and what does is of no use on another connection, which has
-/// another challenge.
+/// another challenge. With `client = HMAC-SHA-256(token, "slamlab bridge 2")` and
+/// `stored = SHA-256(client)`, the proof is `client xor HMAC-SHA-256(stored, challenge)`.
 ///
-/// # Source    RFC 2104; RFC 6234.
+/// # Source    RFC 5802 §3 (SCRAM), without salt and iterations: they are for passwords that can be
+/// guessed, and a token is drawn by chance.
 #[must_use]
 pub fn proof(token: &str, challenge: &[u8; CHALLENGE_BYTES]) -> [u8; PROOF_BYTES] {
+    let client = hmac(token.trim().as_bytes(), CONTEXT);
+    xor(client, Verifier::of_client(client).signature(challenge))
+}
+
+/// What is kept of a token: it says whether a proof was made with it, and makes none itself.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Verifier([u8; PROOF_BYTES]);
+
+impl Verifier {
+    /// Of a token.
+    #[must_use]
+    pub fn of(token: &str) -> Self {
+        Self::of_client(hmac(token.trim().as_bytes(), CONTEXT))
+    }
+
+    /// As it was written down.
+    #[must_use]
+    pub const fn from_bytes(bytes: [u8; PROOF_BYTES]) -> Self {
+        Self(bytes)
+    }
+
+    /// To be written down.
+    #[must_use]
+    pub const fn to_bytes(&self) -> [u8; PROOF_BYTES] {
+        self.0
+    }
+
+    /// The verifier of the token with which `shown` was made, if it was made with this one's: the
+    /// caller compares, in constant time.
+    #[must_use]
+    pub fn of_proof(
+        &self,
+        challenge: &[u8; CHALLENGE_BYTES],
+        shown: &[u8; PROOF_BYTES],
+    ) -> [u8; PROOF_BYTES] {
+        Self::of_client(xor(*shown, self.signature(challenge))).0
+    }
+
+    fn of_client(client: [u8; PROOF_BYTES]) -> Self {
+        Self(Sha256::digest(client).into())
+    }
+
+    fn signature(&self, challenge: &[u8; CHALLENGE_BYTES]) -> [u8; PROOF_BYTES] {
+        hmac(&self.0, challenge)
+    }
+}
+
+/// It is no secret that drives, but nothing for a log either.
+impl std::fmt::Debug for Verifier {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Verifier(…)")
+    }
+}
+
+/// # Source    RFC 2104; RFC 6234.
+fn hmac(key: &[u8], text: &[u8]) -> [u8; PROOF_BYTES] {
     // HMAC takes keys of any length; the error is of other functions behind the same trait.
-    let Ok(mut mac) = Hmac::<Sha256>::new_from_slice(token.trim().as_bytes()) else {
+    let Ok(mut mac) = Hmac::<Sha256>::new_from_slice(key) else {
         return [0; PROOF_BYTES];
     };
-    mac.update(CONTEXT);
-    mac.update(challenge);
+    mac.update(text);
     mac.finalize().into_bytes().into()
+}
+
+fn xor(mut a: [u8; PROOF_BYTES], b: [u8; PROOF_BYTES]) -> [u8; PROOF_BYTES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a ^= b);
+    a
 }
 
 /// What `/bridge.json` says.
@@ -49,12 +111,12 @@ pub struct About {
     pub sources: Vec<String>,
 }
 
-/// Who may watch. Driving always needs the token, and Stop never.
+/// Who may watch. Driving always needs a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Watching {
     /// Whoever reaches the bridge.
     Anyone,
-    /// Who has the token.
+    /// Who has a token.
     Token,
 }

@@ -107,13 +107,15 @@ named! {
         Runaway = "runaway",
         /// The bridge ends.
         Shutdown = "shutdown",
+        /// The driver's right was taken away.
+        Revoked = "revoked",
     }
 }
 
 named! {
     /// Why something was not done.
     pub enum RefusalReason {
-        /// The sender has no token.
+        /// The sender has no token, or one that is not good for this.
         NoRight = "no-right",
         /// Another client has the lease; it can be taken over.
         Held = "held",

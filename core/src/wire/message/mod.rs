@@ -29,9 +29,10 @@
 //!    figures, and a challenge.
 //! 3. Within 2 s the client answers [`ToBridge::Hello`], with [`proof`] made of challenge and token
 //!    if it has one (the page has it from the fragment of its address, `#token=…`), else without.
-//!    [`FromBridge::Welcome`] says what it may do: who has no token watches, and never drives. A
-//!    wrong proof, or nothing in time, ends the connection ([`close::ACCESS`]); so does another
-//!    schema than the bridge's ([`close::OTHER_SCHEMA`]).
+//!    [`FromBridge::Welcome`] says as whom it is taken, and what it may do ([`Role`]): who has no
+//!    token watches, and never drives. A wrong proof, or nothing in time, ends the connection
+//!    ([`close::ACCESS`]); so does another schema than the bridge's ([`close::OTHER_SCHEMA`]), and
+//!    at any time that the right is taken away ([`close::REVOKED`]).
 //! 4. Streams follow, newest first: a slow client gets fewer scans and readings, and learns how
 //!    many it missed ([`FromBridge::Heartbeat`]). Odometry is never dropped but joined: a later
 //!    message then covers a longer time. If its `from` is not the `to` before, the robot's clock
@@ -56,16 +57,18 @@ mod drive;
 mod names;
 mod number;
 mod packet;
+mod role;
 #[cfg(test)]
 mod tests;
 
-pub use access::{About, CHALLENGE_BYTES, PROOF_BYTES, Watching, proof};
+pub use access::{About, CHALLENGE_BYTES, PROOF_BYTES, Verifier, Watching, proof};
 pub use body::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, LinkBody, LinkState, OdometryBody,
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
 pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, RefusalReason, SafetyBody};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
+pub use role::{Right, Role};
 
 use names::named;
 use serde::{Deserialize, Serialize};
@@ -75,7 +78,7 @@ pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a
 /// type or an order does.
-pub const SCHEMA: u64 = 0xa361_60c2_5fd6_5e53;
+pub const SCHEMA: u64 = 0x8d2e_160f_f2c6_1ba4;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends,
 /// 1007 malformed, 1008 too many messages, 1009 too large, 1013 answers and notices, which must not
@@ -94,6 +97,8 @@ pub mod close {
     /// The client speaks another [`SCHEMA`](super::SCHEMA) or [`PROTOCOL`](super::PROTOCOL): it
     /// would misread what it gets.
     pub const OTHER_SCHEMA: u16 = 4010;
+    /// The right of the client was taken away, or changed.
+    pub const REVOKED: u16 = 4012;
 }
 
 /// What the bridge says. The number of a variant is its kind.
@@ -227,12 +232,16 @@ pub struct ClientHello {
 }
 
 /// What the receiver may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Welcome {
     /// Number of the client, as it stands in [`SafetyBody::driver`].
     pub client: u32,
     /// Whether it may take the lease.
     pub may_drive: bool,
+    /// What its right is good for.
+    pub role: Role,
+    /// Name of its right; empty without one, and for the bridge's own first token.
+    pub name: String,
 }
 
 /// The bridge is alive.

@@ -201,25 +201,33 @@ fn what_is_no_message_is_refused_with_its_place() {
     assert!(error.to_string().contains("line 1 column 1"), "{error}");
 }
 
-/// Test cases 1 and 2 of RFC 4231 hold the function behind it; here its use is held to a value made
-/// by Python's `hmac`: `hmac.new(b"secret", b"slamlab bridge 1" + bytes(range(16)),
-/// "sha256").hexdigest()`.
+/// Held to values made by Python's `hmac` and `hashlib`: `client` is `hmac.new(b"secret",
+/// b"slamlab bridge 2", "sha256").digest()`, `stored` is `hashlib.sha256(client).digest()`, and the
+/// proof is `client` xor `hmac.new(stored, bytes(range(16)), "sha256").digest()`.
 #[test]
-fn a_proof_is_an_hmac_of_context_and_challenge() {
+fn a_proof_is_that_of_scram() {
     let challenge: [u8; CHALLENGE_BYTES] = std::array::from_fn(|i| i as u8);
-    let hex: String = proof("secret\n", &challenge)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let hex = |bytes: [u8; PROOF_BYTES]| bytes.map(|byte| format!("{byte:02x}")).concat();
+    let shown = proof("secret\n", &challenge);
     assert_eq!(
-        hex,
-        "22e0b9c573d92c2b478fa0c09d32f26163e6a3c4a340713f1409100e188c6a2b"
+        hex(shown),
+        "45c9c45d6fc59f153d74aabfc6173cd12dd2db29af1deb370b27d20217532501"
     );
-    assert_ne!(
-        proof("secret", &challenge),
-        proof("secret", &[0; CHALLENGE_BYTES])
+    let stored = Verifier::of("secret");
+    assert_eq!(
+        hex(stored.to_bytes()),
+        "1cfd20c4cfc5eec9069855c419d7b7b86db6c7e34621d4af48d09695ad4f1f06"
     );
-    assert_ne!(proof("secret", &challenge), proof("Secret", &challenge));
+    let is_proved = |challenge: &_, shown: &[u8; PROOF_BYTES]| {
+        stored.of_proof(challenge, shown) == stored.to_bytes()
+    };
+    assert!(is_proved(&challenge, &shown));
+    assert!(!is_proved(&[0; CHALLENGE_BYTES], &shown), "replayed");
+    assert!(!is_proved(&challenge, &proof("Secret", &challenge)));
+    // Who has read the file has no token: what stands there proves nothing.
+    let stolen = hex(stored.to_bytes());
+    assert!(!is_proved(&challenge, &proof(&stolen, &challenge)));
+    assert!(!is_proved(&challenge, &stored.to_bytes()));
 }
 
 #[test]

@@ -20,6 +20,7 @@ enum Step {
     /// The client joins, or leaves and joins again.
     Join(usize),
     Leave(usize),
+    Revoke(usize),
     Take(usize, bool),
     Arm(usize),
     /// With the epoch of the newest lease, or another; what was seen is so many ms old.
@@ -56,6 +57,7 @@ fn any_step() -> impl Strategy<Value = Step> {
     prop_oneof![
         2 => who().prop_map(Step::Join),
         1 => who().prop_map(Step::Leave),
+        1 => who().prop_map(Step::Revoke),
         2 => (who(), any::<bool>()).prop_map(|(who, force)| Step::Take(who, force)),
         8 => who().prop_map(Step::Arm),
         30 => (who(), good(), ago(), any_motion()).prop_map(|(who, good, ago, motion)| Step::Drive(who, good, ago, motion)),
@@ -161,10 +163,25 @@ impl Bystander {
             Step::Join(who) => {
                 self.leave(who)?;
                 let name = DRIVERS.get(who).copied().unwrap_or("watcher");
-                self.clients[who] = Some(self.hub.join(name.to_owned(), who != WATCHER));
+                let role = match who {
+                    WATCHER => Role::Watcher,
+                    _ => Role::Driver,
+                };
+                self.clients[who] = Some(self.hub.join(name.to_owned(), of_role(role)));
                 return self.judge(None);
             }
             Step::Leave(who) => return self.leave(who),
+            Step::Revoke(who) => {
+                if let Some(client) = self.clients[who] {
+                    let drove = self.hub.safety.driver() == Some(client);
+                    self.hub.revoke(now, client);
+                    prop_assert!(self.hub.safety.driver() != Some(client));
+                    prop_assert!(!drove || !self.hub.safety.is_armed());
+                    self.judge(None)?;
+                    self.clients[who] = None;
+                }
+                return Ok(());
+            }
             Step::StopHere(cut_off) => {
                 self.hub.stop(now, cut_off);
                 prop_assert!(!self.hub.safety.is_armed());

@@ -116,7 +116,9 @@ impl Bystander {
                     return Err(TestCaseError::fail(format!("{input:?} moved the robot")));
                 };
                 prop_assert_eq!(self.lease, Some((client.id, body.epoch)));
-                prop_assert!(client.may_drive && self.is_armed && !self.is_emergency && self.is_up);
+                prop_assert!(
+                    client.role.may_drive() && self.is_armed && !self.is_emergency && self.is_up
+                );
                 prop_assert!(*sequence > self.sequence);
                 prop_assert!(now - Duration::from_micros(body.seen) <= at(300));
                 self.sequence = *sequence;

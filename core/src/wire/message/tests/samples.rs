@@ -19,6 +19,8 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
         FromBridge::Welcome(Welcome {
             client: 7,
             may_drive: true,
+            role: Role::Driver,
+            name: "anna".into(),
         }),
         FromBridge::Heartbeat(BridgeHeartbeat {
             dropped: 8,

@@ -1,0 +1,103 @@
+//! What the hub's task tells beside its clients: log, audit, service manager, and how recording and
+//! audit go.
+
+use std::time::Duration;
+
+use slamlab_core::wire::message::{FromBridge, SafetyBody, Severity};
+
+use super::{Guest, Task};
+use crate::access_log::Kind;
+use crate::audit::{What, Who};
+use crate::notify;
+use crate::record::Recorder;
+use crate::safety::ClientId;
+use crate::source::Running;
+
+impl Task {
+    pub(super) fn report(&mut self) {
+        notify::alive();
+        self.report_audit();
+        let missed = self.sources.iter().map(Running::missed).sum();
+        self.metrics.missed.set(missed);
+        let Some(status) = self.recorder.as_ref().map(Recorder::status) else {
+            return;
+        };
+        let fault = status.fault.clone();
+        self.send_all(FromBridge::Recording(status));
+        if fault != self.recording_fault {
+            match &fault {
+                Some(why) => self
+                    .hub
+                    .notify(Severity::Error, format!("Recording: {why}.")),
+                None => {
+                    let text = "The recording goes on in a new file.".to_owned();
+                    self.hub.notify(Severity::Info, text);
+                }
+            }
+            self.recording_fault = fault;
+            self.act();
+        }
+    }
+
+    pub(super) fn report_audit(&mut self) {
+        let fault = self.audit.as_ref().and_then(|audit| audit.fault());
+        if fault != self.audit_fault {
+            let (severity, text) = match &fault {
+                Some(why) => (Severity::Error, format!("Audit: {why}.")),
+                None => (
+                    Severity::Info,
+                    "The audit goes on in a new file.".to_owned(),
+                ),
+            };
+            self.hub.notify(severity, text);
+            self.audit_fault = fault;
+            self.act();
+        }
+    }
+
+    /// Somebody who is here, for the audit.
+    pub(super) fn who(&self, id: ClientId) -> Option<Who> {
+        let guest = self.guests.get(&id)?;
+        let right = guest.granted.as_ref().map(|granted| granted.right.clone());
+        let right = right.unwrap_or_default();
+        Some(Who::new(id, &right, &guest.name, guest.peer))
+    }
+
+    pub(super) fn audit(&self, now: Duration, what: &What) {
+        if let Some(audit) = &self.audit {
+            audit.note(now, what);
+        }
+    }
+
+    /// Writes down what a new state of safety means.
+    pub(super) fn audit_state(&mut self, state: &SafetyBody) {
+        let now = self.clock.now();
+        let by = self.asker.and_then(|id| self.who(id));
+        let driver = state.driver.and_then(|id| self.who(id));
+        for what in self.story.goes_on(now, state, by.as_ref(), driver) {
+            self.audit(now, &what);
+        }
+    }
+
+    /// Logs what a client does; whether it was not too often. Names are whatever clients call
+    /// themselves.
+    pub(super) fn note(&self, now: Duration, kind: Kind, id: ClientId, does: &str) -> bool {
+        let Some(Guest {
+            name,
+            peer,
+            granted,
+            ..
+        }) = self.guests.get(&id)
+        else {
+            return false;
+        };
+        let right = granted.as_ref().map(|granted| granted.right.name.as_str());
+        let whose = match right {
+            Some("") => " with the owner's token".to_owned(),
+            Some(right) => format!(" with the right of {right}"),
+            None => String::new(),
+        };
+        let what = format_args!("client {id} {name:?} at {peer}{whose} {does}");
+        self.log.note(now, kind, what)
+    }
+}

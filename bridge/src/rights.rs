@@ -1,0 +1,115 @@
+//! Rights: who may do what at the bridge, by name.
+//!
+//! In: a proof made with a token. Out: the [`Right`] that it shows, or none.
+//!
+//! 1. The bridge's first token ([`crate::token`]) is an owner's, and has no name. Every other right
+//!    has one, and stands in a file (`file`): name, role, and what verifies its proofs. The token
+//!    itself is shown once, when it is made, and kept nowhere.
+//! 2. The commands `token add`, `list` and `revoke` work on the file, and the bridge looks at it
+//!    several times a second ([`Keys`]): so they work without a bridge too, and no endpoint gives
+//!    rights away. Who can write the file has the bridge's own account already.
+//! 3. A file that cannot be read gives nobody a right: who took one away by hand and slipped has
+//!    taken away too much, and not too little.
+//! 4. What a role may do stands in one table: [`Role::may`].
+
+mod file;
+mod keys;
+mod name;
+
+use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, Right, Role, Verifier};
+use subtle::ConstantTimeEq;
+
+pub use file::{RightsError, RightsFile};
+pub use keys::{Files, Keys, KeysError};
+pub use name::{Name, NameError};
+
+pub(crate) use keys::keep_up;
+
+use crate::token::Token;
+
+/// A right, and what verifies its proofs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Granted {
+    pub(crate) right: Right,
+    verifier: Verifier,
+}
+
+impl Granted {
+    /// Whether its holder is kept a place, and may say as much as one who drives. A watcher with a
+    /// token is a watcher to all limits.
+    pub(crate) fn may_drive(&self) -> bool {
+        self.right.role.may_drive()
+    }
+}
+
+/// All rights that there are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rights(Vec<Granted>);
+
+impl Rights {
+    /// That of the bridge's first token.
+    fn owner(token: &Token) -> Granted {
+        Granted {
+            right: Right {
+                role: Role::Owner,
+                name: String::new(),
+            },
+            verifier: Verifier::of(token.reveal()),
+        }
+    }
+
+    /// The right that a proof shows. Each comparison takes as long for any answer.
+    pub(crate) fn proved(
+        &self,
+        challenge: &[u8; CHALLENGE_BYTES],
+        shown: &[u8; PROOF_BYTES],
+    ) -> Option<Granted> {
+        let is_proved = |granted: &&Granted| {
+            let of_proof = granted.verifier.of_proof(challenge, shown);
+            bool::from(of_proof.ct_eq(&granted.verifier.to_bytes()))
+        };
+        self.0.iter().find(is_proved).cloned()
+    }
+
+    /// Whether a right is still what it was.
+    pub(crate) fn holds(&self, granted: &Granted) -> bool {
+        self.0.contains(granted)
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use slamlab_core::wire::message::proof;
+
+    use super::*;
+
+    #[test]
+    fn a_proof_shows_the_right_that_it_was_made_with() {
+        let [owner, anna, other] = std::array::from_fn(|_| Token::random().unwrap());
+        let granted = Granted {
+            right: Right {
+                role: Role::Driver,
+                name: "anna".to_owned(),
+            },
+            verifier: Verifier::of(anna.reveal()),
+        };
+        let rights = Rights(vec![Rights::owner(&owner), granted.clone()]);
+        let challenge = [1; CHALLENGE_BYTES];
+        let shown = |token: &Token| rights.proved(&challenge, &proof(token.reveal(), &challenge));
+        assert_eq!(shown(&owner).unwrap().right.role, Role::Owner);
+        assert_eq!(shown(&anna), Some(granted.clone()));
+        assert_eq!(shown(&other), None);
+        let replayed = proof(anna.reveal(), &[2; CHALLENGE_BYTES]);
+        assert_eq!(rights.proved(&challenge, &replayed), None);
+        assert!(rights.holds(&granted));
+        let mut changed = granted;
+        changed.right.role = Role::Watcher;
+        assert!(!rights.holds(&changed));
+    }
+}

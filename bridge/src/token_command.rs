@@ -1,0 +1,133 @@
+//! `slamlab-bridge token`: the owner's address, and the rights of others.
+
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use anyhow::Context;
+use slamlab_bridge::rights::{Name, RightsFile};
+use slamlab_bridge::settings::{Settings, Tls};
+use slamlab_bridge::tls::Identity;
+use slamlab_bridge::token::{self, Token};
+use slamlab_bridge::{address, trust};
+use slamlab_core::wire::message::Role;
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+
+use crate::flags::{AddFlags, TokenCommand, TokenFlags};
+
+/// The file of the rights, beside that of the owner's token.
+const RIGHTS: &str = "rights.toml";
+
+pub(crate) fn run(flags: TokenFlags) -> anyhow::Result<()> {
+    match flags.command {
+        None => show_owner(flags),
+        Some(TokenCommand::Add(flags)) => add(flags),
+        Some(TokenCommand::List { serve }) => list(&serve.complete()?),
+        Some(TokenCommand::Revoke { name, serve }) => revoke(&name, &serve.complete()?),
+    }
+}
+
+fn show_owner(flags: TokenFlags) -> anyhow::Result<()> {
+    let settings = flags.serve.complete()?;
+    let token = match flags.new {
+        true => Token::renew(&path(&settings)?)?,
+        false => owner(&settings)?,
+    };
+    show(&token, "to drive", flags.qr, &settings)
+}
+
+fn add(flags: AddFlags) -> anyhow::Result<()> {
+    let settings = flags.serve.complete()?;
+    let now = OffsetDateTime::from(SystemTime::now());
+    let now = now.replace_nanosecond(0).unwrap_or(now).format(&Rfc3339)?;
+    let token = rights(&settings)?.add(flags.name.clone(), flags.role, now.parse()?)?;
+    let may = match flags.role {
+        Role::Watcher => "to look, and to stop the robot",
+        Role::Driver => "to drive",
+        Role::Owner => "to drive, and to take the robot from anybody",
+    };
+    println!(
+        "{} is a {} from now on. The address is shown this once:\n",
+        flags.name, flags.role
+    );
+    show(&token, may, flags.qr, &settings)
+}
+
+fn list(settings: &Settings) -> anyhow::Result<()> {
+    let rights = rights(settings)?;
+    let all = rights.list()?;
+    println!("(the token of {})  owner", path(settings)?.display());
+    for listed in all {
+        println!("{}  {}  made {}", listed.name, listed.role, listed.made);
+    }
+    Ok(())
+}
+
+fn revoke(name: &Name, settings: &Settings) -> anyhow::Result<()> {
+    let role = rights(settings)?.revoke(name)?;
+    println!(
+        "{name} is no {role} any more; a running bridge ends what is done by that right within a second"
+    );
+    Ok(())
+}
+
+/// Prints the addresses with the token, and on request one as a picture.
+fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> anyhow::Result<()> {
+    let plain = address::urls(settings.address(), settings.tls == Some(true));
+    let urls: Vec<_> = plain
+        .iter()
+        .map(|url| format!("{url}#token={}", token.reveal()))
+        .collect();
+    for url in &urls {
+        println!("{url}");
+    }
+    // The last is an address in figures, which phones find without multicast DNS.
+    let Some((plain, with_token)) = plain.last().zip(urls.last()) else {
+        return Ok(());
+    };
+    if settings.tls()? == Tls::Own {
+        let identity = Identity::load_or_make(&folder(settings)?)?;
+        let first = trust::address(plain, identity.fingerprint());
+        println!("\nonce on each phone, so that it trusts the robot:\n{first}");
+        if with_picture {
+            println!("{}\nthen, {may}:", picture(&first)?);
+        }
+    }
+    if with_picture {
+        println!("{}", picture(with_token)?);
+    }
+    Ok(())
+}
+
+/// A QR code for a terminal.
+fn picture(url: &str) -> anyhow::Result<String> {
+    let code = qrcode::QrCode::new(url).context("the address does not fit into a picture")?;
+    Ok(code.render::<qrcode::render::unicode::Dense1x2>().build())
+}
+
+/// The owner's token; made where there is none.
+pub(crate) fn owner(settings: &Settings) -> anyhow::Result<Token> {
+    Ok(Token::load_or_create(&path(settings)?)?)
+}
+
+/// Where the owner's token is.
+pub(crate) fn path(settings: &Settings) -> anyhow::Result<PathBuf> {
+    match &settings.token_file {
+        Some(path) => Ok(path.clone()),
+        None => token::default_path().context("where is the token?"),
+    }
+}
+
+/// All other rights.
+pub(crate) fn rights(settings: &Settings) -> anyhow::Result<RightsFile> {
+    Ok(RightsFile::at(folder(settings)?.join(RIGHTS)))
+}
+
+/// Where the bridge keeps what is its own.
+pub(crate) fn folder(settings: &Settings) -> anyhow::Result<PathBuf> {
+    let token = path(settings)?;
+    let folder = token
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    Ok(folder.map_or_else(|| ".".into(), PathBuf::from))
+}
