@@ -64,7 +64,7 @@ test('the stick drives under the thumb', { tag: '@phone-only' }, async ({ lab, p
 test('a gamepad drives, and stops when it is let go or its stop button is pressed', async ({ lab, page }) => {
   // No machine of ours has a gamepad: the browser is given one of the standard layout.
   await page.addInitScript(() => {
-    const pad = { connected: true, axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
+    const pad = { connected: true, id: 'Pilot Pad (STANDARD GAMEPAD Vendor: 045e Product: 028e)', axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
     Object.assign(window, { pad });
     Object.defineProperty(navigator, 'getGamepads', { value: () => [null, pad] });
   });
@@ -78,9 +78,14 @@ test('a gamepad drives, and stops when it is let go or its stop button is presse
   await lab.enter('arena', '1');
   await lab.at('mode-manual').click();
   await lab.standsStill();
+  await expect(lab.at('gamepad')).toBeHidden();
   await page.evaluate(() => window.dispatchEvent(new Event('gamepadconnected')));
+  await expect(lab.at('gamepad'), 'the page says what it does').toHaveText(/Pilot Pad\s+left stick drives, B or right trigger stops/);
+  const dot = lab.at('gamepad-stick').locator('.dot');
+  await expect(dot, 'its stick rests').toHaveAttribute('cy', '12');
   const { distance } = await lab.status();
   await move([0.05, -1]);
+  await expect(dot, 'up').toHaveAttribute('cy', '5');
   await lab.watch((s) => s.distance, 'up drives ahead').toBeGreaterThan(distance + 0.15);
   await move([0.05, 0.1]);
   await lab.standsStill();
@@ -88,6 +93,16 @@ test('a gamepad drives, and stops when it is let go or its stop button is presse
   await move([-1, 0]);
   await lab.watch((s) => turnBetween(s.truthHeading, truthHeading), 'left turns to the left').toBeGreaterThan(0.3);
   await move([-1, 0], true);
+  await lab.standsStill();
+
+  await move([0, -1]);
+  await expect(dot).toHaveAttribute('cy', '5');
+  await page.evaluate(() => {
+    (window as unknown as { pad: { connected: boolean } }).pad.connected = false;
+    window.dispatchEvent(new Event('gamepaddisconnected'));
+  });
+  await expect(lab.at('gamepad'), 'it is gone').toBeHidden();
+  await expect(lab.at('toast')).toHaveText(/Pilot Pad is gone/);
   await lab.standsStill();
 });
 

@@ -1,7 +1,20 @@
 // A gamepad: its left stick drives, its right trigger button and B stop. Read once a frame while
 // one is connected and the page is in sight.
 
+/** What the page shows of a gamepad. */
+export interface GamepadState {
+  /** As its maker calls it. */
+  readonly name: string;
+  /** Of the stick, -1 to 1: up and left are positive. */
+  readonly forward: number;
+  readonly turn: number;
+  /** Whether a button that stops is pressed. */
+  readonly stops: boolean;
+}
+
 export interface GamepadActions {
+  /** The gamepad as it is now; null when there is none any more. */
+  show(state: GamepadState | null): void;
   drive(forward: number, turn: number): void;
   stop(): void;
 }
@@ -26,6 +39,14 @@ export function startGamepad(actions: GamepadActions): void {
     actions.drive(forward, turn);
   };
 
+  let shown = "";
+  const show = (state: GamepadState | null): void => {
+    // To a hundredth: a stick that rests still trembles.
+    const now = state ? JSON.stringify({ ...state, forward: state.forward.toFixed(2), turn: state.turn.toFixed(2) }) : "";
+    if (now !== shown) actions.show(state);
+    shown = now;
+  };
+
   const read = (): void => {
     const pads = navigator.getGamepads().filter((pad) => pad?.connected === true);
     frame = pads.length > 0 ? requestAnimationFrame(read) : 0;
@@ -39,8 +60,11 @@ export function startGamepad(actions: GamepadActions): void {
     stopping = stop;
     // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use,
     // the stick says nothing.
+    const [forward, turn] = [-axis(1) || 0, -axis(0) || 0];
     if (!document.hasFocus()) release();
-    else if (!stop) send(-axis(1) || 0, -axis(0) || 0);
+    else if (!stop) send(forward, turn);
+    if (pads.length === 0) release();
+    show(pads[0] ? { name: nameOf(pads.map((pad) => pad?.id ?? "")), forward, turn, stops: stop } : null);
   };
 
   const wake = (): void => {
@@ -51,7 +75,10 @@ export function startGamepad(actions: GamepadActions): void {
   };
 
   addEventListener("gamepadconnected", wake);
-  addEventListener("gamepaddisconnected", release);
+  addEventListener("gamepaddisconnected", () => {
+    release();
+    wake();
+  });
   // Frames stop when the page is hidden: the robot must not go on with the last command.
   addEventListener("blur", release);
   document.addEventListener("visibilitychange", release);
@@ -59,4 +86,10 @@ export function startGamepad(actions: GamepadActions): void {
 
 function soft(value: number): number {
   return Math.abs(value) < DEAD ? 0 : Math.max(-1, Math.min(1, (value - Math.sign(value) * DEAD) / (1 - DEAD)));
+}
+
+/** What its maker calls it, without the numbers that browsers put before or behind it. */
+function nameOf(ids: readonly string[]): string {
+  const names = ids.map((id) => id.replace(/\s*\((?:[^()]*\b)?Vendor:[^)]*\)/i, "").replace(/^[0-9a-f]{1,4}-[0-9a-f]{1,4}-/i, "").trim());
+  return names.map((name) => name || "Gamepad").join(", ");
 }

@@ -10,8 +10,8 @@ export class History {
   /** One column for each number of a sample, see SAMPLE. */
   columns: number[][] = [];
   version = 0;
-  /** Every `#keep`-th sample is kept. */
-  #keep = 1;
+  /** Every so many samples one is kept. */
+  keep = 1;
   #count = 0;
 
   constructor(private readonly stride = SAMPLE_STRIDE) {
@@ -20,7 +20,7 @@ export class History {
 
   clear(): void {
     this.columns = Array.from({ length: this.stride }, () => []);
-    this.#keep = 1;
+    this.keep = 1;
     this.#count = 0;
     this.version += 1;
   }
@@ -28,7 +28,7 @@ export class History {
   append(samples: Float64Array): void {
     for (let i = 0; i + this.stride <= samples.length; i += this.stride) {
       this.#count += 1;
-      if (this.#count % this.#keep !== 0) continue;
+      if (this.#count % this.keep !== 0) continue;
       this.columns.forEach((column, k) => column.push(samples[i + k] ?? NaN));
       if ((this.columns[0]?.length ?? 0) > MOST) this.#thin();
     }
@@ -36,7 +36,7 @@ export class History {
   }
 
   #thin(): void {
-    this.#keep *= 2;
+    this.keep *= 2;
     this.columns = this.columns.map((column) => column.filter((_, i) => i % 2 === 0));
   }
 }

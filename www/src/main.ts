@@ -9,7 +9,7 @@ import { startKeyboard } from "./keyboard.js";
 import { isSharedWorld } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { keepForOffline, lookForNewer, renewFirst } from "./offline.js";
-import { download, mapPicture } from "./save.js";
+import { download, fileName, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
@@ -30,6 +30,7 @@ import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/edit.js";
 import "./ui/fit.js";
+import "./ui/gamepad.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
 import "./ui/last_run.js";
@@ -214,7 +215,7 @@ const byHand = {
   },
   stop: (): void => client.stop(),
 };
-startGamepad(byHand);
+startGamepad({ ...byHand, show: (gamepad) => store.set("gamepad", { gamepad }) });
 startKeyboard({
   ...byHand,
   busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
@@ -252,7 +253,7 @@ startKeyboard({
 
 async function savePicture(): Promise<void> {
   const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
-  if (blob) download(blob, `${store.title.replace(/[^\w-]+/g, "-") || "map"}.png`);
+  if (blob) download(blob, `${fileName(store.title)}.png`);
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
 }
 

@@ -11,6 +11,11 @@ export function downloadAll(files: readonly SavedFile[]): void {
   files.forEach((file, i) => setTimeout(() => download(new Blob([file.bytes], { type: file.mime }), file.name), i * SPACING));
 }
 
+/** The run's title as the name of a file, without its ending. */
+export function fileName(title: string): string {
+  return title.replace(/[^\w-]+/g, "-") || "map";
+}
+
 export function download(blob: Blob, name: string): void {
   const url = URL.createObjectURL(blob);
   const link = document.createElement("a");

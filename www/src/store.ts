@@ -10,6 +10,7 @@ import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 import type { GridView } from "./view/tiles.js";
 import type { Host } from "./bridge_address.js";
+import type { GamepadState } from "./gamepad.js";
 import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
 import type { Offline, Renewal } from "./offline.js";
@@ -23,7 +24,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad";
 
 export interface LogEntry {
   time: number;
@@ -197,6 +198,8 @@ export class Store {
   tour: TourStep | null = null;
   /** The experiment of the gallery that is shown. */
   exhibit: Shown | null = null;
+  /** The gamepad that is connected, and what it says. */
+  gamepad: GamepadState | null = null;
   log: LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();

@@ -3,8 +3,11 @@
 import { css, type CSSResultGroup, html, nothing, type TemplateResult } from "lit";
 import uPlot from "uplot";
 import { SAMPLE } from "../protocol/sample.js";
+import { type Column, csvOf } from "../csv.js";
 import type { History } from "../history.js";
+import { download, fileName } from "../save.js";
 import type { Topic } from "../store.js";
+import { icons } from "./icons.js";
 import { colourOf, faint } from "./plot_style.js";
 import { SlamPlotted } from "./plotted.js";
 
@@ -15,6 +18,8 @@ export interface Curve {
   unit: string;
   /** Column of the value. */
   value: number;
+  /** Title and meaning while there is no value but its bounds: without truth there is no error. */
+  boundsAlone?: { title: string; meaning: string };
   /** Columns of the bounds, the upper first; a lower one may be absent. */
   bounds: readonly number[];
   /** What the bounds are. */
@@ -36,6 +41,8 @@ export abstract class SlamCharts extends SlamPlotted {
     .key { display: inline-flex; align-items: center; gap: 5px; color: var(--muted); }
     .key i { width: 12px; height: 9px; border-radius: 2px; background: color-mix(in srgb, var(--band) 28%, transparent); border-top: 1.5px solid var(--band); }
     .plot { height: 84px; }
+    .csv { min-height: 32px; padding: 2px 10px; font-size: 12.5px; }
+    @media (pointer: coarse) { .csv { min-height: 44px; } }
     .u-cursor-x, .u-cursor-y { border-color: var(--muted) !important; }
   `;
 
@@ -50,6 +57,8 @@ export abstract class SlamCharts extends SlamPlotted {
     return this.store.history;
   }
 
+  /** Which curves have no value but their bounds. */
+  #alone: readonly boolean[] = [];
   #drawn = -1;
   #drawnAt = 0;
   #theme = "";
@@ -66,12 +75,38 @@ export abstract class SlamCharts extends SlamPlotted {
   }
 
   override render(): TemplateResult {
-    return html`${this.curves.map(
-      (curve, i) => html`<figure id="figure-${i}" aria-label=${`${curve.title} over time`}>
-        <figcaption title=${curve.meaning}><span>${curve.title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
+    return html`${this.curves.map((curve, i) => {
+      const { title, meaning } = this.#words(i, curve);
+      return html`<figure id="figure-${i}" aria-label=${`${title} over time`}>
+        <figcaption title=${meaning}><span>${title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
         <div class="plot" id="plot-${i}"></div>
-      </figure>`,
-    )}`;
+      </figure>`;
+    })}
+      <button class="csv" data-testid="csv" title="Save these curves as a table: CSV with units, times in seconds" @click=${this.press(() => this.#save())}>${icons.save} CSV</button>`;
+  }
+
+  #words(i: number, curve: Curve): { title: string; meaning: string } {
+    return this.#alone[i] && curve.boundsAlone ? curve.boundsAlone : curve;
+  }
+
+  /** Hands over what is drawn, with all its digits. */
+  #save(): void {
+    const { store, history: { columns, keep } } = this;
+    const has = (index: number): boolean => columns[index]?.some(Number.isFinite) ?? false;
+    const column = (index: number, title: string, unit: string): Column => ({ title, unit, values: columns[index] ?? [] });
+    const curves = this.curves.flatMap((curve, i) => {
+      const { title } = this.#words(i, curve);
+      const bounds = curve.bounds.map((index, k) => column(index, `${title}, ${curve.key}${curve.bounds.length < 2 ? "" : k === 0 ? ", upper" : ", lower"}`, curve.unit));
+      const indices = [curve.value, ...curve.bounds];
+      return [column(curve.value, title, curve.unit), ...bounds].filter((_, k) => has(indices[k] ?? -1));
+    });
+    if (curves.length === 0) {
+      store.set("toast", { toast: { level: "warn", text: "There is nothing to save yet: the curves are empty." } });
+      return;
+    }
+    const table = csvOf([column(SAMPLE.time, "Time", "s"), ...curves]);
+    download(new Blob([table], { type: "text/csv;charset=utf-8" }), `${fileName(store.title)}-${this.localName.replace(/^slam-/, "")}.csv`);
+    if (keep > 1) store.set("toast", { toast: { level: "info", text: `The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
   }
 
   override updated(): void {
@@ -116,13 +151,19 @@ export abstract class SlamCharts extends SlamPlotted {
     if (history.version === this.#drawn || (playing && now - this.#drawnAt < REDRAW_MILLIS) || this.offsetParent === null) return;
     this.#drawn = history.version;
     this.#drawnAt = now;
+    const has = (index: number): boolean => history.columns[index]?.some(Number.isFinite) ?? false;
+    const alone = this.curves.map(({ value, bounds }) => !has(value) && bounds.some(has));
+    if (alone.join() !== this.#alone.join()) {
+      this.#alone = alone;
+      this.requestUpdate();
+    }
     this.plots.forEach((plot, i) => {
       const curve = this.curves[i];
       if (!curve) return;
       plot.setData(columns(history.columns, curve));
       // A recording knows no truth, and some methods no innovations: an empty picture would only
       // puzzle.
-      const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some((k) => history.columns[k]?.some(Number.isFinite));
+      const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some(has);
       this.renderRoot.querySelector(`#figure-${i}`)?.toggleAttribute("hidden", empty);
     });
     this.#readout();
@@ -134,7 +175,8 @@ export abstract class SlamCharts extends SlamPlotted {
       const curve = this.curves[i];
       const target = this.renderRoot.querySelector(`#now-${i}`);
       if (!curve || !target) return;
-      const values = plot.data[plot.data.length - 1] ?? [];
+      // The bounds come before the value.
+      const values = plot.data[this.#alone[i] ? 1 : plot.data.length - 1] ?? [];
       const at = plot.cursor.idx ?? values.length - 1;
       const value = values[at];
       target.textContent = typeof value === "number" ? `${value.toFixed(curve.digits)} ${curve.unit}`.trim() : "–";

@@ -42,6 +42,7 @@ export const icons = {
   ruler: icon(svg`<path d="M3.5 8.5h17v7h-17z"/><path d="M7 8.5v3M10.4 8.5v3.6M13.8 8.5v3M17.2 8.5v3"/>`),
   route: icon(svg`<circle cx="5.5" cy="18.5" r="2"/><circle cx="18.5" cy="5.5" r="2"/><path d="M7.5 18.5H14a3.5 3.5 0 0 0 0-7h-4a3.5 3.5 0 0 1 0-6h6.5"/>`),
   scans: icon(svg`<path d="M4 16V5h11"/><path d="M8.5 20.5 20 17.6 17.4 7.5" stroke-dasharray="2.6 3"/><circle cx="4" cy="16" r="1.5" fill="currentColor"/><circle cx="15" cy="5" r="1.5" fill="currentColor"/>`),
+  gamepad: icon(svg`<path d="M7.5 7h9a4.5 4.5 0 0 1 4.4 3.6l.9 4.6a2.6 2.6 0 0 1-4.5 2.2L15.5 15h-7l-1.8 2.4a2.6 2.6 0 0 1-4.5-2.2l.9-4.6A4.5 4.5 0 0 1 7.5 7z"/><path d="M8 9.5v3M6.5 11h3M15.2 11h.01M17.5 11h.01" stroke-width="2"/>`),
   flag: icon(svg`<path d="M6 21V4M6 5c4-2.5 8 2.5 12.5 0v8.5C14 16 10 11 6 13.5"/>`),
   sliders: icon(svg`<path d="M4 7h9M17 7h3M4 17h3M11 17h9"/><circle cx="15" cy="7" r="2"/><circle cx="9" cy="17" r="2"/>`),
 };

@@ -1,0 +1,74 @@
+// The curves leave the page as tables, and say what they are.
+import { readFile } from 'node:fs/promises';
+import type { Page } from '@playwright/test';
+import { expect, test } from './fixture.ts';
+import { drop, type Lab } from './lab.ts';
+import { record } from './recording.ts';
+
+test('the plots of a simulation are saved as a table with units, each scan in it', { tag: '@phone' }, async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(20);
+  await stepOn(lab);
+  const table = await saved(page, lab, 'slam-plots', 'plots');
+  expect(table.name).toBe('office-plots.csv');
+  expect(table.header).toBe('Time (s),Position error (m),"Position error, 3σ (m)",Heading error (°),"Heading error, 3σ (°)",Time per scan (ms)');
+  const status = await lab.status();
+  const last = table.rows.at(-1)!;
+  expect(table.rows.length, 'a row for each scan').toBe(status.scans);
+  expect(last[0]).toBeCloseTo(status.time, 6);
+  expect(last[1], 'as far as the pose is from the truth').toBeCloseTo(Math.hypot(status.x - status.truthX, status.y - status.truthY), 9);
+  expect(last[4], '3σ of the heading').toBeCloseTo((3 * 180 / Math.PI) * Math.sqrt(status.covHeading), 9);
+  expect(table.rows.every((row, i) => i === 0 || row[0]! > table.rows[i - 1]![0]!), 'in the order of time').toBe(true);
+  await expect(lab.at('plot-1'), 'and the plot says the same').toHaveText(`${last[1]!.toFixed(3)} m`);
+});
+
+test('a recording has no truth: its curves and their table tell of no error', async ({ lab, page }) => {
+  await lab.open();
+  await lab.speed('1');
+  await drop(page, 'short.log', Buffer.from(record(400).text));
+  await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
+  await lab.watch((s) => s.scans, 'it is mapped').toBeGreaterThan(2);
+  await stepOn(lab);
+  await lab.show('plots');
+  const plots = page.locator('slam-plots');
+  await expect(plots.getByText('Position uncertainty')).toBeVisible();
+  await expect(plots.getByText('Heading uncertainty')).toBeVisible();
+  await expect(plots.getByText(/error/i)).toHaveCount(0);
+  const table = await saved(page, lab, 'slam-plots', 'plots');
+  expect(table.name).toBe('short-log-plots.csv');
+  expect(table.header).toContain('Position uncertainty');
+  expect(table.header).not.toMatch(/error/i);
+  const status = await lab.status();
+  const sigma3 = 3 * Math.sqrt((status.covXx + status.covYy) / 2 + Math.hypot((status.covXx - status.covYy) / 2, status.covXy));
+  expect(table.rows.at(-1)![1]).toBeCloseTo(sigma3, 9);
+  await expect(lab.at('plot-1'), 'the number beside the title is the claim').toHaveText(`${sigma3.toFixed(3)} m`);
+});
+
+test('the honesty of the filter is saved with both bounds', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.nis, 'the filter is judged').toBeGreaterThan(0);
+  await stepOn(lab);
+  const table = await saved(page, lab, 'slam-consistency', 'filter');
+  expect(table.name).toBe('office-consistency.csv');
+  const [time, , , , nis, high, low] = table.rows.at(-1)!;
+  const status = await lab.status();
+  expect([time, nis, high, low]).toEqual([status.time, status.nis, status.nisHigh, status.nisLow]);
+  expect(low!).toBeLessThan(high!);
+});
+
+/** Pauses just after a scan: what the page shows is of that scan, as the last row is. */
+async function stepOn(lab: Lab): Promise<void> {
+  await lab.pause();
+  const { scans } = await lab.status();
+  await lab.at('step').click();
+  await lab.watch((s) => s.scans, 'one scan more').toBe(scans + 1);
+}
+
+async function saved(page: Page, lab: Lab, plots: string, panel: 'plots' | 'filter'): Promise<{ name: string; header: string; rows: number[][] }> {
+  await lab.show(panel);
+  const coming = page.waitForEvent('download');
+  await page.locator(plots).getByTestId('csv').click();
+  const download = await coming;
+  const [header = '', ...lines] = (await readFile(await download.path(), 'utf8')).trimEnd().split('\r\n');
+  return { name: download.suggestedFilename(), header, rows: lines.map((line) => line.split(',').map((cell) => (cell === '' ? NaN : Number(cell)))) };
+}
