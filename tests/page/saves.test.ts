@@ -67,6 +67,62 @@ test('the map is saved as a picture', async ({ lab, page }) => {
   expect(png.readUInt32BE(16), 'wide enough to see').toBeGreaterThan(50);
 });
 
+test('what is seen is saved as a drawing that shows the same', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(20);
+  await lab.pause();
+  await lab.show('layers');
+  // Filled outlines with text, ellipses, dashes.
+  for (const layer of ['rooms', 'points', 'landmarks']) await lab.at(`layer-${layer}`).check();
+  await lab.stillCamera();
+  const drawn = async (): Promise<string> => {
+    await lab.show('run');
+    const coming = page.waitForEvent('download');
+    await lab.at('save-svg').click();
+    const download = await coming;
+    expect(download.suggestedFilename()).toBe('office-view.svg');
+    return readFile(await download.path(), 'utf8');
+  };
+  const svg = await drawn();
+  expect(svg).toMatch(/^<svg [^>]*viewBox="0 0 \d+ \d+"/);
+  // Drawn again by the browser as a picture of its own, it has the pixels that the page has.
+  const apart = await page.evaluate(async (svg) => {
+    const canvases = [...document.querySelector('slam-map')!.shadowRoot!.querySelectorAll('canvas')];
+    const [width, height] = [canvases[0]!.width, canvases[0]!.height];
+    const pixels = (paint: (context: CanvasRenderingContext2D) => void): Uint8ClampedArray => {
+      const context = Object.assign(document.createElement('canvas'), { width, height }).getContext('2d')!;
+      paint(context);
+      return context.getImageData(0, 0, width, height).data;
+    };
+    const background = getComputedStyle(document.querySelector('slam-map')!).backgroundColor;
+    const page = pixels((context) => {
+      context.fillStyle = background;
+      context.fillRect(0, 0, width, height);
+      for (const canvas of canvases) context.drawImage(canvas, 0, 0);
+    });
+    const picture = new Image();
+    picture.src = URL.createObjectURL(new Blob([svg], { type: 'image/svg+xml' }));
+    await picture.decode();
+    const file = pixels((context) => context.drawImage(picture, 0, 0, width, height));
+    let [off, drawn] = [0, 0];
+    const ground = page.slice(0, 3);
+    for (let i = 0; i < page.length; i += 4) {
+      const differs = (a: Uint8ClampedArray, at: number, b: Uint8ClampedArray) => [0, 1, 2].some((k) => Math.abs(a[at + k]! - b[i + k]!) > 60);
+      if (differs(ground, 0, page)) drawn += 1;
+      if (differs(file, i, page)) off += 1;
+    }
+    return { off, drawn };
+  }, svg);
+  expect(apart.drawn, 'there is something to see').toBeGreaterThan(5000);
+  expect(apart.off, 'pixels that differ clearly').toBeLessThan(0.02 * apart.drawn);
+
+  const images = (svg: string): number => svg.match(/<image /g)?.length ?? 0;
+  expect(images(svg), 'cells').toBeGreaterThan(0);
+  await lab.show('layers');
+  await lab.at('layer-grid').click();
+  expect(images(await drawn()), 'a layer that is off is not in it').toBe(0);
+});
+
 test('the walls are saved as a drawing, for drawing programs and as data', async ({ lab, page }) => {
   await lab.open();
   // Walls are there when they were seen three times.

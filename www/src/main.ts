@@ -208,6 +208,7 @@ addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#
 addEventListener("show-robot", (event) => ((event as CustomEvent<boolean>).detail ? store.follow || map.toggleFollow() : map.fit()));
 addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).detail));
 addEventListener("save-picture", () => void savePicture());
+addEventListener("save-drawing", () => void saveDrawing());
 
 const byHand = {
   drive: (forward: number, turn: number): void => {
@@ -255,6 +256,21 @@ async function savePicture(): Promise<void> {
   const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
   if (blob) download(blob, `${fileName(store.title)}.png`);
   else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
+}
+
+/** What is seen, as the layers that are on draw it. */
+async function saveDrawing(): Promise<void> {
+  let bundle: typeof import("./view/svg_context.js");
+  try {
+    bundle = await import(new URL("svg_context.js", import.meta.url).href);
+  } catch {
+    store.set("toast", { toast: { level: "warn", text: "The part that writes drawings could not be loaded. Is the server still there?" } });
+    return;
+  }
+  const { width, height } = map.camera;
+  const context = new bundle.SvgContext(width, height, readPalette().css.unknown);
+  map.drawInto(context);
+  download(new Blob([context.getSerializedSvg()], { type: "image/svg+xml" }), `${fileName(store.title)}-view.svg`);
 }
 
 const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade", "offline", "renewal"] as const;

@@ -45,7 +45,9 @@ export class SlamSetup extends SlamElement {
     .wide { grid-column: 1 / -1; }
     .seed { display: flex; gap: 6px; }
     .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
-    .files { display: grid; grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
+    .files { display: grid; grid-template-columns: repeat(6, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
+    .files button, .files select { grid-column: span 2; }
+    .files .picture { grid-column: span 3; }
     .files button, .files select { padding: 0 6px; }
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
     p { margin: 10px 0 0; font-size: 12.5px; }
@@ -114,7 +116,8 @@ export class SlamSetup extends SlamElement {
             ${Object.entries(SAVED).map(([what, words]) => html`<option value=${what}>${words}</option>`)}
           </select>
         </label>
-        <button data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG</button>
+        <button class="picture" data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG of the map</button>
+        <button class="picture" data-testid="save-svg" title="Save what the map shows as a drawing: all layers that are on, cells as pictures in it" @click=${() => dispatchEvent(new Event("save-drawing"))}>${icons.image} SVG of the view</button>
       </div>
       <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: ${OPENED}.`}</p>
     `;

@@ -459,7 +459,7 @@ export class SlamMap extends SlamElement {
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
     this.#drawSheet(now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
     const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
-    if (overlays !== this.#overlays) drawOverlays(this.#brush("overlays", time), store.layers);
+    if (overlays !== this.#overlays) drawOverlays(this.#brush(this.#context("overlays"), time), store.layers);
     this.#overlays = overlays;
   }
 
@@ -475,23 +475,33 @@ export class SlamMap extends SlamElement {
     const isGroundFirst = !isRecordDue || sheets.ground.drawnAt <= sheets.record.drawnAt;
     if (isGroundDue && (isGroundFirst || sheets.ground.shows === "")) {
       const changed = tiles.takeChanged();
-      drawGround(this.#brush("ground", now / 1000), store.layers, ground === sheets.ground.shows ? changed : null);
+      drawGround(this.#brush(this.#context("ground"), now / 1000), store.layers, ground === sheets.ground.shows ? changed : null);
       if (ground !== sheets.ground.shows) this.#scaleBar();
       sheets.ground.drawn(ground, camera, now);
       this.#tilesVersion = tiles.version;
     }
     if (isRecordDue && (!(isGroundDue && isGroundFirst) || sheets.record.shows === "")) {
-      drawRecord(this.#brush("record", now / 1000), store.layers);
+      drawRecord(this.#brush(this.#context("record"), now / 1000), store.layers);
       sheets.record.drawn(record, camera, now);
       [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
     }
     for (const name of ["ground", "record"] as const) sheets[name].move(this.#element(name), camera);
   }
 
-  #brush(canvas: string, time: number): Brush {
+  /** Draws what is seen into a context that writes a file, in CSS pixels. */
+  drawInto(context: CanvasRenderingContext2D): void {
+    const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
+    // What breathes stands still; the trail is drawn to its end.
+    const brush = { ...this.#brush(context, 0), camera, recordedTrail: this.scene.trailLength };
+    drawGround(brush, this.store.layers, null);
+    drawRecord(brush, this.store.layers);
+    drawOverlays(brush, this.store.layers);
+  }
+
+  #brush(context: CanvasRenderingContext2D, time: number): Brush {
     const { camera, scene, store } = this;
     return {
-      context: this.#context(canvas), camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
+      context, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
       time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
       rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,

@@ -18,16 +18,23 @@ export function draw(brush: Brush): void {
   if (!rooms) return;
   const { found, numbers, chosen } = rooms;
   found.regions.forEach(({ kind, outlines }, region) => {
-    const path = pathOf(outlines);
     const colour = palette.css[kind === "corridor" ? CORRIDOR : TINTS[((numbers[region] ?? 1) - 1) % TINTS.length] ?? CORRIDOR];
     context.fillStyle = colour;
     context.globalAlpha = region === chosen ? 0.5 : 0.24;
-    context.fill(path, "evenodd");
+    // A context that writes a file cannot read a finished path.
+    const path = context instanceof CanvasRenderingContext2D ? pathOf(outlines) : null;
+    if (path) context.fill(path, "evenodd");
+    else {
+      context.beginPath();
+      trace(context, outlines);
+      context.fill("evenodd");
+    }
     if (region !== chosen) return;
     context.globalAlpha = 1;
     context.strokeStyle = palette.css.ink;
     context.lineWidth = camera.px(2);
-    context.stroke(path);
+    if (path) context.stroke(path);
+    else context.stroke();
   });
   drawGraph(brush, found);
   if (camera.scale >= WRITTEN_FROM) for (const { middle, width } of found.doors) write(brush, middle, `${Math.round(100 * width)} cm`, 500);
@@ -69,11 +76,15 @@ function pathOf(outlines: Region["outlines"]): Path2D {
   const path = paths.get(outlines) ?? new Path2D();
   if (paths.has(outlines)) return path;
   paths.set(outlines, path);
+  trace(path, outlines);
+  return path;
+}
+
+function trace(path: CanvasPath, outlines: Region["outlines"]): void {
   for (const ring of outlines) {
     addPolyline(path, ring);
     path.closePath();
   }
-  return path;
 }
 
 /** The region that holds a map point; null outside of all. */
