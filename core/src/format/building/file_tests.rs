@@ -72,8 +72,14 @@ fn every_format_shows_the_same_walls_to_drive_in_and_to_be_found_by() {
         let known = building.prior_walls().unwrap();
         let length: f64 = known.faces.iter().map(Segment::length).sum();
         let whole: f64 = doors.walls().iter().map(|w| w.segment.length()).sum();
+        // A submap knows what the robot could reach: the walls of `doors`, partitions of two sides
+        // and boxes, are all seen from one side, if at all. In the others all but walls is free.
+        let sides = match name {
+            "doors.smap" => 0.8..1.0,
+            _ => 1.2..2.2,
+        };
         assert!(
-            (1.2..2.2).contains(&(length / whole)),
+            sides.contains(&(length / whole)),
             "{name}: {length} of {whole}"
         );
         for face in &known.faces {
