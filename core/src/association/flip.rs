@@ -6,11 +6,14 @@
 //!    a = eᵀ Z⁻¹ e and b = eᵀ Z⁻¹ v (TDK 2016 eq. (3.12)).
 //! 2. It leaves the gate where d²(t) = g² (eq. (3.13)).
 //! 3. A second landmark explains it nearly as well where its d²(t) less that of the match is
-//!    `ambiguity`; one that stands at the same place takes it over where the two are equal.
+//!    `ambiguity`; one that stands at the same place takes it over where the two are equal, and one
+//!    that goes before it (confirmed, or not across a gap) as soon as its own gate is reached.
 //! 4. To either side the nearest of these counts.
 //!
 //! Matched together, the other lines of the scan have a say as well: a sighting that this rule
 //! would drop may be held by them, which no single number tells.
+
+use std::cmp::Ordering;
 
 use nalgebra::Vector2;
 
@@ -81,13 +84,16 @@ pub fn flips(
                 }
             }
         }
-        let is_alike =
-            theirs.is_confirmed == ours.is_confirmed && (theirs.gap > 0.0) == (ours.gap > 0.0);
-        if is_alike {
-            for shift in its.minus(&own).roots() {
-                if its.at(shift) <= config.gate {
-                    add(FlipOutcome::TakenOver(index), [shift, f64::NAN]);
-                }
+        // What goes before the match needs its gate only; what is like it has to be nearer.
+        let rank = |c: &Candidate| (!c.is_confirmed, c.gap > 0.0);
+        let takes_over = match rank(theirs).cmp(&rank(ours)) {
+            Ordering::Less => its.less(config.gate).roots(),
+            Ordering::Equal => its.minus(&own).roots(),
+            Ordering::Greater => continue,
+        };
+        for shift in takes_over {
+            if its.at(shift) <= config.gate + TIE {
+                add(FlipOutcome::TakenOver(index), [shift, f64::NAN]);
             }
         }
     }
@@ -225,13 +231,16 @@ mod tests {
             v in prop::array::uniform3((-3.0..3.0, -3.0..3.0)),
             variances in prop::array::uniform3((0.5..2.0, -0.4..0.4, 0.5..2.0)),
             confirmed in prop::array::uniform3(any::<bool>()),
+            gaps in prop::array::uniform3(prop_oneof![Just(-1.0), Just(0.3)]),
             axis in 0usize..2,
         ) {
             let config = AssociationConfig::default();
             let all: Vec<Compared> = (0..3)
                 .map(|i| {
                     let (a, c, b) = variances[i];
-                    compared(i, [v[i].0, v[i].1], [a, c, b], confirmed[i])
+                    let mut one = compared(i, [v[i].0, v[i].1], [a, c, b], confirmed[i]);
+                    one.candidate.gap = gaps[i];
+                    one
                 })
                 .collect();
             let Choice::Match(best) = moved(&all, axis, 0.0, &config) else {

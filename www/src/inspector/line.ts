@@ -1,16 +1,16 @@
 // A wall of the line map: its numbers, what the robot should see of it, how the last scan was
 // matched to it, and what would flip that match.
 
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import { type Candidate, FLIP, FLIP_STRIDE, type Inspection, LANDMARK, LANDMARK_STRIDE, LINE, LINE_STRIDE, type Sighting } from "../protocol/module.js";
-import { equals, fn, formula, hat, id, op, row, sup } from "../registration/formula.js";
+import { equals, fn, formula, hat, id, op, row, sup, text } from "../registration/formula.js";
 import { fixed } from "../ui/format.js";
 import { DECISION_WORDS } from "../ui/match_words.js";
 import { segment } from "./outlines.js";
 import { times } from "./poses.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
-import { added, angle, metres, number } from "./words.js";
+import { angle, lineEquation, metres, number } from "./words.js";
 
 export function line(wall: number, { store, scene: { lines, landmarks, status }, examined }: Known): Told {
   const first = rowOf(lines, LINE_STRIDE, LINE.id, wall);
@@ -23,14 +23,14 @@ export function line(wall: number, { store, scene: { lines, landmarks, status },
   const seen = counted === null ? NaN : (landmarks[counted + LANDMARK.confidence] ?? NaN) + 1;
   const formulas: Formula[] = [{
     general: formula(row(id("x"), fn("cos"), id("α"), op("+"), id("y"), fn("sin"), id("α"), equals(), id("r"))),
-    numbers: formula(row(id("x"), op("·"), number(Math.cos(alpha)), added(Math.sin(alpha)), op("·"), id("y"), equals(), number(r))),
+    numbers: lineEquation(alpha, r),
     source: "TDK 2016 § 3.2: the line by its normal, m",
   }];
   if (status) {
     const { x, y, heading } = status;
     formulas.push({
       general: formula(row(hat(id("z")), equals(), op("("), id("α"), op("−"), id("θ"), op(","), id("r"), op("−"), id("x"), fn("cos"), id("α"), op("−"), id("y"), fn("sin"), id("α"), op(")"))),
-      numbers: formula(row(op("("), number(degrees(Math.atan2(Math.sin(alpha - heading), Math.cos(alpha - heading)))), id("°"), op(","), number(r - x * Math.cos(alpha) - y * Math.sin(alpha)), id("m"), op(")"))),
+      numbers: formula(row(op("("), number(degrees(Math.atan2(Math.sin(alpha - heading), Math.cos(alpha - heading)))), id("°"), op(","), number(r - x * Math.cos(alpha) - y * Math.sin(alpha)), text("\u00a0m"), op(")"))),
       source: "TDK 2016 eq. (3.5): where the robot expects it now, in its own frame",
     });
   }
@@ -80,11 +80,12 @@ function matched(wall: number, inspection: Inspection | null): Formula[] {
     return row(op("("), table, op(")"));
   };
   const { deltaAlpha, deltaR, sigmaAlpha, sigmaR, covariance, d2 } = own;
-  const v = (): Element => matrix([deltaAlpha], [deltaR]);
-  const z = matrix([sigmaAlpha ** 2, covariance], [covariance, sigmaR ** 2]);
   return [{
     general: formula(row(sup(id("d"), "2"), equals(), sup(id("v"), "T"), sup(id("Z"), "−1"), id("v"), op("≤"), sup(id("g"), "2"))),
-    numbers: formula(row(sup(v(), "T"), sup(z, "−1"), v(), equals(), number(d2), op(d2 <= inspection.gate ? "≤" : ">"), number(inspection.gate))),
+    numbers: [
+      formula(row(id("v"), equals(), matrix([deltaAlpha], [deltaR]), op(","), id("Z"), equals(), matrix([sigmaAlpha ** 2, covariance], [covariance, sigmaR ** 2]))),
+      formula(row(sup(id("d"), "2"), equals(), number(d2), op(d2 <= inspection.gate ? "≤" : ">"), number(inspection.gate))),
+    ],
     source: "TDK 2016 eq. (3.10), (3.12), (3.13): the innovation v (rad, m) of the last scan, and its covariance Z",
   }];
 }
@@ -94,10 +95,11 @@ function association(wall: number, inspection: Inspection | null): TemplateResul
   if (!inspection) return html``;
   const own = inspection.sightings.filter((s) => s.wall === wall);
   const rivals = inspection.sightings.filter((s) => s.wall !== wall && s.candidates.some((c) => c.wall === wall));
-  if (own.length + rivals.length === 0) return html`<h3>The last scan</h3><p data-testid="line-match">It is not in the last scan, nor near any line of it.</p>`;
+  if (own.length + rivals.length === 0) return html`<h3>The last scan</h3><p data-testid="line-unseen">It is not in the last scan, nor near any line of it.</p>`;
   return html`<h3>The last scan</h3>
-    ${[...own, ...rivals].map((sighting) => html`<p data-testid="line-match">${sighting.wall === wall ? "A line was" : "Another line, compared with it, was"} ${DECISION_WORDS[sighting.decision]}${sighting.wall !== null && sighting.wall !== wall ? `, wall ${sighting.wall}` : ""}: ${candidates(sighting)}.</p>`)}
-    ${own.map(flips)}`;
+    ${own.map((sighting) => html`<p data-testid="line-match">A line was ${DECISION_WORDS[sighting.decision]}: ${candidates(sighting)}.</p>${flips(sighting)}`)}
+    ${rivals.map((sighting) => html`<p data-testid="line-rival">Another line was compared with it and ${DECISION_WORDS[sighting.decision]}${sighting.decision === "matched" ? ` as wall ${sighting.wall}` : ""}: ${candidates(sighting)}.</p>`)}
+    ${own.some(({ decision }) => decision === "matched") ? html`<p class="muted">Each by itself, all else the same. The lines of a scan are matched together, so the others may hold this one where it alone would flip (Neira & Tardós 2001).</p>` : nothing}`;
 }
 
 function candidates({ candidates: all }: Sighting): string {
@@ -117,8 +119,6 @@ function flips({ flips: rows, decision }: Sighting): TemplateResult {
     const by = axis === 0 ? angle(shift, 2) : metres(shift);
     return html`<li><b class="num">${words} ${by}</b>: ${Number.isNaN(rival) ? "it would leave the gate" : `wall ${rival} would explain it as well`}</li>`;
   }));
-  return html`<h3>What would flip this match</h3>
-    <p>If the line of the last scan had been seen</p><ul data-testid="flips">${told}</ul>
-    <p class="muted">Each by itself, all else the same. All lines of a scan are matched together, so that the others may hold it (Neira & Tardós 2001).</p>`;
+  return html`<h4>What would flip this match: had the line been seen</h4><ul data-testid="flips">${told}</ul>`;
 }
 

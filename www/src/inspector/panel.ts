@@ -47,6 +47,7 @@ export class SlamInspector extends SlamElement {
       .fate { display: block; font-size: 12.5px; font-weight: 500; color: var(--muted); }
       header .icon { flex: none; }
       h3 { margin: 12px 0 4px; font: 600 13px/1.3 var(--sans); }
+      h4 { margin: 0 0 2px; font: 500 13px/1.4 var(--sans); }
       ul { margin: 0 0 8px; padding-left: 18px; font-size: 13px; line-height: 1.5; }
       .formula { margin: 10px 0 0; padding: 8px 10px; border-radius: 10px; background: var(--sunk); overflow-x: auto; }
       .formula math { font-size: 15px; margin: 0 0 8px; }

@@ -9,7 +9,7 @@ import { seen } from "../ui/tears.js";
 import { cell } from "./cell.js";
 import { ring, segment } from "./outlines.js";
 import { GONE, type Known, type Told } from "./told.js";
-import { added, angle, metres, number, place } from "./words.js";
+import { angle, lineEquation, metres, number, place } from "./words.js";
 
 const TORN: Readonly<Record<TearName, string>> = {
   doubled: "The same walls stand twice",
@@ -104,7 +104,7 @@ export function truth(index: number, { scene: { truth: walls, materials } }: Kno
     ],
     formulas: [{
       general: formula(row(id("x"), fn("cos"), id("α"), op("+"), id("y"), fn("sin"), id("α"), equals(), id("r"))),
-      numbers: formula(row(id("x"), op("·"), number(Math.cos(alpha)), added(Math.sin(alpha)), op("·"), id("y"), equals(), number(r))),
+      numbers: lineEquation(alpha, r),
       source: `TDK 2016 § 3.2: the line by its normal, ${fixed(degrees(alpha), 1)}°, m`,
     }],
     outline: segment(x1, y1, x2, y2),

@@ -17,7 +17,7 @@ export interface Formula {
   /** As its source has it. */
   readonly general: Element;
   /** With the numbers of this thing. */
-  readonly numbers: Element;
+  readonly numbers: Element | readonly Element[];
   /** The paper, and the number of the equation in it. */
   readonly source: string;
 }

@@ -1,7 +1,7 @@
 // Numbers as the inspector writes them, in sentences and in formulas.
 
 import { degrees } from "../angle.js";
-import { id, op, row } from "../registration/formula.js";
+import { equals, formula, id, op, row } from "../registration/formula.js";
 import { fixed, length } from "../ui/format.js";
 
 export function metres(value: number): string {
@@ -38,6 +38,14 @@ function numeral(text: string): Element {
 
 /** The same with its sign before it, as it follows another. */
 export function added(value: number, digits = 3): Element {
-  return row(op(value < 0 ? "−" : "+"), number(Math.abs(value), digits));
+  const sign = op(value < 0 ? "−" : "+");
+  // At the beginning of its row it would be taken for the sign of a number.
+  sign.setAttribute("form", "infix");
+  return row(sign, number(Math.abs(value), digits));
+}
+
+/** x cos α + y sin α = r, with its numbers. */
+export function lineEquation(alpha: number, r: number): Element {
+  return formula(row(number(Math.cos(alpha)), op("·"), id("x"), added(Math.sin(alpha)), op("·"), id("y"), equals(), number(r)));
 }
 
