@@ -1,9 +1,9 @@
-// Bundles the page into dist/: main.js; registration.js, editor.js and inspector.js, loaded when the
-// lab or the world editor is opened, or something is inspected, and files.js when a file of others is; the workers;
-// offline_worker.js, which keeps all of it for when there is no server (without --watch);
-// style.css, fonts, icons, the wasm modules and index.html. `node build.mjs` once;
-// `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run
-// makes it).
+// Bundles the page into dist/: main.js; registration.js, editor.js and inspector.js, which are
+// loaded when the lab or the world editor is opened or something is inspected, and files.js when a
+// file of others is; the workers; offline_worker.js, which keeps all of it for when there is no server
+// (without --watch); style.css, fonts, icons, the wasm modules and index.html. `node build.mjs`
+// once; `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask
+// run makes it).
 
 import { createHash } from "node:crypto";
 import { copyFile, cp, mkdir, readdir, readFile, rm, stat } from "node:fs/promises";

@@ -150,8 +150,8 @@ export type Command =
   | { kind: "undo-edit" }
   | { kind: "drawn" };
 
-/** What a run says of what somebody points at, at a time of the run, s: see CELL, and of a wall what
-    went on in the filter. */
+/** What a run says of what somebody points at, at a time of the run, s: see CELL, and of a wall
+    what went on in the filter. */
 export interface Examined {
   readonly run: number;
   readonly number: number;
