@@ -2,13 +2,16 @@
 //! matched.
 
 use serde::{Deserialize, Serialize};
+use slamlab_core::association::{Flip, FlipOutcome};
 use slamlab_core::estimation::{Considered, Correlations, Decision as CoreDecision, Explanation};
 use slamlab_core::pilot::Stage;
 use slamlab_core::session::Session;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{Decision, Float32Array, Gate, Uint32Array, WebError, typed};
+use crate::border::{
+    Decision, FlipRow, Float32Array, Float64Array, Gate, Uint32Array, WebError, flat, typed,
+};
 use crate::run::WebRun;
 use crate::view::map_from_robot_at_scan;
 
@@ -51,6 +54,9 @@ pub struct Sighting {
     pub wall: Option<u32>,
     /// What it was compared with, the likeliest first.
     pub candidates: Vec<Candidate>,
+    /// What would flip its match, see `FLIP`: at another α, back and forth, then at another r;
+    /// empty of what was not matched.
+    pub flips: Float64Array,
 }
 
 /// A landmark that a line was compared with; see `Considered` of the core.
@@ -65,6 +71,7 @@ pub struct Candidate {
     pub delta_r: f64,
     pub sigma_alpha: f64,
     pub sigma_r: f64,
+    pub covariance: f64,
     pub gate: Gate,
 }
 
@@ -122,6 +129,9 @@ impl Inspection {
                     CoreDecision::Rejected(_) => None,
                 },
                 candidates: explanation.candidates.iter().map(Into::into).collect(),
+                flips: explanation
+                    .flips(association)
+                    .map_or_else(Float64Array::default, |all| flat(all.map(FlipRow::of))),
             })
         };
         Some(Self {
@@ -150,6 +160,20 @@ impl Inspection {
     }
 }
 
+impl FlipRow {
+    /// Not a number where nothing would.
+    fn of(flip: Option<Flip>) -> Self {
+        let wall = |flip: &Flip| match flip.outcome {
+            FlipOutcome::LeavesGate => f64::NAN,
+            FlipOutcome::Ambiguous(wall) | FlipOutcome::TakenOver(wall) => wall as f64,
+        };
+        Self {
+            shift: flip.map_or(f64::NAN, |flip| flip.shift),
+            wall: flip.as_ref().map_or(f64::NAN, wall),
+        }
+    }
+}
+
 impl From<&Considered> for Candidate {
     fn from(c: &Considered) -> Self {
         let ([delta_alpha, delta_r], [sigma_alpha, sigma_r]) = (c.innovation, c.sigmas);
@@ -161,6 +185,7 @@ impl From<&Considered> for Candidate {
             delta_r,
             sigma_alpha,
             sigma_r,
+            covariance: c.covariance,
             gate: (&c.gate).into(),
         }
     }

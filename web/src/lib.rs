@@ -42,6 +42,8 @@ mod driving;
 #[cfg(feature = "run")]
 mod edits;
 #[cfg(feature = "run")]
+mod examine;
+#[cfg(feature = "run")]
 mod export;
 #[cfg(feature = "run")]
 mod field;

@@ -311,6 +311,14 @@ export class Client {
     if (last) this.send({ kind: "undo-removal", submap: last.submap });
   }
 
+  #examinedNumber = 0;
+
+  /** Asks the run what it knows of a place of the map, m, or of a wall there; older questions need
+      no answer any more. */
+  examine(x: number, y: number, wall: boolean): void {
+    this.send({ kind: "examine", number: (this.#examinedNumber += 1), x, y, wall });
+  }
+
   /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
       the ends of a wall. */
   edit(what: EditName, [x0, y0]: readonly [number, number], [x1, y1]: readonly [number, number]): void {
@@ -605,7 +613,7 @@ export class Client {
       if (run !== this.#run) return;
       this.store.set("quality", { quality, judging: null });
       // The places are others now, or say something else.
-      if (this.store.torn) this.store.set("torn", { torn: null });
+      if (this.store.thing?.kind === "torn") this.store.choose([]);
     },
     grade: ({ run, grade }) => {
       if (run !== this.#run) return;
@@ -622,6 +630,9 @@ export class Client {
       this.#note("good", `The preset "${name}" is in use`);
     },
     contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
+    examined: (examined) => {
+      if (examined.run === this.#run && examined.number === this.#examinedNumber) this.store.set("chosen", { examined });
+    },
     bridge: ({ state }) => this.store.set("bridge", { bridge: state }),
     "world-file": ({ world, text }) => this.desk?.open(world, text, []),
     "world-checked": ({ number, fault }) => this.desk?.judge(number, fault),
@@ -655,8 +666,7 @@ export class Client {
       const removedSubmaps = by === -1 ? [...removed, { submap, scans }] : removed.slice(0, -1);
       // Those behind it are numbered anew.
       const renumbered = [...store.hiddenSubmaps].filter((hidden) => by === 1 || hidden !== submap).map((hidden) => (hidden > submap || (by === 1 && hidden === submap) ? hidden + by : hidden));
-      store.set("closure", { closure: null });
-      store.set("join", { join: null });
+      store.choose([]);
       store.set("submaps", { removedSubmaps, hiddenSubmaps: new Set(renumbered), chosenSubmap: by === 1 ? submap : null });
     },
     "solved-graph": (solvedGraph) => {

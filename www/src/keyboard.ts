@@ -3,6 +3,8 @@
 export interface KeyActions {
   drive(forward: number, turn: number): void;
   stop(): void;
+  /** Esc leaves what is open: whether it was for that alone, and stops nothing. */
+  escape(): boolean;
   /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts
       once. */
   steers(): boolean;
@@ -36,6 +38,7 @@ export function startKeyboard(actions: KeyActions): void {
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || actions.busy()) return;
     if (event.key === "Escape") {
+      if (actions.escape()) return;
       release();
       actions.stop();
       return;

@@ -21,8 +21,6 @@ import "./ui/calibration.js";
 import "./ui/consistency.js";
 import "./ui/correlations.js";
 import "./ui/agreement.js";
-import "./ui/closure.js";
-import "./ui/join.js";
 import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
@@ -49,7 +47,6 @@ import "./ui/pose_graph.js";
 import "./ui/quality.js";
 import "./ui/refinding.js";
 import "./ui/renewal.js";
-import "./ui/torn.js";
 import "./ui/rooms.js";
 import "./ui/saved_map.js";
 import "./ui/settings.js";
@@ -161,6 +158,19 @@ function hideLab(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
+/** What was chosen on the map is told by the inspector, whose code comes the first time. */
+let inspector: Promise<unknown> | null = null;
+store.on("chosen", () => {
+  document.body.toggleAttribute("data-inspected", store.chosen !== null);
+  if (!store.chosen) return;
+  inspector ??= import(new URL("inspector.js", import.meta.url).href).then(() => {
+    document.querySelector("#inspector")?.append(Object.assign(document.createElement("slam-inspector"), { store, scene, client }));
+  }).catch(() => {
+    inspector = null;
+    store.set("toast", { toast: { level: "warn", text: "The inspector could not be loaded. Is the server still there?" } });
+  });
+});
+
 /** The world editor, the same way. The run waits behind it. */
 let editor: SlamEditor | null = null;
 let goesOn = false;
@@ -221,6 +231,13 @@ startKeyboard({
   ...byHand,
   busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
   steers: () => store.source !== "replay",
+  escape: () => {
+    if (store.inspecting) map.toggleInspecting();
+    else if (store.chosen) store.choose([]);
+    else return false;
+    // What is real is stopped by any Esc.
+    return store.source !== "bridge";
+  },
   once: {
     p: () => client.send({ kind: store.playing ? "pause" : "play" }),
     n: () => client.send({ kind: "step" }),
@@ -238,6 +255,10 @@ startKeyboard({
     0: () => map.fit(),
     f: () => map.toggleFollow(),
     e: () => map.toggleEditing(),
+    i: () => {
+      map.toggleInspecting();
+      if (store.inspecting) dispatchEvent(new Event("focus-map"));
+    },
     r: () => client.again(),
     m: () => client.send({ kind: "save", what: "map" }),
     // Celej's key for it; where there is a robot to steer, only with Shift.
@@ -273,7 +294,7 @@ async function saveDrawing(): Promise<void> {
   download(new Blob([context.getSerializedSvg()], { type: "image/svg+xml" }), `${fileName(store.title)}-view.svg`);
 }
 
-const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "closure", "moved", "quality", "seq", "loadedMaps", "log", "grade", "offline", "renewal"] as const;
+const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "thing", "moved", "quality", "seq", "loadedMaps", "log", "grade", "offline", "renewal"] as const;
 /** The latest figures, for tests and the console. */
 const figures = {
   get fit() { return store.fit.fit; },

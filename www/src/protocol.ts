@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -81,6 +81,9 @@ export type Command =
   | { kind: "stage" }
   /** All settings that differ from their defaults, of every source: those that act at once do. */
   | { kind: "configure"; settings: SettingValues }
+  /** Asks what is known of a cell of the grid, map frame, m; with `wall` also why lines were
+      matched. It is answered by `examined`, with the same number. */
+  | { kind: "examine"; number: number; x: number; y: number; wall: boolean }
   /** Asks for all settings of this run, with these changes. */
   | { kind: "settings"; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
@@ -147,6 +150,16 @@ export type Command =
   | { kind: "undo-edit" }
   | { kind: "drawn" };
 
+/** What a run says of what somebody points at, at a time of the run, s: see CELL, and of a wall
+    what went on in the filter. */
+export interface Examined {
+  readonly run: number;
+  readonly number: number;
+  readonly time: number;
+  readonly cell: Float64Array;
+  readonly inspection: Inspection | null;
+}
+
 /** What is done about each kind of message. */
 export type Handlers<Message extends { kind: string }> = { readonly [Kind in Message["kind"]]: (message: Extract<Message, { kind: Kind }>) => void };
 
@@ -208,6 +221,7 @@ export type Answer =
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }
   | { kind: "saved"; files: SavedFile[] }
+  | ({ kind: "examined" } & Examined)
   | { kind: "bench"; response: BenchResponse }
   | { kind: "settings"; settings: SettingInfo[] }
   /** A run that does again what was done before has come to where the settings were changed. */

@@ -1,13 +1,15 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type Grade, type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, type Tear, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type Grade, type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
+import type { Examined } from "./protocol.js";
 import type { BridgeState } from "./protocol/devices.js";
 import type { Offer, SettingInfo } from "./protocol/module.js";
 import type { Frame, Status } from "./protocol/frame.js";
-import type { ClosureName } from "./view/layers/closures.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
+import type { Outline } from "./view/layers/layer.js";
+import type { Thing } from "./view/things.js";
 import type { GridView } from "./view/tiles.js";
 import type { Host } from "./bridge_address.js";
 import type { GamepadState } from "./gamepad.js";
@@ -24,7 +26,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "closure" | "join" | "moved" | "quality" | "torn" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad";
 
 export interface LogEntry {
   time: number;
@@ -169,10 +171,14 @@ export class Store {
   /** The number of each of them, from 1; it stays while the map grows. */
   roomNumbers: readonly number[] = [];
   roomSpot: readonly [number, number] | null = null;
-  /** The loop closure that was chosen on the map. */
-  closure: ClosureName | null = null;
-  /** The join of the pose graph that was chosen on the map, by its later submap. */
-  join: number | null = null;
+  /** Whether a click on the map asks what is there, and does nothing else. */
+  inspecting = false;
+  /** What lies where somebody pointed at the map, and which of it is told. */
+  chosen: { readonly things: readonly Thing[]; readonly at: number } | null = null;
+  /** What the run says of it, once it has answered. */
+  examined: Examined | null = null;
+  /** Its outline on the map, m. */
+  outline: Outline = [];
   /** Submaps that are not drawn, the one that was chosen in their list, and those that can be put
       back, the last one last. */
   hiddenSubmaps: ReadonlySet<number> = new Set();
@@ -192,8 +198,6 @@ export class Store {
   grade: Grade | null = null;
   /** The part that is done where the map is being judged, 0 to 1. */
   judging: number | null = null;
-  /** The place where it is torn that was chosen on the map. */
-  torn: Tear | null = null;
   /** The step of a first visit; null outside of one. */
   tour: TourStep | null = null;
   /** The experiment of the gallery that is shown. */
@@ -229,7 +233,7 @@ export class Store {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
       hiddenSubmaps: new Set(), chosenSubmap: null, removedSubmaps: [],
       loadedMaps: this.loadedMaps.map((map) => ({ ...map, alignment: null, error: "", isAligning: false })),
-      rooms: null, roomSpot: null, closure: null, join: null, moved: 0, quality: null, judging: null, grade: null, torn: null, log: [], status: null, hash: "", toast: null,
+      rooms: null, roomSpot: null, chosen: null, examined: null, outline: [], moved: 0, quality: null, judging: null, grade: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
     // A recording that is mapped again with what was fitted to it keeps the table.
@@ -241,7 +245,7 @@ export class Store {
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
     this.started = { ...(setup ?? this.setup) };
     this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, loading: "" });
-    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "closure", "join", "moved", "quality", "torn", "submaps", "lesson"] as const) this.notify(topic);
+    for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "chosen", "moved", "quality", "submaps", "lesson"] as const) this.notify(topic);
   }
 
   take(frame: Frame): void {
@@ -263,6 +267,17 @@ export class Store {
       this.#notifiedAt = now;
       this.notify("frame");
     }
+  }
+
+  /** What of the map is told, if anything is. */
+  get thing(): Thing | null {
+    return this.chosen?.things[this.chosen.at] ?? null;
+  }
+
+  /** Tells of what was pointed at; nothing more where there is nothing. */
+  choose(things: readonly Thing[], at = 0): void {
+    if (things.length === 0 && !this.chosen) return;
+    this.set("chosen", { chosen: things.length > 0 ? { things, at } : null, examined: null, outline: [] });
   }
 
   /** Shows and hides layers; others stay as they are. */

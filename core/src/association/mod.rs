@@ -1,6 +1,7 @@
 //! Which line seen now is which line seen before; which point is which.
 
 mod assignment;
+mod flip;
 mod gate;
 mod joint;
 mod jpda;
@@ -9,6 +10,7 @@ mod points;
 mod refinding;
 
 pub use assignment::assign;
+pub use flip::{Compared, Flip, FlipOutcome, flips};
 pub use gate::{ExpectedLine, Innovation, OrientedLine, gap};
 pub use joint::{JointSearch, Paired, Pairing, chi2_survival};
 pub use jpda::{Options, joint_probabilities};

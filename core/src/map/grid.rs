@@ -28,6 +28,7 @@ mod config;
 mod directory;
 mod edited;
 mod extent;
+mod figures;
 mod free_cells;
 #[cfg(test)]
 mod free_cells_tests;
@@ -50,6 +51,7 @@ use crate::points::Points;
 
 pub(crate) use self::canvas::Canvas;
 pub use self::config::{GridConfig, GridError};
+pub use self::figures::CellFigures;
 pub use self::free_cells::FreeCells;
 pub use self::states::without_stripes;
 

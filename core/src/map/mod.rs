@@ -24,7 +24,7 @@ pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};
 pub use field::{Field, FieldBlocks};
 pub(crate) use grid::Canvas;
-pub use grid::{BLOCK_CELLS, FreeCells, Grid, GridConfig, GridError, without_stripes};
+pub use grid::{BLOCK_CELLS, CellFigures, FreeCells, Grid, GridConfig, GridError, without_stripes};
 pub use layers::{Layer, Layers};
 pub use likelihood::LikelihoodPyramid;
 pub(crate) use line::CellLine;

@@ -38,6 +38,17 @@ rows! {
     "LINE": LineRow of f64 {
         alpha, r, var_alpha, cov_alpha_r, var_r, x1, y1, x2, y2, matched, confirmed, id,
     }
+    /// A cell of the grid: column and row, its side (m), log-odds and probability of an obstacle,
+    /// what is believed of it (-1 free, 0 unknown, 1 occupied), log-odds by the sensor and by the
+    /// sonars alone (NaN without), what a hit and a miss add to them, how far they may go, and the
+    /// probability after one more hit and after one more miss.
+    "CELL": CellRow of f64 {
+        col, row, resolution, log_odds, probability, state, of_sensor, of_sonars, hit, miss, limit, after_hit,
+        after_miss,
+    }
+    /// What would flip a match: by how much the sighting would have to lie elsewhere (rad or m),
+    /// and the wall that explains it as well then, NaN where it only leaves its gate.
+    "FLIP": FlipRow of f64 { shift, wall }
     /// A point of the trails, m: truth, dead reckoning, estimate, the submap in which the estimate
     /// is known (0 for methods without), and when, s since the first.
     "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap, time }

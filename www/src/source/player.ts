@@ -41,7 +41,8 @@ export class Player {
   before: (() => boolean) | null = null;
   readonly extras = new Extras();
   readonly #pace = new Pace();
-  #number = 0;
+  /** Of the run that is shown. */
+  number = 0;
   #seq = 0;
   #playing = false;
   /** The page has drawn the last frame and can take another. */
@@ -71,14 +72,14 @@ export class Player {
     this.run?.close();
     this.run = run;
     this.extras.reset();
-    this.#number += 1;
+    this.number += 1;
     this.#seq = 0;
     this.#hashAt = -Infinity;
     this.#begunAt = performance.now();
     this.#judgedAt = 0;
     this.#playing = playing;
     const { kind: source, title, method } = run;
-    post({ kind: "started", run: this.#number, source, title, method, setup, playing, isAgain });
+    post({ kind: "started", run: this.number, source, title, method, setup, playing, isAgain });
     this.#rebase();
     this.#pageReady = true;
     this.changed();
@@ -134,14 +135,14 @@ export class Player {
   show(): void {
     const { run } = this;
     if (!run) return;
-    for (const note of run.notes()) post({ kind: "event", run: this.#number, ...note });
+    for (const note of run.notes()) post({ kind: "event", run: this.number, ...note });
     const settings = run.module.take_followed_settings();
-    if (settings) post({ kind: "followed-settings", run: this.#number, settings });
+    if (settings) post({ kind: "followed-settings", run: this.number, settings });
     const now = performance.now();
     if (now - this.#hashAt >= HASH_MILLIS) {
       this.#hashAt = now;
-      post({ kind: "hash", run: this.#number, text: run.module.state_hash() });
-      if (this.#setup?.lesson) post({ kind: "grade", run: this.#number, grade: run.module.grade() ?? null });
+      post({ kind: "hash", run: this.number, text: run.module.state_hash() });
+      if (this.#setup?.lesson) post({ kind: "grade", run: this.number, grade: run.module.grade() ?? null });
     }
     if (!this.#pageReady || !this.#stale) return;
     this.#pageReady = false;
@@ -154,7 +155,7 @@ export class Player {
     const remaining = bare.progress > 0.005 ? (elapsed * (1 - bare.progress)) / bare.progress : NaN;
     const status = { ...bare, realTimeFactor: this.#playing ? this.#pace.factor : NaN, remaining };
     const clock = this.#pace.clock(this.#playing && run.kind !== "bridge");
-    const frame = { kind: "frame", run: this.#number, seq: this.#seq, clock, status, ...change, ...this.extras.of(run, now, this.#playing) } as const;
+    const frame = { kind: "frame", run: this.number, seq: this.#seq, clock, status, ...change, ...this.extras.of(run, now, this.#playing) } as const;
     post(frame, transferables(frame));
   }
 
@@ -165,7 +166,7 @@ export class Player {
     // What is being read or judged comes first.
     if (!run || this.before) return;
     const judgement = run.module.judge();
-    if (!judgement) return post({ kind: "quality", run: this.#number, quality: null });
+    if (!judgement) return post({ kind: "quality", run: this.number, quality: null });
     this.before = () => {
       const isOver = this.run !== run;
       const goesOn = !isOver && this.#judgeOn(run, judgement, isWarned);
@@ -180,13 +181,13 @@ export class Player {
     const begin = performance.now();
     while (judgement.step(run.module)) {
       if (performance.now() - begin < SLICE_MILLIS) continue;
-      post({ kind: "judging", run: this.#number, part: judgement.progress() });
+      post({ kind: "judging", run: this.number, part: judgement.progress() });
       return true;
     }
     const quality = judgement.quality(run.module) ?? null;
-    post({ kind: "quality", run: this.#number, quality });
+    post({ kind: "quality", run: this.number, quality });
     const text = quality && isWarned ? told(quality) : "";
-    if (text !== "") post({ kind: "event", run: this.#number, time: run.time, level: "warn", text, topic: "quality" });
+    if (text !== "") post({ kind: "event", run: this.number, time: run.time, level: "warn", text, topic: "quality" });
     // The run's clock stood still meanwhile.
     this.#rebase();
     return false;

@@ -11,7 +11,7 @@ import type { FileModule } from "./files.js";
 import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "world-file" | "check-world" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "examine" | "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "world-file" | "check-world" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
@@ -27,6 +27,10 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
   };
 
   return {
+    examine: ({ number, x, y, wall }) => {
+      const { run } = player;
+      if (run) post({ kind: "examined", run: player.number, number, time: run.time, cell: run.module.cell(x, y), inspection: wall ? run.module.inspect(false) ?? null : null });
+    },
     settings: ({ settings }) => {
       const { run } = player;
       if (run) post({ kind: "settings", settings: run.module.settings(settings) });

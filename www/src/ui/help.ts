@@ -27,6 +27,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["Shift + arrow keys", "with the map in focus: move the view"],
   ["+ − 0", "zoom in, zoom out, show everything"],
   ["F", "follow the robot"],
+  ["I", "inspect: a click, or Enter at the cross, tells what is there, again what lies under it; Esc ends it"],
   ["E", "change the map by hand: a drag erases or draws, and so do two clicks, or Enter twice with the map in focus (scan matching)"],
   ["R", "start again"],
   ["M, or Shift + A", "save the map; A alone steers to the left, and saves where there is nothing to steer: in a recording"],

@@ -2,20 +2,10 @@
 
 import { css, html, nothing, svg, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
-import type { Candidate, Gate, Inspection, Sighting, Decision } from "../protocol/module.js";
+import type { Candidate, Decision, Gate, Inspection, Sighting } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
-
-const DECISION_WORDS: Readonly<Record<Decision, string>> = {
-  matched: "recognised",
-  added: "a new wall",
-  ambiguous: "dropped: two walls explain it nearly as well",
-  "outside-gate": "dropped: too far for a match, too near for a new wall",
-  taken: "dropped: its wall was already seen in this scan",
-  "on-a-wall": "dropped: it lies on a wall that the scan shows too",
-  seam: "dropped: it lies across the seam of the sweep",
-  singular: "dropped: its innovation has no proper covariance",
-};
+import { DECISION_WORDS } from "./match_words.js";
 
 const GATE_WORDS: Readonly<Record<Gate, string>> = {
   match: "inside the gate",

@@ -2,6 +2,7 @@
 
 import type { Box, Camera } from "./camera.js";
 import type { LayerName } from "./scene.js";
+import * as chosen from "./layers/chosen.js";
 import * as closures from "./layers/closures.js";
 import * as compared from "./layers/compared.js";
 import * as contest from "./layers/contest.js";
@@ -117,6 +118,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
   paint(brush, contest.draw);
   paint(brush, edits.draw);
   paint(brush, spot.draw);
+  paint(brush, chosen.draw);
 }
 
 /** What stands on the newest submap, and glides with it. */

@@ -10,7 +10,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
-import { DOOR, DOOR_STRIDE, type Tear } from "../protocol/module.js";
+import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
@@ -19,15 +19,13 @@ import { drawGround, drawOverlays, drawRecord } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
-import { type ClosureName, closureAt } from "./layers/closures.js";
-import { joinAt } from "./layers/graph.js";
 import type { Brush } from "./layers/layer.js";
 import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
-import { MARK, tearAt } from "./layers/torn.js";
 import { type Palette, readPalette } from "./palette.js";
 import { Sheet } from "./sheet.js";
+import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
 
@@ -37,8 +35,6 @@ const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
-/** Pixels within which a click finds a loop closure; a finger is wider than a pointer. */
-const REACH = matchMedia("(pointer: coarse)").matches ? 18 : 9;
 /** Pixels of free height from which on a phone has room for the scale. */
 const LEAST_SCALED = 140;
 
@@ -62,6 +58,7 @@ export class SlamMap extends SlamElement {
     #pad.wall, #pad.door { cursor: pointer; }
     #pad:active { cursor: grabbing; }
     #pad.draws, #pad.draws:active { cursor: crosshair; }
+    #pad.inspects { cursor: help; }
     #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
     #pad:focus-visible ~ #cross { display: block; }
     #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
@@ -120,8 +117,8 @@ export class SlamMap extends SlamElement {
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
-    for (const topic of ["rooms", "spot", "inspection", "closure", "quality", "torn", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
-    for (const topic of ["tab", "tour", "exhibit", "lesson", "last"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
+    for (const topic of ["rooms", "spot", "inspection", "chosen", "quality", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
+    for (const topic of ["tab", "tour", "exhibit", "lesson", "last", "chosen"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
     // The strip of the cycle takes room from the map of a phone.
     this.store.on("run", () => {
       if (this.#draft && !this.store.editing) this.#setDraft(null);
@@ -154,19 +151,23 @@ export class SlamMap extends SlamElement {
         this.#light(null);
       },
     });
-    new ResizeObserver(() => this.#resize()).observe(this);
+    const resized = new ResizeObserver(() => this.#resize());
+    resized.observe(this);
+    // What is told there comes later than what it tells of.
+    const inspector = document.querySelector("#inspector");
+    if (inspector) resized.observe(inspector);
     this.#resize();
   }
 
   override render(): TemplateResult {
-    const { follow, source, editing, method } = this.store;
+    const { follow, source, editing, inspecting, method } = this.store;
     return html`
       <canvas id="ground"></canvas>
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${editing ? "draws" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, or sets start or goal there while the planners are compared."
+        id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -175,6 +176,7 @@ export class SlamMap extends SlamElement {
         <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
         <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
+        <button class="icon" data-testid="inspect" title="Inspect: click anything for its numbers (I)" aria-label="Inspect" aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
         ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title="Change the map by hand (E)" aria-label="Change the map by hand" aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
       </div>
       <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
@@ -211,7 +213,7 @@ export class SlamMap extends SlamElement {
 
   /** From here on the map is changed by what is drawn on it, or no longer. */
   toggleEditing(): void {
-    if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase" });
+    if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase", inspecting: false });
   }
 
   /** A new run: forget the old picture at once, and the view, if it is not to stay. */
@@ -237,9 +239,10 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** A torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a
+  /** While things are inspected: what lies there, and at the next click at the same place what lies
+      under it. Else: a torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a
       room, where rooms are shown; else a goal for the robot. */
-  #choose(x: number, y: number): void {
+  #choose(x: number, y: number, isByKey = false): void {
     if (this.store.editing) {
       // Two taps draw too, and so does Enter at the cross.
       const from = this.#draft?.from;
@@ -247,22 +250,47 @@ export class SlamMap extends SlamElement {
       if (from) this.#endDraft(true);
       return;
     }
+    if (this.store.inspecting && !this.store.aiming) {
+      this.#inspect(x, y, isByKey ? KEY_REACH : REACH);
+      return;
+    }
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
-    const torn = this.#tearAt(x, y);
-    if (torn || this.store.torn) this.store.set("torn", { torn });
-    // Marks lie over all else.
-    const closure = torn ? null : this.#closureAt(x, y);
-    if (closure || this.store.closure) this.store.set("closure", { closure });
-    const join = torn || closure ? null : this.#joinAt(x, y);
-    if (join !== null || this.store.join !== null) this.store.set("join", { join });
-    if (torn) return;
+    const mark = markAt(this.#sight, x, y);
+    this.store.choose(mark ? [mark] : []);
+    if (mark?.kind === "torn") return;
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
-    else if (closure || join !== null) return;
+    else if (mark) return;
     else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
+  }
+
+  get #sight(): Sight {
+    return { store: this.store, scene: this.scene, px: (pixels) => this.camera.px(pixels) };
+  }
+
+  /** Where it was inspected last. */
+  #inspected: readonly [number, number] = [NaN, NaN];
+
+  #inspect(x: number, y: number, reach: number): void {
+    const { store } = this;
+    const [lastX, lastY] = this.#inspected;
+    const isThere = Math.hypot(x - lastX, y - lastY) < this.camera.px(reach);
+    if (isThere && store.chosen && store.chosen.things.length > 1) return store.choose(store.chosen.things, (store.chosen.at + 1) % store.chosen.things.length);
+    this.#inspected = [x, y];
+    store.choose(thingsAt(this.#sight, x, y, reach));
+  }
+
+  /** From here on a click asks what is there, or no longer; begins with the robot and what is near
+      it. */
+  toggleInspecting(): void {
+    const { store, scene: { status } } = this;
+    const inspecting = !store.inspecting;
+    store.set("run", { inspecting, editing: null, aiming: false });
+    store.choose(inspecting && status ? thingsAt(this.#sight, status.x, status.y, KEY_REACH) : []);
+    this.#inspected = inspecting && status ? [status.x, status.y] : [NaN, NaN];
   }
 
   /** Where a change of the map begins that is being drawn, and where it would end. */
@@ -289,7 +317,7 @@ export class SlamMap extends SlamElement {
       this.#release();
       this.camera.panBy(...pan);
     } else if (event.key === "Enter") {
-      this.#choose(this.camera.x, this.camera.y);
+      this.#choose(this.camera.x, this.camera.y, true);
     } else {
       return;
     }
@@ -306,24 +334,20 @@ export class SlamMap extends SlamElement {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     const room = this.#roomAt(x, y);
-    const torn = this.#tearAt(x, y);
-    const closure = torn ? null : this.#closureAt(x, y);
-    const join = torn || closure ? null : this.#joinAt(x, y);
+    const mark = markAt(this.#sight, x, y);
     const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
     const tiles = this.#tiles();
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
     const more = [
       value === 0 ? "" : ` · ${fieldWords(this.store.gridView, value, this.scene.field.step)}`,
       wall === null ? "" : ` · wall ${wall}`,
-      door === null ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
+      door === null || this.store.inspecting ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
       room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
-      closure === null ? "" : ` · closure ${closure[0]}–${closure[1]}`,
-      join === null ? "" : ` · join ${join - 1}–${join}`,
-      torn === null ? "" : ` · ${tearWords(torn)}, click to see more`,
+      mark === null ? "" : ` · ${markWords(mark)}`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
     readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
-    this.#element("pad").classList.toggle("door", door !== null || closure !== null || join !== null || torn !== null);
+    this.#element("pad").classList.toggle("door", door !== null || mark !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
   }
@@ -350,26 +374,6 @@ export class SlamMap extends SlamElement {
     return layers.truth && !aiming && tab !== "paths" ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
   }
 
-  /** The loop closure under a map point, while they are shown and nothing else is being chosen. */
-  #closureAt(x: number, y: number): ClosureName | null {
-    const { layers, aiming, tab } = this.store;
-    return layers.closures && !aiming && tab !== "paths" ? closureAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
-  }
-
-  /** The join of the pose graph under a map point, by its later submap, while they are shown and
-      nothing else is being chosen. */
-  #joinAt(x: number, y: number): number | null {
-    const { layers, aiming, tab } = this.store;
-    return layers.graph && !aiming && tab !== "paths" ? joinAt(this.scene.submaps, x, y, this.camera.px(REACH)) : null;
-  }
-
-  /** The torn place under a map point, while they are shown and nothing else is being chosen. */
-  #tearAt(x: number, y: number): Tear | null {
-    const { layers, aiming, tab, quality } = this.store;
-    const reach = this.camera.px(Math.max(MARK, REACH));
-    return layers.torn && !aiming && tab !== "paths" ? tearAt(quality?.tears ?? [], x, y, reach) : null;
-  }
-
   #isOpen(door: number): boolean {
     return this.scene.doors[door * DOOR_STRIDE + DOOR.ordered] === 1;
   }
@@ -389,8 +393,9 @@ export class SlamMap extends SlamElement {
     // What is told covers the upper part of a phone, and stands beside the map where there is room
     // for both. During the tour there is no legend.
     const isTold = this.store.tour !== null || this.store.exhibit !== null || currentLesson(this.store) !== null || this.store.lastRun !== null;
-    const card = isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
-    const legend = matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
+    const inspector = document.querySelector("#inspector")?.getBoundingClientRect();
+    const card = Math.max(inspector?.height ?? 0, isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0);
+    const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
     this.camera.inset = phone
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
@@ -502,9 +507,9 @@ export class SlamMap extends SlamElement {
     const { camera, scene, store } = this;
     return {
       context, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
-      time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, closure: store.closure, join: store.join, compared: store.compared,
+      time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
-      rooms: this.#rooms(), tears: store.quality?.tears ?? [], torn: store.torn, hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
+      rooms: this.#rooms(), tears: store.quality?.tears ?? [], hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
     };
   }
 
@@ -547,6 +552,13 @@ export class SlamMap extends SlamElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
+}
+
+/** A mark of the map in the read-out. */
+function markWords(mark: Thing): string {
+  if (mark.kind === "closure") return `closure ${mark.name[0]}–${mark.name[1]}`;
+  if (mark.kind === "join") return `join ${mark.submap - 1}–${mark.submap}`;
+  return mark.kind === "torn" ? `${tearWords(mark.tear)}, click to see more` : "";
 }
 
 customElements.define("slam-map", SlamMap);

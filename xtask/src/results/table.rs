@@ -242,6 +242,8 @@ fn sizes() -> Result<String> {
         "slamlab_lab_bg.wasm",
         "registration.js",
         "editor.js",
+        "inspector.js",
+        "svg_context.js",
         "registration_worker.js",
     ];
     let mut lines = vec![];

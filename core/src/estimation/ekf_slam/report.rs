@@ -1,6 +1,9 @@
 //! What one scan did to the map, and why: enough for a page to answer "why this match?".
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::LandmarkId;
+use crate::association::{AssociationConfig, Candidate, Compared, Flip, Innovation, flips};
 use crate::geom::Pose2;
 
 /// What one scan did to the map.
@@ -119,8 +122,14 @@ pub struct Considered {
     pub innovation: [f64; 2],
     /// Standard deviations of `innovation`.
     pub sigmas: [f64; 2],
+    /// Covariance of the two.
+    pub covariance: f64,
     /// What the gates say.
     pub gate: Gate,
+    /// Whether it was no part of this wall by where along it the sighting lies.
+    pub is_beyond: bool,
+    /// Whether it had been seen often enough to be a wall.
+    pub is_confirmed: bool,
 }
 
 /// Inside which gate a candidate lies.
@@ -199,6 +208,44 @@ impl UpdateReport {
     }
 }
 
+impl Explanation<'_> {
+    /// What would flip this match if the sighting lay elsewhere in its first number alone, back and
+    /// forth, and in its second; nothing of what was not matched. Outcomes name landmarks.
+    #[must_use]
+    pub fn flips(&self, config: &AssociationConfig) -> Option<[Option<Flip>; 4]> {
+        let Decision::Matched(id) = self.decision else {
+            return None;
+        };
+        let (own, others): (Vec<Compared>, Vec<Compared>) = (self.candidates.iter())
+            .filter_map(Considered::compared)
+            .partition(|each| each.candidate.index == id.0 as usize);
+        let matched = own.first()?;
+        let [[a, b], [c, d]] = [0, 1].map(|axis| flips(matched, &others, axis, config));
+        Some([a, b, c, d])
+    }
+}
+
+impl Considered {
+    /// As the rule of association takes it, with the number of the landmark as its index; `None`
+    /// where the covariance of the innovation is not positive definite.
+    fn compared(&self) -> Option<Compared> {
+        let [sigma_a, sigma_b] = self.sigmas;
+        let (c, v) = (self.covariance, Vector2::from(self.innovation));
+        let cov = Matrix2::new(sigma_a * sigma_a, c, c, sigma_b * sigma_b);
+        Some(Compared {
+            candidate: Candidate {
+                index: self.landmark.0 as usize,
+                d2: self.d2,
+                gap: self.gap,
+                is_beyond: self.is_beyond,
+                is_confirmed: self.is_confirmed,
+                expected: (-v).into(),
+            },
+            innovation: Innovation::new(v, cov)?,
+        })
+    }
+}
+
 impl Explained {
     fn iter(&self) -> impl Iterator<Item = Explanation<'_>> {
         self.sightings.iter().map(|concluded| Explanation {
@@ -240,7 +287,10 @@ mod tests {
             gap: -1.0,
             innovation: [0.0; 2],
             sigmas: [1.0; 2],
+            covariance: 0.0,
             gate: Gate::Match,
+            is_beyond: false,
+            is_confirmed: true,
         }
     }
 

@@ -76,7 +76,10 @@ impl EkfSlam {
             gap,
             innovation: innovation.v.into(),
             sigmas: [innovation.cov[(0, 0)].sqrt(), innovation.cov[(1, 1)].sqrt()],
+            covariance: innovation.cov[(0, 1)],
             gate: self.gate(&candidate),
+            is_beyond: candidate.is_beyond,
+            is_confirmed: candidate.is_confirmed,
         };
         Some((candidate, considered))
     }

@@ -21,7 +21,7 @@ const FAINTEST = 0.3;
 const FRESH_WIDTH = 3;
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette: { css }, scene: { submaps }, closure } = brush;
+  const { context, camera, palette: { css }, scene: { submaps }, thing } = brush;
   const lines = linesOf(submaps);
   context.lineCap = "round";
   const add = (row: number): void => {
@@ -36,7 +36,7 @@ export function draw(brush: Brush): void {
   }
   const { rows, part } = submaps.fresh;
   if (part > 0) stroke(brush, { colour: css.accepted, width: 1.8 + FRESH_WIDTH * part, alpha: part }, () => rows.forEach(add));
-  const row = closure === null ? null : rowOf(submaps, closure);
+  const row = thing?.kind === "closure" ? rowOf(submaps, thing.name) : null;
   if (row === null) return;
   const outcome = submaps.outcomes[row];
   if (!outcome) return;

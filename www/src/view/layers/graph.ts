@@ -5,7 +5,8 @@ import type { Submaps } from "../submaps.js";
 import { addPolyline, type Brush, disc, nearestSegment, stroke } from "./layer.js";
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette: { css }, scene: { submaps }, join } = brush;
+  const { context, camera, palette: { css }, scene: { submaps }, thing } = brush;
+  const join = thing?.kind === "join" ? thing.submap : null;
   const places = Array.from({ length: submaps.count }, (_, i) => submaps.shown(i));
   const chosen = join !== null && join < places.length ? linesOf(submaps).subarray(4 * (join - 1), 4 * join) : null;
   if (chosen) stroke(brush, { colour: css.ink, width: 6, alpha: 0.9 }, () => addPolyline(context, chosen));

@@ -7,7 +7,7 @@ import { type Camera, clamp } from "../camera.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
 import type { Tiles } from "../tiles.js";
-import type { ClosureName } from "./closures.js";
+import type { Thing } from "../things.js";
 
 /** The context draws in map metres, y up. */
 export interface Brush {
@@ -34,10 +34,9 @@ export interface Brush {
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
   /** What other methods made of the same log. */
   readonly compared: readonly Compared[];
-  /** The loop closure that was chosen. */
-  readonly closure: ClosureName | null;
-  /** The join of the pose graph that was chosen, by its later submap. */
-  readonly join: number | null;
+  /** What was chosen, and its outline. */
+  readonly thing: Thing | null;
+  readonly outline: Outline;
   /** Submaps that are not drawn, and the one that was chosen in their list. */
   readonly hiddenSubmaps: ReadonlySet<number>;
   readonly chosenSubmap: number | null;
@@ -45,12 +44,13 @@ export interface Brush {
   readonly loadedMaps: readonly LoadedMap[];
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
-  /** The one that was chosen. */
-  readonly torn: Tear | null;
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
       closed. */
   readonly sightings: readonly Sighting[];
 }
+
+/** Ways along points of the map, m. */
+export type Outline = readonly (readonly (readonly [number, number])[])[];
 
 /** How a line is drawn: width and dashes in CSS pixels. */
 export interface Pen {

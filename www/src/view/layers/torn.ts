@@ -15,7 +15,8 @@ const BESIDE = RADIUS + 5;
 const LINE = 15;
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette, tears, torn } = brush;
+  const { context, camera, palette, tears, thing } = brush;
+  const torn = thing?.kind === "torn" ? thing.tear : null;
   for (const tear of tears) {
     const { kind, place: [x, y] } = tear;
     const isTorn = kind !== "unproven";
@@ -37,7 +38,8 @@ export function draw(brush: Brush): void {
 }
 
 function writeWords(brush: Brush): void {
-  const { context, camera, palette, tears, torn } = brush;
+  const { context, camera, palette, tears, thing } = brush;
+  const torn = thing?.kind === "torn" ? thing.tear : null;
   const weight = (tear: Tear): number => tear === torn ? Infinity : tear.off ?? 0;
   const written: (readonly [number, number, number])[] = [];
   for (const tear of [...tears].sort((a, b) => weight(b) - weight(a))) {

@@ -1,0 +1,160 @@
+// The inspector: whatever is clicked tells its numbers, which are held against the exported map and
+// the walls of the built-in world; by mouse, by touch and by keys; and no click of it drives.
+import { readFile } from 'node:fs/promises';
+import { expect, test } from './fixture.ts';
+import type { Lab } from './lab.ts';
+
+/** `arena` is 5 x 4 m and the robot begins 0.6 m and 0.7 m from two of its walls, along x: so the
+    outer walls are these lines of the map, α in degrees and r in m. */
+const OUTER = [[0, 4.4], [90, 3.3], [180, 0.6], [-90, 0.7]] as const;
+
+interface Inside {
+  thing: { kind: string; id?: number } | null;
+  landmarks: { id: number; kind: string; confidence: number }[];
+  wall(id: number): number[] | null;
+}
+
+const inside = <T>(lab: Lab, read: (inside: Inside) => T): Promise<T> =>
+  lab.page.evaluate((read) => (0, eval)(`(${read})`)((window as unknown as { slamlab: Inside }).slamlab) as T, read.toString());
+
+/** The number that a figure begins with, in m or in its own unit. */
+async function figure(lab: Lab, id: string): Promise<number> {
+  const text = (await lab.at(id).innerText()).replaceAll('−', '-');
+  const [, digits = '', unit = ''] = /^[±+]?(-?[\d.]+)\s*(\S*)/.exec(text) ?? [];
+  return Number(digits) * (unit === 'cm' ? 0.01 : 1);
+}
+
+/** A run in the arena that has seen something, and waits. */
+async function looked(lab: Lab): Promise<void> {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('sensor').selectOption('lidar');
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.scans, 'it has looked around').toBeGreaterThan(12);
+  await lab.pause();
+}
+
+/** Walls of the map by how long their known part is, the longest first. */
+const walls = async (lab: Lab): Promise<{ id: number; ends: number[] }[]> => {
+  const all = await inside(lab, ({ landmarks, wall }) => landmarks.filter((l) => l.kind === 'wall').map(({ id }) => ({ id, ends: wall(id) ?? [] })));
+  const length = ({ ends: [x1 = 0, y1 = 0, x2 = 0, y2 = 0] }: { ends: number[] }): number => Math.hypot(x2 - x1, y2 - y1);
+  return all.sort((a, b) => length(b) - length(a));
+};
+
+test('a cell has the probability that the exported map has', async ({ lab, page }) => {
+  await looked(lab);
+  await lab.show('run');
+  const [download] = await Promise.all([page.waitForEvent('download'), save(lab, 'og-map')]);
+  const [head = '', ...rows] = (await readFile(await download.path(), 'utf8')).trim().split('\n');
+  const [width = 0, height = 0, side = 0, left = 0, low = 0] = head.split(' ').map(Number);
+  const p = rows.map((row) => row.trim().split(/\s+/).map(Number));
+  expect([p.length, p[0]?.length]).toEqual([height, width]);
+  await lab.at('inspect').click();
+  await expect(lab.at('robot-title')).toHaveText('The robot');
+  // A cell that is surely free, the surest wall, and one of which nothing is known.
+  const cells = p.flatMap((row, y) => row.map((value, x) => ({ x: left + (x + 0.5) * side, y: low + (y + 0.5) * side, value })));
+  const away = ({ x, y }: { x: number; y: number }): boolean => Math.hypot(x, y) > 0.5;
+  const sorted = cells.filter(away).sort((a, b) => a.value - b.value);
+  const unknown = sorted.find(({ value }) => value === 0.5);
+  for (const cell of [sorted[0], sorted[Math.floor(sorted.length / 9)], sorted.at(-1), unknown]) {
+    if (!cell) throw new Error('the map has no such cell');
+    await lab.pointAt(cell.x, cell.y, false);
+    for (let more = 0; more < 6 && (await lab.at('cell-title').count()) === 0; more += 1) await lab.at('inspect-next').click();
+    const middle = [cell.x, cell.y].map((at) => at.toFixed(3).replace('-', '−')).join(', ');
+    await expect(lab.at('cell-where')).toHaveText(`${middle} m`);
+    await expect(lab.at('cell-p')).toHaveText(/%$/);
+    expect(await figure(lab, 'cell-p')).toBeCloseTo(100 * cell.value, 0);
+    const odds = Math.log(cell.value / (1 - cell.value));
+    expect(Math.abs((await figure(lab, 'cell-l')) - odds)).toBeLessThan(0.02 + 1e-3 / (cell.value * (1 - cell.value)));
+    await expect(lab.at('cell-fate')).toHaveText(cell.value > 0.65 ? 'Occupied' : cell.value < 0.35 ? 'Free' : 'Unknown');
+    await expect(lab.at('formula').first()).toContainText('Celej');
+  }
+});
+
+test('a wall has the line of the world, and what would flip its match', async ({ lab }) => {
+  await looked(lab);
+  const before = await lab.status();
+  await lab.at('inspect').click();
+  const [longest] = await walls(lab);
+  if (!longest) throw new Error('the map has no wall');
+  await lab.pointAt(...(await lab.wallMiddle(longest.id)), false);
+  await expect(lab.at('line-title')).toHaveText(`Wall ${longest.id}`);
+  const [alpha, r] = [await figure(lab, 'line-alpha'), await figure(lab, 'line-r')];
+  const off = OUTER.map(([a, d]) => [Math.abs(((alpha - a + 540) % 360) - 180), Math.abs(r - d)] as const);
+  const nearest = off.sort((a, b) => a[0] + 50 * a[1] - b[0] - 50 * b[1])[0];
+  expect(nearest?.[0], 'α is that of an outer wall, °').toBeLessThan(2);
+  expect(nearest?.[1], 'and so is r, m').toBeLessThan(0.05);
+  expect(await figure(lab, 'line-sigma-r')).toBeGreaterThan(0);
+  const [id, confidence] = await inside(lab, ({ thing, landmarks }) => [thing?.id, landmarks.find((l) => l.id === thing?.id)?.confidence]);
+  expect(id).toBe(longest.id);
+  await expect(lab.at('line-seen')).toHaveText(confidence === 0 ? 'once' : `${Number(confidence) + 1} times`);
+  // One of the walls is in the last scan, and was recognised in it.
+  const matched = lab.at('line-match').filter({ hasText: 'recognised' });
+  const scanned = matched.or(lab.at('line-unseen')).or(lab.at('line-match')).or(lab.at('line-rival')).first();
+  for (const { id: wall } of await walls(lab)) {
+    await lab.pointAt(...(await lab.wallMiddle(wall)), false);
+    for (let more = 0; more < 6 && (await inside(lab, ({ thing }) => thing))?.kind !== 'line'; more += 1) await lab.at('inspect-next').click();
+    await expect(scanned).toBeVisible();
+    if ((await matched.count()) > 0) break;
+  }
+  await expect(matched.first()).toContainText(/recognised: d² to wall \d+ is [\d.]+/);
+  await expect(lab.at('flips').first().locator('li')).toHaveCount(4);
+  await expect(lab.at('flips').first()).toContainText(/nearer by [\d.]+ c?m: (it would leave the gate|wall \d+ would explain it as well)/);
+  await expect(lab.at('line')).toContainText('TDK 2016 eq. (3.10), (3.12), (3.13)');
+  // Nobody was sent anywhere.
+  await lab.at('play').click();
+  await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(before.time + 0.5);
+  const after = await lab.status();
+  expect([after.mode, after.goalX]).toEqual([before.mode, before.goalX]);
+});
+
+test('the robot by touch: its pose, and the truth only where it is shown', { tag: '@phone-only' }, async ({ lab, page }) => {
+  await looked(lab);
+  await lab.hidePanels();
+  await lab.at('inspect').tap();
+  await expect(lab.at('robot-title')).toHaveText('The robot');
+  await lab.at('robot').getByRole('button', { name: 'Close' }).tap();
+  await expect(lab.at('inspector')).toHaveCount(0);
+  const { x, y, mode, covXx, covYy } = await lab.status();
+  await lab.pointAt(x, y, true);
+  await expect(lab.at('robot-pose')).toHaveText(`${x.toFixed(2).replace('-', '−')}, ${y.toFixed(2).replace('-', '−')} m`);
+  expect(await figure(lab, 'ellipse'), 'no longer than the sum of both').toBeLessThanOrEqual(Math.sqrt(5.991 * (covXx + covYy)) + 1e-3);
+  await expect(lab.at('robot-truth')).toHaveCount(1);
+  expect((await lab.status()).mode, 'a tap asks, and sends nobody').toBe(mode);
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 'nothing stands over').toBeLessThanOrEqual(0);
+  const [card, bar] = [await lab.at('inspector').boundingBox(), await lab.at('play').boundingBox()];
+  expect(card!.y + card!.height, 'time and Stop stay free').toBeLessThanOrEqual(bar!.y + 1);
+  await lab.at('robot').getByRole('button', { name: 'Close' }).tap();
+  await lab.at('inspect').tap();
+  await expect(lab.at('inspect')).toHaveAttribute('aria-pressed', 'false');
+  await expect(lab.at('inspector')).toHaveCount(0);
+});
+
+test('by keys alone: what is near the robot, what lies under it, the cross, and Esc stops nobody', async ({ lab, page }) => {
+  await looked(lab);
+  await lab.at('play').click();
+  await expect.poll(async () => (await lab.status()).mode).toBe('explore');
+  await lab.at('map').focus();
+  await page.keyboard.press('i');
+  await expect(lab.at('inspect')).toHaveAttribute('aria-pressed', 'true');
+  await expect(lab.at('robot-title')).toHaveText('The robot');
+  await expect(lab.at('inspect-step')).toHaveText(/^1 of \d+$/);
+  await lab.at('inspect-next').focus();
+  await page.keyboard.press('Enter');
+  await expect(lab.at('inspect-step')).toHaveText(/^2 of \d+$/);
+  await expect.poll(async () => (await inside(lab, ({ thing }) => thing))?.kind).not.toBe('robot');
+  await lab.at('map').focus();
+  await page.keyboard.press('Enter');
+  await expect(lab.at('inspector')).toBeVisible();
+  await page.keyboard.press('Escape');
+  await expect(lab.at('inspector')).toHaveCount(0);
+  await expect(lab.at('inspect')).toHaveAttribute('aria-pressed', 'false');
+  expect((await lab.status()).mode, 'Esc was for the inspector').toBe('explore');
+  await page.keyboard.press('Escape');
+  await expect.poll(async () => (await lab.status()).mode, 'and then it stops').toBe('manual');
+});
+
+/** Chooses a format to save, and saves. */
+async function save(lab: Lab, format: string): Promise<void> {
+  await lab.at('save-as').selectOption(format);
+}

@@ -1,0 +1,70 @@
+// Constraints of the pose graph: a loop closure with why it was accepted or not, and the join of
+// two submaps that follow each other.
+
+import { degrees } from "../angle.js";
+import { CLOSURE, CLOSURE_STRIDE } from "../protocol/module.js";
+import { equals, formula, id, op, row, sub, sup } from "../registration/formula.js";
+import { chi2Meaning, chi2Words } from "../ui/chi2.js";
+import { type Figures, WHY } from "../ui/closure_words.js";
+import { fixed, percent } from "../ui/format.js";
+import { type ClosureName, rowOf } from "../view/layers/closures.js";
+import { FATE, type Fate } from "../view/submaps.js";
+import { type Formula, GONE, type Known, type Told } from "./told.js";
+import { metres, number } from "./words.js";
+
+const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
+const MATCHED = "Scans of the one are also in the other: the motion between the two was measured by matching.";
+const LOOSE = "The scan that began the later one did not belong to the one before: the motion between the two is known by odometry or speed alone.";
+
+const shift = (metre: number, radian: number): string => `${metres(metre)}, ${fixed(degrees(radian), 1)}°`;
+
+export function closure(name: ClosureName, { scene: { submaps } }: Known): Told {
+  const found = rowOf(submaps, name);
+  const outcome = found === null ? undefined : submaps.outcomes[found];
+  const title = `Submap ${name[1]} in submap ${name[0]}`;
+  if (found === null || !outcome) return { title, words: GONE, figures: [], outline: [] };
+  const f = Object.fromEntries(Object.entries(CLOSURE).map(([each, place]) => [each, submaps.closures[found * CLOSURE_STRIDE + place] ?? NaN])) as unknown as Figures;
+  return {
+    title,
+    fate: FATES[FATE[outcome]],
+    words: WHY[outcome](f),
+    figures: [
+      ["Off by now", shift(f.offShift, f.offTurn), "closure-off", "Between the place that was found and where the two submaps lie now"],
+      ["Residual χ²", chi2Words(f.chi2), "closure-chi2", chi2Meaning],
+      ["Known before to", `±${shift(f.doubtShift, f.doubtTurn)}`, "closure-doubt", "Standard deviation of the place before the two were compared"],
+      ["Overlap", percent(f.overlap), "closure-overlap", "How much of the smaller submap lies on the other"],
+      ["Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same"],
+    ],
+    formulas: [residual(f.chi2)],
+    // Its layer draws it, with where the new one would lie.
+    outline: [],
+  };
+}
+
+/** A join by its later submap. */
+export function join(later: number, { scene: { submaps } }: Known): Told {
+  const title = `Submap ${later - 1} to submap ${later}`;
+  if (later >= submaps.count) return { title, words: GONE, figures: [], outline: [] };
+  const isLoose = submaps.isLoose(later);
+  const at = (name: Parameters<typeof submaps.figure>[1]): number => submaps.figure(later, name);
+  const told = { title, fate: isLoose ? "Loose" : "Matched", words: isLoose ? LOOSE : MATCHED, outline: [] };
+  if (Number.isNaN(at("chi2"))) return { ...told, words: `${told.words} No motion was measured between them: a part of the way is missing.`, figures: [] };
+  return {
+    ...told,
+    figures: [
+      ["Off by now", shift(at("offShift"), at("offTurn")), "join-off", "Between where the motion that was measured has the later submap and where it lies now: loop closures bend the way"],
+      ["Residual χ²", chi2Words(at("chi2")), "join-chi2", chi2Meaning],
+      ["Known to", `±${shift(at("joinShift"), at("joinTurn"))}`, "join-known", "Standard deviation of the motion that was measured"],
+    ],
+    formulas: [residual(at("chi2"))],
+  };
+}
+
+function residual(chi2: number): Formula {
+  const x = (index: string): Element => sup(sub(id("x"), id(index)), "−1");
+  return {
+    general: formula(row(sup(id("χ"), "2"), equals(), sup(id("e"), "T"), id("Ω"), id("e"), op(","), id("e"), equals(), sup(id("z"), "−1"), x("i"), sub(id("x"), id("j")))),
+    numbers: formula(row(sup(id("χ"), "2"), equals(), number(chi2))),
+    source: "Kümmerle et al. 2011, edge of two poses: z the measured motion, Ω its information",
+  };
+}

@@ -1,0 +1,51 @@
+// Numbers as the inspector writes them, in sentences and in formulas.
+
+import { degrees } from "../angle.js";
+import { equals, formula, id, op, row } from "../registration/formula.js";
+import { fixed, length } from "../ui/format.js";
+
+export function metres(value: number): string {
+  const { value: text, unit } = length(Math.abs(value));
+  return unit === "" ? text : `${value < 0 ? "−" : ""}${text} ${unit}`;
+}
+
+export function place(x: number, y: number): string {
+  return `${fixed(x, 2)}, ${fixed(y, 2)} m`;
+}
+
+export function angle(radians: number, digits = 1): string {
+  return `${fixed(degrees(radians), digits)}°`;
+}
+
+/** A number in a formula, to so many digits that count. */
+export function number(value: number, digits = 3): Element {
+  if (!Number.isFinite(value)) return id("–");
+  const size = Math.abs(value);
+  const isPlain = size === 0 || (size >= 1e-3 && size < 1e5);
+  const text = isPlain ? String(Number(size.toPrecision(digits))) : undefined;
+  const [mantissa = "", exponent = ""] = size.toExponential(digits - 1).split("e");
+  const written = text ?? `${Number(mantissa)}·10${[...String(Number(exponent))].map((sign) => RAISED[sign] ?? "").join("")}`;
+  return value < 0 ? row(op("−"), numeral(written)) : numeral(written);
+}
+
+const RAISED: Readonly<Record<string, string>> = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
+function numeral(text: string): Element {
+  const made = document.createElementNS("http://www.w3.org/1998/Math/MathML", "mn");
+  made.append(text);
+  return made;
+}
+
+/** The same with its sign before it, as it follows another. */
+export function added(value: number, digits = 3): Element {
+  const sign = op(value < 0 ? "−" : "+");
+  // At the beginning of its row it would be taken for the sign of a number.
+  sign.setAttribute("form", "infix");
+  return row(sign, number(Math.abs(value), digits));
+}
+
+/** x cos α + y sin α = r, with its numbers. */
+export function lineEquation(alpha: number, r: number): Element {
+  return formula(row(number(Math.cos(alpha)), op("·"), id("x"), added(Math.sin(alpha)), op("·"), id("y"), equals(), number(r)));
+}
+
