@@ -104,8 +104,28 @@ test('a wall has the line of the world, and what would flip its match', async ({
   // Nobody was sent anywhere.
   await lab.at('play').click();
   await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(before.time + 0.5);
-  const after = await lab.status();
-  expect([after.mode, after.goalX]).toEqual([before.mode, before.goalX]);
+  expect((await lab.status()).mode, 'a click that drives would end the exploration').toBe(before.mode);
+});
+
+test('what was pointed at comes out from under the card', async ({ lab, page }) => {
+  await looked(lab);
+  const box = (await lab.at('map').boundingBox())!;
+  await lab.stillCamera();
+  // Who moves the view has it stay; then a place at its left edge, where the card will be.
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.wheel(0, -100);
+  await lab.at('inspect').click();
+  await lab.at('inspector').getByRole('button', { name: 'Close' }).click();
+  await expect(lab.at('inspector')).toHaveCount(0);
+  await lab.stillCamera();
+  const toScreen = (x: number, y: number): Promise<[number, number]> => page.evaluate(([x, y]) => (window as unknown as { slamlab: { toScreen(x: number, y: number): [number, number] } }).slamlab.toScreen(x!, y!), [x, y]);
+  const [zeroX, zeroY] = await toScreen(0, 0);
+  const scale = (await lab.state()).camera.scale;
+  const place = [(300 - zeroX) / scale, (zeroY - 300) / scale] as const;
+  await lab.pointAt(...place, false);
+  await expect(lab.at('inspector')).toBeVisible();
+  const card = (await lab.at('inspector').boundingBox())!;
+  await expect.poll(async () => (await toScreen(...place))[0] + box.x, 'it lies beside the card').toBeGreaterThan(card.x + card.width);
 });
 
 test('the robot by touch: its pose, and the truth only where it is shown', { tag: '@phone-only' }, async ({ lab, page }) => {

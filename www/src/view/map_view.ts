@@ -35,6 +35,8 @@ const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
+/** How far beside the card it comes out, CSS pixels. */
+const UNCOVERED = 40;
 /** Pixels of free height from which on a phone has room for the scale. */
 const LEAST_SCALED = 140;
 
@@ -257,6 +259,7 @@ export class SlamMap extends SlamElement {
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
     const mark = markAt(this.#sight, x, y);
+    this.#inspected = [x, y];
     this.store.choose(mark ? [mark] : []);
     if (mark?.kind === "torn") return;
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
@@ -272,7 +275,7 @@ export class SlamMap extends SlamElement {
   }
 
   /** Where it was inspected last. */
-  #inspected: readonly [number, number] = [NaN, NaN];
+  #inspected: [number, number] = [NaN, NaN];
 
   #inspect(x: number, y: number, reach: number): void {
     const { store } = this;
@@ -397,9 +400,11 @@ export class SlamMap extends SlamElement {
     const card = Math.max(inspector?.height ?? 0, isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0);
     const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
+    const before = this.camera.inset;
     this.camera.inset = phone
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
+    this.#uncover(before);
     for (const id of ["ground", "record", "overlays"]) {
       const canvas = this.#element(id) as HTMLCanvasElement;
       canvas.width = Math.round(clientWidth * ratio);
@@ -411,6 +416,16 @@ export class SlamMap extends SlamElement {
     const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
     cross.style.setProperty("left", `${x}px`);
     cross.style.setProperty("top", `${y}px`);
+  }
+
+  /** What was pointed at comes out from under the card that tells of it, where the view is not
+      fitted anyway. */
+  #uncover(before: Camera["inset"]): void {
+    const { store, camera } = this;
+    const { left, top } = camera.inset;
+    if (!store.chosen || this.#auto || (left <= before.left && top <= before.top)) return;
+    const [x, y] = camera.toScreen(...this.#inspected);
+    if (x < left || y < top) camera.panBy(Math.max(0, left + UNCOVERED - x), Math.max(0, top + UNCOVERED - y));
   }
 
   #tick(now: number): void {
