@@ -78,8 +78,8 @@ names! {
     /// or only where it is known.
     Ground { Truth = "truth", Map = "map", Known = "known" }
     /// What became of a placement of one submap in another, and why: accepted without a search or
-    /// by proof; waiting to be judged, for proof, until it is believed possible, or until it is ahead
-    /// of its rivals; refused; revoked.
+    /// by proof; waiting to be judged, for proof, until it is believed possible, or until it is
+    /// ahead of its rivals; refused; revoked.
     ClosureOutcome {
         KnownBefore = "known-before", Proved = "proved",
         NotJudged = "not-judged", TooLittleProof = "too-little-proof", BeyondBelief = "beyond-belief", Rivals = "rivals", Tears = "tears",

@@ -76,7 +76,8 @@ pub enum Delay {
     NotJudged,
     /// Something fits somewhere by chance, in so wide a window.
     TooLittleProof,
-    /// It is farther from where the way leads than all that is feared of the way: no proof is enough.
+    /// It is farther from where the way leads than all that is feared of the way: no proof is
+    /// enough.
     BeyondBelief,
     /// Another that contradicts it is nearly as well proved.
     Rivals,
