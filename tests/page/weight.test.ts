@@ -6,7 +6,7 @@ import { expect, test } from './fixture.ts';
 /** What issue and specification ask for, bytes. */
 const GOAL = 900_000;
 /** What was reached, and must not be lost again, bytes. Once it is below the goal, that stands. */
-const REACHED = 1_250_000;
+const REACHED = 1_232_000;
 
 const sent = (path: string): number => {
   const file = new URL(`../../www/dist/${path === '/' ? 'index.html' : path.slice(1)}`, import.meta.url);

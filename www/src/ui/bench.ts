@@ -3,12 +3,12 @@
 
 import { css, html, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import type { BenchResponse, BenchTrial } from "../protocol/module.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
-import { SlamPlotted } from "./plotted.js";
+import { type Plotter, SlamPlotted } from "./plotted.js";
 import { tool } from "./style.js";
 
 /** Wished speed as a part of the highest, when the pull comes on, and how long it all takes, s. */
@@ -55,7 +55,7 @@ export class SlamBench extends SlamPlotted {
     </details>`;
   }
 
-  protected override draw(): uPlot[] {
+  protected override draw(make: Plotter): uPlot[] {
     const { bench } = this.store;
     const [speeds, headings] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
     if (!bench || !this.#open || !speeds || !headings) return [];
@@ -63,15 +63,15 @@ export class SlamBench extends SlamPlotted {
     const series = (all: Float64Array, i: number): Float64Array => all.subarray(i * n, (i + 1) * n);
     const inDegrees = (all: Float64Array): Float64Array => all.map(degrees);
     return [
-      this.#plot(speeds, [bench.seconds, ...[2, 3, 0, 1].map((i) => series(bench.speeds, i)), bench.wished], ["odometry", "odometry", "path", "path", "truth"]),
-      this.#plot(headings, [bench.seconds, inDegrees(series(bench.headings, 1)), inDegrees(series(bench.headings, 0))], ["odometry", "path"]),
+      this.#plot(make, speeds, [bench.seconds, ...[2, 3, 0, 1].map((i) => series(bench.speeds, i)), bench.wished], ["odometry", "odometry", "path", "path", "truth"]),
+      this.#plot(make, headings, [bench.seconds, inDegrees(series(bench.headings, 1)), inDegrees(series(bench.headings, 0))], ["odometry", "path"]),
     ];
   }
 
-  #plot(host: HTMLElement, data: uPlot.AlignedData, colours: readonly string[]): uPlot {
+  #plot(make: Plotter, host: HTMLElement, data: uPlot.AlignedData, colours: readonly string[]): uPlot {
     const dashes: Readonly<Record<string, number[]>> = { odometry: [4, 3], truth: [1, 3], path: [] };
     const series = colours.map((colour) => ({ stroke: colourOf(host, `map-${colour}`), width: 1.6, dash: dashes[colour] ?? [], points: { show: false } }));
-    return new uPlot({ ...this.frame(host, "s"), series: [{}, ...series] }, data, host);
+    return new make({ ...this.frame(host, "s"), series: [{}, ...series] }, data, host);
   }
 
   /** Heading at the end, with the controller and without. */

@@ -2,13 +2,13 @@
 // misses, and where it cannot be trusted.
 
 import { css, html, type TemplateResult } from "lit";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import type { Calibration, Pairs } from "../protocol/module.js";
 import { fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
-import { SlamPlotted } from "./plotted.js";
+import { type Plotter, SlamPlotted } from "./plotted.js";
 import { tool } from "./style.js";
 
 export class SlamCalibration extends SlamPlotted {
@@ -57,11 +57,11 @@ export class SlamCalibration extends SlamPlotted {
     </details>`;
   }
 
-  protected override draw(): uPlot[] {
+  protected override draw(make: Plotter): uPlot[] {
     const { fit } = this.store.calibration;
     const [curve, residuals] = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
     if (!fit || !this.#open || !curve || !residuals) return [];
-    return [this.#curve(curve, fit), this.#residuals(residuals, fit)];
+    return [this.#curve(make, curve, fit), this.#residuals(make, residuals, fit)];
   }
 
   #verdict(fit: Calibration): TemplateResult {
@@ -72,22 +72,22 @@ export class SlamCalibration extends SlamPlotted {
   }
 
   /** Curve with its clamped ends, pairs as dots: all on one axis of volts. */
-  #curve(host: HTMLElement, fit: Calibration): uPlot {
+  #curve(make: Plotter, host: HTMLElement, fit: Calibration): uPlot {
     const [low = NaN, high = NaN] = fit.domain;
     const within = (v: number): boolean => v >= low && v <= high;
     const line = (keep: (v: number) => boolean): (number | null)[] => [...fit.curveRanges].map((range, i) => (keep(fit.curveVolts[i] ?? NaN) ? range : null));
     const colour = colourOf(host, "map-estimate");
-    return new uPlot({
+    return new make({
       ...this.frame(host, "V"),
       series: [{}, { stroke: colour, width: 1.6, spanGaps: true, points: { show: false } },
         { stroke: colour, width: 1.4, dash: [3, 3], points: { show: false } },
         { stroke: colourOf(host, "map-truth"), width: 0, paths: () => null, points: { show: true, size: 6, fill: colourOf(host, "map-truth") } }],
-    }, uPlot.join([[fit.curveVolts, line(within), line((v) => !within(v))], [fit.volts, fit.ranges]]), host);
+    }, make.join([[fit.curveVolts, line(within), line((v) => !within(v))], [fit.volts, fit.ranges]]), host);
   }
 
-  #residuals(host: HTMLElement, fit: Calibration): uPlot {
+  #residuals(make: Plotter, host: HTMLElement, fit: Calibration): uPlot {
     const stroke = colourOf(host, "map-truth");
-    return new uPlot({
+    return new make({
       ...this.frame(host, "m"),
       series: [{}, { stroke, width: 1, points: { show: true, size: 6, fill: stroke } }],
     }, [fit.ranges, fit.residuals.map((r) => 1000 * r)], host);

@@ -1,7 +1,7 @@
 // Curves of the run over its time, each with the bound or the band in which it should be.
 
 import { css, type CSSResultGroup, html, nothing, type TemplateResult } from "lit";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import { SAMPLE } from "../protocol/sample.js";
 import { type Column, csvOf } from "../csv.js";
 import type { History } from "../history.js";
@@ -9,7 +9,7 @@ import { download, fileName } from "../save.js";
 import type { Topic } from "../store.js";
 import { icons } from "./icons.js";
 import { colourOf, faint } from "./plot_style.js";
-import { SlamPlotted } from "./plotted.js";
+import { type Plotter, SlamPlotted } from "./plotted.js";
 
 export interface Curve {
   title: string;
@@ -120,12 +120,12 @@ export abstract class SlamCharts extends SlamPlotted {
     this.feed();
   }
 
-  protected override draw(): uPlot[] {
+  protected override draw(make: Plotter): uPlot[] {
     const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
-    return [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(this.curves[i], host, i)] : []);
+    return [...hosts].flatMap((host, i) => this.curves[i] ? [this.#make(make, this.curves[i], host, i)] : []);
   }
 
-  #make(curve: Curve, host: HTMLElement, i: number): uPlot {
+  #make(make: Plotter, curve: Curve, host: HTMLElement, i: number): uPlot {
     const line = colourOf(host, `map-${curve.colour}`);
     this.renderRoot.querySelector<HTMLElement>(`.band-${i}`)?.style.setProperty("--band", line);
     const band = faint(line);
@@ -140,7 +140,7 @@ export abstract class SlamCharts extends SlamPlotted {
       scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, curve.most ?? Math.max(max * 1.1, 1e-6)] } },
       hooks: { setCursor: [() => this.#readout()] },
     };
-    return new uPlot(options, columns(this.history.columns, curve), host);
+    return new make(options, columns(this.history.columns, curve), host);
   }
 
   /** Draws what came, if somebody sees it. */

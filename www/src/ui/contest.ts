@@ -2,14 +2,14 @@
 // tree on the map.
 
 import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { fixed, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
-import { SlamPlotted } from "./plotted.js";
+import { type Plotter, SlamPlotted } from "./plotted.js";
 
 const GROUNDS: readonly { ground: Ground; label: string; simOnly?: boolean }[] = [
   { ground: "truth", label: "True walls", simOnly: true },
@@ -123,11 +123,11 @@ export class SlamContest extends SlamPlotted {
     super.updated();
   }
 
-  protected override draw(): uPlot[] {
+  protected override draw(make: Plotter): uPlot[] {
     const { found } = this.store.contest;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
     if (!found || !host || !Number.isFinite(found.shortest) || this.offsetParent === null) return [];
-    return [curvesOf(found, host, this.frame(host, "s"))];
+    return [curvesOf(make, found, host, this.frame(host, "s"))];
   }
 
   #pick(picking: "start" | "goal"): void {
@@ -137,7 +137,7 @@ export class SlamContest extends SlamPlotted {
 
 /** Each planner's length as a staircase that ends with its time; the one that is watched is
     thick. */
-function curvesOf(found: ContestState, host: HTMLElement, frame: Omit<uPlot.Options, "series">): uPlot {
+function curvesOf(make: Plotter, found: ContestState, host: HTMLElement, frame: Omit<uPlot.Options, "series">): uPlot {
   const steps = found.entrants.map(({ curve, seconds }) => {
     const points = new Map<number, number>();
     for (let i = 0; i + 1 < curve.length; i += 2) points.set(Math.max(curve[i] ?? NaN, 1e-4), curve[i + 1] ?? NaN);
@@ -145,10 +145,10 @@ function curvesOf(found: ContestState, host: HTMLElement, frame: Omit<uPlot.Opti
     if (last !== undefined) points.set(Math.max(seconds, 1e-4), last);
     return points;
   });
-  const data = uPlot.join(steps.map((points) => [[...points.keys()], [...points.values()]]));
-  const stepped = uPlot.paths.stepped?.({ align: 1 });
+  const data = make.join(steps.map((points) => [[...points.keys()], [...points.values()]]));
+  const stepped = make.paths.stepped?.({ align: 1 });
   const [below, beside] = frame.axes ?? [];
-  return new uPlot({
+  return new make({
     ...frame, padding: [8, 18, 0, 0],
     series: [{}, ...steps.map((points, row) => {
       const stroke = colourOf(host, `map-${CONTEST_COLOURS[row] ?? "ink"}`);

@@ -1,15 +1,24 @@
-// A component with plots: how all of them look, and that they follow its width.
+// A component with plots: how all of them look, that they follow its width, and that what plots
+// comes when the first of them is seen.
 
 import { type CSSResultGroup, type CSSResultOrNative, css, unsafeCSS } from "lit";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
 import { SlamElement } from "./element.js";
 import { numberAxes } from "./plot_style.js";
+
+/** What makes plots. */
+export type Plotter = typeof uPlot;
+
+let plotter: Plotter | null = null;
+let coming: Promise<Plotter> | null = null;
 
 export abstract class SlamPlotted extends SlamElement {
   /** Of each plot, CSS pixels. */
   protected abstract readonly height: number;
   protected plots: readonly uPlot[] = [];
+  /** Whether it was to draw before there was what draws. */
+  #isOwed = false;
 
   protected static override finalizeStyles(own: CSSResultGroup = []): CSSResultOrNative[] {
     return super.finalizeStyles([unsafeCSS(plotCss), css`.uplot, .u-wrap { font-family: var(--mono); }`, own]);
@@ -18,17 +27,35 @@ export abstract class SlamPlotted extends SlamElement {
   override connectedCallback(): void {
     super.connectedCallback();
     new ResizeObserver(() => this.resized()).observe(this);
+    this.store.on("frame", () => this.#settle());
   }
 
   /** Makes the plots of what there is, in their places. */
-  protected abstract draw(): readonly uPlot[];
+  protected abstract draw(make: Plotter): readonly uPlot[];
 
   override updated(): void {
     for (const plot of this.plots) plot.destroy();
-    this.plots = this.draw();
+    this.plots = plotter ? this.draw(plotter) : [];
+    this.#isOwed = plotter === null;
+    this.#settle();
+  }
+
+  /** Draws what could not be drawn yet, once somebody sees it and the robot has something to show:
+      before that, whether the tour hides it is not decided. */
+  #settle(): void {
+    if (!this.#isOwed || this.clientWidth === 0 || !this.store.status) return;
+    this.#isOwed = false;
+    const name = new URL("plotter.js", import.meta.url).href;
+    coming ??= import(name).then((bundle: typeof import("./plotter.js")) => (plotter = bundle.default));
+    coming.then(() => this.requestUpdate(), () => {
+      coming = null;
+      this.#isOwed = true;
+      this.store.set("toast", { toast: { level: "warn", text: "The part that draws curves could not be loaded. Is the server still there?" } });
+    });
   }
 
   protected resized(): void {
+    this.#settle();
     for (const plot of this.plots) plot.setSize({ width: this.#width, height: this.height });
   }
 

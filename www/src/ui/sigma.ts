@@ -1,12 +1,12 @@
 // How much the ranges of this sensor err, estimated from scans of a robot that stands; and its use.
 
 import { css, html, type TemplateResult } from "lit";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import type { GrowthName, SigmaCurve } from "../protocol/module.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
-import { SlamPlotted } from "./plotted.js";
+import { type Plotter, SlamPlotted } from "./plotted.js";
 import { tool } from "./style.js";
 
 export class SlamSigma extends SlamPlotted {
@@ -45,18 +45,18 @@ export class SlamSigma extends SlamPlotted {
     </details>`;
   }
 
-  protected override draw(): uPlot[] {
+  protected override draw(make: Plotter): uPlot[] {
     const { curve } = this.store.sigma;
     const host = this.renderRoot.querySelector<HTMLElement>(".plot");
     if (!curve || !host || this.clientWidth === 0) return [];
     const millimetres = (metres: Float64Array): Float64Array => metres.map((m) => 1000 * m);
     const bins: uPlot.AlignedData = [curve.bins.map((bin) => bin.range), curve.bins.map((bin) => 1000 * bin.sigma)];
     const [estimate, truth] = [colourOf(host, "map-estimate"), colourOf(host, "map-truth")];
-    return [new uPlot({
+    return [new make({
       ...this.frame(host, "m"),
       series: [{}, { stroke: estimate, width: 1.6, spanGaps: true, points: { show: false } }, { stroke: truth, width: 1.6, dash: [1, 3], spanGaps: true, points: { show: false } },
         { stroke: estimate, width: 0, paths: () => null, points: { show: true, size: 5, fill: estimate } }],
-    }, uPlot.join([[curve.curveRanges, millimetres(curve.curveSigmas), millimetres(curve.truth)], bins]), host)];
+    }, make.join([[curve.curveRanges, millimetres(curve.curveSigmas), millimetres(curve.truth)], bins]), host)];
   }
 
   #words(curve: SigmaCurve): TemplateResult {

@@ -243,6 +243,7 @@ fn sizes() -> Result<String> {
         "registration.js",
         "editor.js",
         "inspector.js",
+        "plotter.js",
         "svg_context.js",
         "registration_worker.js",
     ];
