@@ -22,8 +22,8 @@ function doubt(xx: number, xy: number, yy: number): { figures: Figure[]; formula
     made.append(...inside);
     return made;
   };
-  const [longest, shortest] = [axes.major ** 2 / CHI2_95, axes.minor ** 2 / CHI2_95];
-  const axis = (name: string, index: string): Element => sub(id(name), id(index));
+  const longest = axes.major ** 2 / CHI2_95;
+  const first = (name: string): Element => sub(id(name), number(1));
   return {
     axes,
     figures: [
@@ -32,9 +32,9 @@ function doubt(xx: number, xy: number, yy: number): { figures: Figure[]; formula
       ["σx, σy", `${metres(Math.sqrt(xx))}, ${metres(Math.sqrt(yy))}`, "sigmas", "Standard deviations"],
     ],
     formula: {
-      general: formula(row(axis("a", "i"), equals(), root(number(CHI2_95, 4), axis("λ", "i")))),
-      numbers: formula(row(root(number(CHI2_95, 4), op("·"), number(longest)), equals(), number(axes.major), op(","), root(number(CHI2_95, 4), op("·"), number(shortest)), equals(), number(axes.minor))),
-      source: "TDK 2016 § 3.7, with the erratum of the specification; λ: eigenvalues of the covariance of x and y, m²",
+      general: formula(row(first("a"), equals(), root(number(CHI2_95, 4), first("λ")))),
+      numbers: formula(row(root(number(CHI2_95, 4), op("·"), number(longest)), equals(), number(axes.major))),
+      source: "TDK 2016 § 3.7, with the erratum of the specification; λ₁: the larger eigenvalue of the covariance of x and y, m²; the shorter axis likewise",
     },
   };
 }
