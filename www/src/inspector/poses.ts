@@ -5,14 +5,11 @@ import { HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, TRACK, TRACK_
 import { equals, formula, id, op, row, sub } from "../registration/formula.js";
 import { fixed, percent } from "../ui/format.js";
 import { landmarksOf } from "../view/layers/landmarks.js";
-import { ellipseOf } from "../view/layers/robot.js";
+import { CHI2_95, ellipseOf } from "../view/layers/robot.js";
 import { tracksOf } from "../view/layers/tracks.js";
 import { ellipse, ring } from "./outlines.js";
 import { type Figure, type Formula, GONE, type Known, type Told } from "./told.js";
 import { angle, metres, number, place } from "./words.js";
-
-/** χ² of 2 degrees of freedom is below this in 95 of 100 cases. */
-const CHI2_95 = 5.991;
 
 /** Half axes of the 95 % ellipse, and how they come from the covariance. */
 function doubt(xx: number, xy: number, yy: number): { figures: Figure[]; formula: Formula; axes: ReturnType<typeof ellipseOf> } {

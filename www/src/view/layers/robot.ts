@@ -7,7 +7,7 @@ import { addBody, addShape } from "./body.js";
 import { type Brush, stroke } from "./layer.js";
 
 /** 95 % of a two-dimensional normal distribution: χ² with 2 degrees of freedom. */
-const CHI2_95 = 5.991;
+export const CHI2_95 = 5.991;
 const SIGMAS_95 = 1.96;
 
 export function draw(brush: Brush): void {
