@@ -148,8 +148,10 @@ async function register(store: Store): Promise<void> {
 async function isSomethingElse(earlier: ServiceWorkerRegistration): Promise<boolean> {
   const answer = await fetch("offline_worker.js", { method: "HEAD", cache: "no-store" }).catch(() => null);
   if (answer?.status !== 404) return false;
-  await earlier.unregister();
-  location.reload();
+  // Not waited for: some browsers put it off for as long as they run. Without what was kept its
+  // worker hides nothing.
+  void earlier.unregister();
+  await forget();
   return true;
 }
 
