@@ -48,8 +48,8 @@ export abstract class SlamPlotted extends SlamElement {
     const name = new URL("plotter.js", import.meta.url).href;
     coming ??= import(name).then((bundle: typeof import("./plotter.js")) => (plotter = bundle.default));
     coming.then(() => this.requestUpdate(), () => {
+      // Tried again when it is to draw again, not at each frame.
       coming = null;
-      this.#isOwed = true;
       this.store.set("toast", { toast: { level: "warn", text: "The part that draws curves could not be loaded. Is the server still there?" } });
     });
   }
