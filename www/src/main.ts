@@ -1,5 +1,6 @@
 // Composes the page: store, scene, client, components, keys. Nothing is decided here.
 
+import { bundle } from "./bundle.js";
 import { Client } from "./client.js";
 import { exhibitAt } from "./gallery.js";
 import { keepLastRun } from "./last_run.js";
@@ -138,13 +139,7 @@ let lab: SlamRegistration | null = null;
 async function showLab(): Promise<void> {
   if (client.mayBeDriving) client.stop();
   if (!lab) {
-    try {
-      // A bundle of its own: the first visit does without.
-      await import(new URL("registration.js", import.meta.url).href);
-    } catch {
-      store.set("toast", { toast: { level: "warn", text: "The registration lab could not be loaded. Is the server still there?" } });
-      return;
-    }
+    if (!(await bundle(store, "registration.js", "The registration lab"))) return;
     lab ??= Object.assign(document.createElement("slam-registration") as SlamRegistration, { store, keyframes, onClose: hideLab });
   }
   setBehind(true);
@@ -163,11 +158,9 @@ let inspector: Promise<unknown> | null = null;
 store.on("chosen", () => {
   document.body.toggleAttribute("data-inspected", store.chosen !== null);
   if (!store.chosen) return;
-  inspector ??= import(new URL("inspector.js", import.meta.url).href).then(() => {
-    document.querySelector("#inspector")?.append(Object.assign(document.createElement("slam-inspector"), { store, scene, client }));
-  }).catch(() => {
-    inspector = null;
-    store.set("toast", { toast: { level: "warn", text: "The inspector could not be loaded. Is the server still there?" } });
+  inspector ??= bundle(store, "inspector.js", "The inspector").then((part) => {
+    if (part) document.querySelector("#inspector")?.append(Object.assign(document.createElement("slam-inspector"), { store, scene, client }));
+    else inspector = null;
   });
 });
 
@@ -179,11 +172,8 @@ async function showEditor(link: string | null = null): Promise<void> {
   if (!editor?.isConnected) goesOn = store.source === "sim" && store.playing;
   if (goesOn) client.send({ kind: "pause" });
   if (!editor) {
-    try {
-      await import(new URL("editor.js", import.meta.url).href);
-    } catch {
+    if (!(await bundle(store, "editor.js", "The world editor"))) {
       if (goesOn) client.send({ kind: "play" });
-      store.set("toast", { toast: { level: "warn", text: "The world editor could not be loaded. Is the server still there?" } });
       return;
     }
     // It reads the link of the address by itself.
@@ -281,15 +271,10 @@ async function savePicture(): Promise<void> {
 
 /** What is seen, as the layers that are on draw it. */
 async function saveDrawing(): Promise<void> {
-  let bundle: typeof import("./view/svg_context.js");
-  try {
-    bundle = await import(new URL("svg_context.js", import.meta.url).href);
-  } catch {
-    store.set("toast", { toast: { level: "warn", text: "The part that writes drawings could not be loaded. Is the server still there?" } });
-    return;
-  }
+  const part = await bundle(store, "svg_context.js", "The part that writes drawings") as typeof import("./view/svg_context.js") | null;
+  if (!part) return;
   const { width, height } = map.camera;
-  const context = new bundle.SvgContext(width, height, readPalette().css.unknown);
+  const context = new part.SvgContext(width, height, readPalette().css.unknown);
   map.drawInto(context);
   download(new Blob([context.getSerializedSvg()], { type: "image/svg+xml" }), `${fileName(store.title)}-view.svg`);
 }

@@ -4,6 +4,7 @@
 import { type CSSResultGroup, type CSSResultOrNative, css, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import plotCss from "uplot/dist/uPlot.min.css";
+import { bundle } from "../bundle.js";
 import { SlamElement } from "./element.js";
 import { numberAxes } from "./plot_style.js";
 
@@ -11,7 +12,7 @@ import { numberAxes } from "./plot_style.js";
 export type Plotter = typeof uPlot;
 
 let plotter: Plotter | null = null;
-let coming: Promise<Plotter> | null = null;
+let coming: Promise<void> | null = null;
 
 export abstract class SlamPlotted extends SlamElement {
   /** Of each plot, CSS pixels. */
@@ -45,13 +46,12 @@ export abstract class SlamPlotted extends SlamElement {
   #settle(): void {
     if (!this.#isOwed || this.clientWidth === 0 || !this.store.status) return;
     this.#isOwed = false;
-    const name = new URL("plotter.js", import.meta.url).href;
-    coming ??= import(name).then((bundle: typeof import("./plotter.js")) => (plotter = bundle.default));
-    coming.then(() => this.requestUpdate(), () => {
-      // Tried again when it is to draw again, not at each frame.
+    coming ??= bundle(this.store, "plotter.js", "The part that draws curves").then((part) => {
+      // Where it did not come it is asked for at the next drawing, not at each frame.
+      plotter = (part as typeof import("./plotter.js") | null)?.default ?? null;
       coming = null;
-      this.store.set("toast", { toast: { level: "warn", text: "The part that draws curves could not be loaded. Is the server still there?" } });
     });
+    void coming.then(() => plotter && this.requestUpdate());
   }
 
   protected resized(): void {
