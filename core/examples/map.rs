@@ -199,13 +199,17 @@ fn align(loaded: &Path, map: &Path) -> Result<Value> {
     let name = || format!("map {}", loaded.display());
     let bytes = std::fs::read(loaded).with_context(name)?;
     let points = map_points::read(&bytes).with_context(name)?.points;
-    let found = align_map(&points, matcher.grid(), &[])?;
+    let landmarks = matcher.landmarks().into_iter();
+    let landmarks: Vec<_> = landmarks.map(|landmark| landmark.position).collect();
+    let found = align_map(&points, matcher.grid(), &landmarks)?;
     let pose = found.map_from_loaded;
     Ok(json!({
         "map_from_loaded": [pose.x(), pose.y(), pose.heading()],
         "agrees": found.agrees,
         "contradicts": found.contradicts,
         "residual": found.residual,
+        "landmarks": found.landmarks,
+        "by": format!("{:?}", found.by),
     }))
 }
 

@@ -150,9 +150,9 @@ impl Live {
         self.session.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last; `false` where there is none, or something was
-    /// seen or changed since.
-    pub fn undo_removal(&mut self) -> bool {
+    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
+    /// none that can come back.
+    pub fn undo_removal(&mut self) -> Option<usize> {
         self.session.undo_removal()
     }
 

@@ -189,9 +189,9 @@ impl Session {
         self.slam.remove_submap(submap)
     }
 
-    /// Puts back the submap that was taken out last; `false` where there is none, or something was
-    /// seen or changed since.
-    pub fn undo_removal(&mut self) -> bool {
+    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
+    /// none that can come back.
+    pub fn undo_removal(&mut self) -> Option<usize> {
         self.slam.undo_removal()
     }
 

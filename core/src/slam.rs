@@ -303,11 +303,10 @@ impl Slam {
         Ok(map.remove_submap(submap)?)
     }
 
-    /// Puts back the submap that was taken out last; `false` where there is none, or something was
-    /// seen or changed since.
-    pub fn undo_removal(&mut self) -> bool {
-        let map = self.estimator.editable();
-        map.is_some_and(ScanMatcher::undo_removal)
+    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
+    /// none that can come back.
+    pub fn undo_removal(&mut self) -> Option<usize> {
+        self.estimator.editable()?.undo_removal()
     }
 
     /// Completes all work that was put off, at the end of a log.

@@ -166,7 +166,7 @@ test('ways are compared at the same times, as long as both go', () => {
 /** Submaps at these places, x y heading. */
 function placed(...poses: [number, number, number][]): Parameters<Submaps['take']>[0] {
   const none = new Float32Array(0);
-  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1, NaN, NaN, NaN, NaN, NaN])), lengths: new Uint32Array(0), surfaces: none, extents: none, removable: 0, closures: none, outcomes: [], renumbered: [] };
+  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1, NaN, NaN, NaN, NaN, NaN])), lengths: new Uint32Array(0), surfaces: none, extents: none, removable: 0, undoable: undefined, closures: none, outcomes: [], renumbered: [] };
 }
 
 test('submaps glide from where they were drawn, and a new one comes along', () => {

@@ -76,14 +76,42 @@ test('submaps are listed, shown, looked at, taken out and put back', { tag: '@ph
   await expect(lab.at('undo-removal')).toBeHidden();
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 
-  // What was seen since is not thrown away.
+  // It can be put back also after the robot has seen more.
   await lab.at('submap-0').click();
   await lab.at('remove-submap').click();
-  await expect(lab.at('undo-removal')).toBeVisible();
+  await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count - 1} submaps.`);
   await lab.hidePanels();
+  const { scans } = await lab.status();
   await lab.at('step').click();
+  await lab.watch((s) => s.scans, 'the robot sees more').toBeGreaterThan(scans);
   await lab.show('run');
+  await lab.at('undo-removal').click();
+  await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count} submaps.`);
   await expect(lab.at('undo-removal')).toBeHidden();
+});
+
+test('corners of complete submaps are landmarks: drawn, told, and saved with their submap', async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await mapped(lab, 'office', 3);
+  const landmarks = (): Promise<{ kind: string; x: number; y: number; confidence: number }[]> => page.evaluate(() => (window as unknown as { slamlab: { landmarks: { kind: string; x: number; y: number; confidence: number }[] } }).slamlab.landmarks);
+  const found = await landmarks();
+  expect(found.length).toBeGreaterThan(10);
+  expect(found.every(({ kind, confidence }) => kind !== 'wall' && confidence >= 1)).toBe(true);
+  await lab.at('submap-1').click();
+  const file = await saved(lab, () => lab.at('save-submap').click());
+  const [, count, ...rows] = file.bytes.toString().split('#landmarks')[1]!.split('\n');
+  expect(Number(count)).toBe(rows.filter((row) => row !== '').length);
+  expect(Number(count)).toBeGreaterThan(3);
+  // Each stands, where its submap lies, on one of the map, as far as two submaps agree.
+  const [x, y, heading] = await inside(lab, ({ submap }) => submap(1));
+  const near = rows.filter((row) => row !== '').filter((row) => {
+    const [px, py, confidence, kind] = row.split(',').map(Number) as [number, number, number, number];
+    expect(confidence).toBeGreaterThanOrEqual(1);
+    expect(kind, 'a point').toBe(0);
+    const at = [x + (Math.cos(heading) * px - Math.sin(heading) * py) / 1000, y + (Math.sin(heading) * px + Math.cos(heading) * py) / 1000] as const;
+    return found.some((landmark) => Math.hypot(landmark.x - at[0], landmark.y - at[1]) < 0.15);
+  });
+  expect(near.length / Number(count)).toBeGreaterThan(0.9);
 });
 
 test('a submap that was saved is found where it lies, and a map of another building nowhere', async ({ lab }) => {
@@ -95,7 +123,7 @@ test('a submap that was saved is found where it lies, and a map of another build
   expect(file.bytes.toString()).toMatch(/^#points\n\d+\n/);
   // The file is in the frame of the submap: it lies where that does.
   const truth = await inside(lab, ({ submap }) => submap(1));
-  expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: \d+ % of its walls stand on walls, \d+\scm apart on average; at most \d+ % of the walls of either map stand where the other is free\. Walls alone told the place\.$/);
+  expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: \d+ % of its walls stand on walls, \d+\scm apart on average; at most \d+ % of the walls of either map stand where the other is free\. (Walls and landmarks told the same place|Walls alone told the place|Walls fit more than one place; landmarks told which)\.( Both maps have \d+ landmarks? in common\.)?$/);
   const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
   expect(Math.hypot(x - truth[0], y - truth[1])).toBeLessThan(0.05);
   expect(Math.abs(Math.atan2(Math.sin(heading - truth[2]), Math.cos(heading - truth[2])))).toBeLessThan(0.01);

@@ -27,8 +27,9 @@ const SIZES: [usize; 3] = [100, 300, 1000];
 /// time, many times the grain of a browser's clock (0.1 ms at most).
 const MEASUREMENT_MS: f64 = 3.0;
 const MEASUREMENTS: usize = 200;
-/// Of the registration of two scans, of which some methods take a hundred times as long as others.
-const REGISTRATIONS: usize = 40;
+/// Of the registration of two scans. A browser first runs a program as it is quickest translated,
+/// and translates anew beside it what runs often: after a second of one method that has happened.
+const REGISTRATIONS: usize = 400;
 /// Replays of the recorded loop, some tens of milliseconds each.
 const REPLAYS: usize = 20;
 /// And of a log of a building, some seconds each.

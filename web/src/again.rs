@@ -22,7 +22,7 @@ impl WebRun {
             Source::Recording(replay) => Source::Recording(Box::new(replay.again()?)),
             Source::Live(_) => return Err(RunError::Past.into()),
         };
-        let mut again = Self { source };
+        let mut again = Self::of(source);
         again.set_twin(self.session().twin().is_some());
         Ok(again)
     }

@@ -131,7 +131,7 @@ fn og_map(slam: &Slam) -> Result<Vec<SavedFile>, WebError> {
 fn smap(slam: &Slam, stem: &str) -> Result<Vec<SavedFile>, WebError> {
     let poses = slam.whole_trajectory().into_iter();
     let way = poses.map(|(_, pose)| pose.position());
-    let (walls, points) = (slam.vector_map().walls(), slam.view().confirmed_points());
+    let (walls, points) = (slam.vector_map().walls(), slam.view().landmark_points());
     let smap = Smap::of_run(slam.grid(), way, &walls, points)?;
     let name = format!("{stem}.smap");
     Ok(vec![SavedFile::new(name, "text/plain", smap.write())])

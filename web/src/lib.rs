@@ -52,6 +52,8 @@ mod files;
 #[cfg(feature = "run")]
 mod inspection;
 #[cfg(feature = "run")]
+mod landmarks;
+#[cfg(feature = "run")]
 mod lesson;
 #[cfg(feature = "run")]
 mod link;

@@ -119,7 +119,7 @@ impl WebRun {
             expected: link.result,
             ..Simulated::new(experiment, defaults)
         }));
-        Ok(Self { source })
+        Ok(Self::of(source))
     }
 
     /// The link of this run, which began with `setup`: what stands behind the `#` of an address.

@@ -116,7 +116,7 @@ impl WebRun {
             seed: SEED,
         })?;
         let source = Source::Live(Box::new(live));
-        Ok(Self { source })
+        Ok(Self::of(source))
     }
 
     /// Another connection begins; map and pose stay.

@@ -96,7 +96,8 @@ impl WebRun {
     /// # Errors    A sentence on why that is not known.
     pub fn align_map(&self, loaded: &WebLoadedMap) -> Typed<MapAlignment> {
         let slam = self.slam();
-        let landmarks: Vec<_> = slam.view().confirmed_points().map(|(at, _)| at).collect();
+        let landmarks = slam.view().landmark_points().into_iter();
+        let landmarks: Vec<_> = landmarks.map(|(at, _)| at).collect();
         let found = align_map(&loaded.points, slam.grid(), &landmarks)?;
         let pose = found.map_from_loaded;
         typed(&MapAlignment {

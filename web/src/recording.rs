@@ -82,7 +82,7 @@ impl WebLogReader {
         let mut replay = Replay::new(log, setup.method.0, &settings)?;
         replay.set_twin(setup.twin.then_some(calibration));
         let source = Source::Recording(Box::new(replay));
-        Ok(WebRun { source })
+        Ok(WebRun::of(source))
     }
 }
 

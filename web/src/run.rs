@@ -19,6 +19,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{Level, SettingValues, Typed, WebError, names, typed};
+use crate::landmarks::FoundLandmarks;
 use crate::status::RunStatus;
 
 names! {
@@ -105,6 +106,7 @@ pub struct Notice {
 #[derive(Debug)]
 pub struct WebRun {
     pub(crate) source: Source,
+    pub(crate) landmarks: FoundLandmarks,
 }
 
 #[wasm_bindgen]
@@ -203,6 +205,13 @@ impl WebRun {
             Source::Simulation(sim) => sim.experiment.session(),
             Source::Recording(replay) => replay.session(),
             Source::Live(live) => live.session(),
+        }
+    }
+
+    pub(crate) fn of(source: Source) -> Self {
+        Self {
+            source,
+            landmarks: FoundLandmarks::default(),
         }
     }
 

@@ -36,7 +36,7 @@ impl WebRun {
             lesson,
             ..Simulated::new(experiment, defaults)
         }));
-        Ok(Self { source })
+        Ok(Self::of(source))
     }
 
     /// The settings that differ from their defaults, where they were chosen anew since the last

@@ -33,6 +33,8 @@ pub struct Submaps {
     pub extents: Float32Array,
     /// So many can be taken out, the first ones.
     pub removable: usize,
+    /// The number of the one that was taken out last and can be put back.
+    pub undoable: Option<usize>,
     /// All placements of one submap in another that are remembered, see `CLOSURE`.
     pub closures: Float32Array,
     /// What became of each.
@@ -56,6 +58,7 @@ impl WebRun {
     ///
     /// # Errors    A sentence on why not: another method than scan matching, or one that is needed.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), WebError> {
+        self.landmarks.forget();
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.remove_submap(submap)?,
             Source::Recording(replay) => replay.remove_submap(submap)?,
@@ -64,9 +67,10 @@ impl WebRun {
         Ok(())
     }
 
-    /// Puts back the submap that was taken out last; `false` where there is none, or something was
-    /// seen or changed since.
-    pub fn undo_removal(&mut self) -> bool {
+    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
+    /// none that can come back.
+    pub fn undo_removal(&mut self) -> Option<usize> {
+        self.landmarks.forget();
         match &mut self.source {
             Source::Simulation(sim) => sim.experiment.undo_removal(),
             Source::Recording(replay) => replay.undo_removal(),
@@ -116,6 +120,7 @@ impl Submaps {
             surfaces: surfaces.into(),
             extents: flat(extents),
             removable: matcher.removable(),
+            undoable: matcher.undoable_removal(),
             closures: flat(records.map(|record| closure_row(matcher, record))),
             outcomes: matcher.closure_records().map(Into::into).collect(),
         }

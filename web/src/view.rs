@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{Landmark, Localisation, PointLandmark, PoseQuality};
+use slamlab_core::estimation::{Localisation, PoseQuality};
 use slamlab_core::features::{PointFeature, PointKind};
 use slamlab_core::geom::{Pose2, Segment};
 use slamlab_core::map::{CellState, Grid};
@@ -16,9 +16,8 @@ use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LandmarkName, LandmarkRow,
-    LineRow, PointName, PointRow, TrackMotionName, TrackRow, Typed, Uint8Array, WebError, flat,
-    typed,
+    BeamRow, Float32Array, Float64Array, HypothesisRow, Int32Array, LineRow, PointName, PointRow,
+    TrackMotionName, TrackRow, Typed, Uint8Array, WebError, flat, typed,
 };
 use crate::run::WebRun;
 
@@ -77,18 +76,6 @@ impl WebRun {
                 .iter()
                 .map(|point| PointRow::of(point, &map_from_robot)),
         ))
-    }
-
-    /// Landmarks of the filter with their confidence, see `LANDMARK`; none of other methods.
-    #[must_use]
-    pub fn landmarks(&self) -> Vec<f32> {
-        if self.session().stages().awaits(Stage::Localise) {
-            return vec![];
-        }
-        let view = self.slam().view();
-        let walls = view.landmarks.iter().map(LandmarkRow::of_wall);
-        let points = view.point_landmarks.iter().map(LandmarkRow::of_point);
-        flat(walls.chain(points))
     }
 
     /// What moves about, see `TRACK`.
@@ -311,43 +298,6 @@ impl PointRow {
     }
 }
 
-impl LandmarkRow {
-    fn of_wall(wall: &Landmark) -> Self {
-        let [a, b] = wall.ends;
-        Self {
-            id: wall.id.0 as f32,
-            kind: f32::from(LandmarkName::Wall as u8),
-            x: (0.5 * (a.x + b.x)) as f32,
-            y: (0.5 * (a.y + b.y)) as f32,
-            var_x: f32::NAN,
-            cov_xy: f32::NAN,
-            var_y: f32::NAN,
-            radius: 0.0,
-            confidence: wall.confidence() as f32,
-            confirmed: flag(wall.is_confirmed) as f32,
-        }
-    }
-
-    fn of_point(point: &PointLandmark) -> Self {
-        let (kind, radius) = match point.kind {
-            PointKind::Circle { radius, .. } => (LandmarkName::Post, radius),
-            _ => (LandmarkName::Corner, 0.0),
-        };
-        Self {
-            id: point.id.0 as f32,
-            kind: f32::from(kind as u8),
-            x: point.position.x as f32,
-            y: point.position.y as f32,
-            var_x: point.cov[(0, 0)] as f32,
-            cov_xy: point.cov[(0, 1)] as f32,
-            var_y: point.cov[(1, 1)] as f32,
-            radius: radius as f32,
-            confidence: point.confidence() as f32,
-            confirmed: flag(point.is_confirmed) as f32,
-        }
-    }
-}
-
 impl TrackRow {
     fn of(track: &Track, map_from_robot: &Pose2) -> Self {
         let at = *map_from_robot * track.position;
@@ -434,7 +384,6 @@ fn pair(point: Point2<f64>) -> [f32; 2] {
 mod tests {
     use super::*;
     use nalgebra::{Matrix4, Vector4};
-    use slamlab_core::estimation::LandmarkId;
     use slamlab_core::tracking::TrackMotion;
 
     #[test]
@@ -457,23 +406,6 @@ mod tests {
             row.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
             "{row:?}"
         );
-    }
-
-    #[test]
-    fn a_post_keeps_its_number_size_and_confidence() {
-        let post = PointLandmark {
-            id: LandmarkId(7),
-            kind: PointKind::Circle {
-                radius: 0.25,
-                var_radius: 0.01,
-            },
-            position: Point2::new(1.0, -2.0),
-            cov: Matrix2::new(4.0, 1.0, 1.0, 9.0),
-            sightings: 6,
-            is_confirmed: true,
-        };
-        let row: [f32; LandmarkRow::STRIDE] = LandmarkRow::of_point(&post).into();
-        assert_eq!(row, [7.0, 2.0, 1.0, -2.0, 4.0, 1.0, 9.0, 0.25, 5.0, 1.0]);
     }
 
     #[test]

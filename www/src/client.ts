@@ -305,12 +305,6 @@ export class Client {
     store.setLayers({ submaps: hidden.size < scene.submaps.count });
   }
 
-  /** Puts back the submap that was taken out last. */
-  undoRemoval(): void {
-    const last = this.store.removedSubmaps.at(-1);
-    if (last) this.send({ kind: "undo-removal", submap: last.submap });
-  }
-
   #examinedNumber = 0;
 
   /** Asks the run what it knows of a place of the map, m, or of a wall there; older questions need
@@ -655,19 +649,12 @@ export class Client {
       this.store.set("submaps", { loadedMaps: [...this.store.loadedMaps, map] });
     },
     "map-aligned": ({ id, alignment, error }) => this.#ofMap(id, { alignment, error, isAligning: false }),
-    "submap-removed": ({ submap, by, scans }) => {
+    renumbered: ({ submap, by }) => {
       const { store } = this;
-      const removed = store.removedSubmaps.filter((before) => before.scans === scans);
-      if (by === 0) {
-        store.set("submaps", { removedSubmaps: [] });
-        this.#warn("The submap cannot be put back any more: the robot has seen more since.");
-        return;
-      }
-      const removedSubmaps = by === -1 ? [...removed, { submap, scans }] : removed.slice(0, -1);
       // Those behind it are numbered anew.
       const renumbered = [...store.hiddenSubmaps].filter((hidden) => by === 1 || hidden !== submap).map((hidden) => (hidden > submap || (by === 1 && hidden === submap) ? hidden + by : hidden));
       store.choose([]);
-      store.set("submaps", { removedSubmaps, hiddenSubmaps: new Set(renumbered), chosenSubmap: by === 1 ? submap : null });
+      store.set("submaps", { hiddenSubmaps: new Set(renumbered), chosenSubmap: by === 1 ? submap : null });
     },
     "solved-graph": (solvedGraph) => {
       this.store.set("graph", { solvedGraph });

@@ -6,7 +6,7 @@
 // and y left of the robot's start pose), also the truth.
 
 import type { BridgeState } from "./protocol/devices.js";
-import type { Frame } from "./protocol/frame.js";
+import type { Frame, Renumbering } from "./protocol/frame.js";
 import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
@@ -137,7 +137,7 @@ export type Command =
   /** Takes a submap out of the map; the run pauses, so that it can be put back. */
   | { kind: "remove-submap"; submap: number }
   /** Puts back the one that was taken out last. */
-  | { kind: "undo-removal"; submap: number }
+  | { kind: "undo-removal" }
   /** One submap as a file (.smap). */
   | { kind: "save-submap"; submap: number }
   /** A pose graph (.g2o) to be solved. It is answered by `solved-graph`. */
@@ -214,7 +214,7 @@ export type Answer =
   /** Where it lies in the map of this run, or why that is not known. */
   | { kind: "map-aligned"; id: number; alignment: MapAlignment | null; error: string }
   /** A submap was taken out of the map (-1), put back (1), or could not be (0). */
-  | { kind: "submap-removed"; submap: number; by: -1 | 0 | 1; scans: number }
+  | ({ kind: "renumbered" } & Renumbering)
   /** A pose graph, solved. */
   | { kind: "solved-graph"; name: string; graph: SolvedGraph }
   | { kind: "hash"; run: number; text: string }

@@ -89,9 +89,6 @@ export interface LoadedMap {
   readonly isAligning: boolean;
 }
 
-/** A submap that was taken out, and the scans until then: one more, and it cannot be put back. */
-export interface RemovedSubmap { readonly submap: number; readonly scans: number }
-
 /** What the worker sends when a run begins. */
 export type RunStart = Pick<Store, "source" | "title" | "playing" | "method"> & { setup: Setup | null; isAgain: boolean };
 
@@ -183,7 +180,6 @@ export class Store {
       back, the last one last. */
   hiddenSubmaps: ReadonlySet<number> = new Set();
   chosenSubmap: number | null = null;
-  removedSubmaps: readonly RemovedSubmap[] = [];
   /** Maps that were loaded, the first one first. */
   loadedMaps: readonly LoadedMap[] = [];
   /** What other methods made of the recording that is shown. */
@@ -231,7 +227,7 @@ export class Store {
     this.twin.clear();
     const ended: Partial<Store> = {
       inspection: null, cycle: null, doors: new Float32Array(0), sigma: { curve: null, error: "" }, spot: { hovered: [], pinned: null },
-      hiddenSubmaps: new Set(), chosenSubmap: null, removedSubmaps: [],
+      hiddenSubmaps: new Set(), chosenSubmap: null,
       loadedMaps: this.loadedMaps.map((map) => ({ ...map, alignment: null, error: "", isAligning: false })),
       rooms: null, roomSpot: null, chosen: null, examined: null, outline: [], moved: 0, quality: null, judging: null, grade: null, log: [], status: null, hash: "", toast: null,
     };

@@ -5,6 +5,7 @@ import init, { WebRun, offer, read_link } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
 import { faultOf } from "./fault.js";
 import { type Command, handle, type Handlers } from "./protocol.js";
+import type { Renumbering } from "./protocol/frame.js";
 import type { EditName, Setup } from "./protocol/module.js";
 import { CableLink } from "./source/cable.js";
 import { Conversation, type ConversationSetup, type Wire } from "./source/conversation.js";
@@ -133,15 +134,13 @@ function changeMap(act: (module: WebRun) => void, words: string): void {
   player.changed();
 }
 
-/** Takes a submap out of the map or puts it back. After the next scan it could not be put back any
-    more: a run that can wait does. */
-function renumber(submap: number, by: -1 | 1): void {
+/** Does something that takes a submap out of the map or puts one back. */
+function renumber(act: (run: Run) => Renumbering | null): void {
   const { run } = player;
   if (!run) return;
-  if (run.kind !== "bridge") player.play(false);
   given("", () => {
-    const isDone = run.renumber(submap, by);
-    post({ kind: "submap-removed", submap, by: isDone ? by : 0, scans: run.scans });
+    const renumbering = act(run);
+    if (renumbering) post({ kind: "renumbered", ...renumbering });
   });
   player.changed();
   // What was said of the whole map is of another one.
@@ -244,8 +243,8 @@ const handlers: Handlers<Command> = {
   "load-map": ({ name, bytes }) => given(name, () => loadedMaps.load(player.run, name, bytes)),
   "align-map": ({ id }) => loadedMaps.align(player.run, id),
   "drop-map": ({ id }) => loadedMaps.drop(id),
-  "remove-submap": ({ submap }) => renumber(submap, -1),
-  "undo-removal": ({ submap }) => renumber(submap, 1),
+  "remove-submap": ({ submap }) => renumber((run) => run.removeSubmap(submap)),
+  "undo-removal": () => renumber((run) => run.undoRemoval()),
   "begin-at": ({ start }) => savedMap.beginAt(start),
   edit: ({ what, corners }) => changeMap((module) => module.edit(what, new Float64Array(corners)), EDITED[what]),
   "undo-edit": () => changeMap((module) => module.undo_edit(), "The last change of the map by hand is taken back"),

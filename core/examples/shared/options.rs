@@ -146,7 +146,7 @@ impl Outputs {
         if let Some(path) = &self.smap {
             let poses = slam.whole_trajectory().into_iter();
             let way = poses.map(|(_, pose)| pose.position());
-            let (walls, points) = (slam.vector_map().walls(), slam.view().confirmed_points());
+            let (walls, points) = (slam.vector_map().walls(), slam.view().landmark_points());
             let smap = Smap::of_run(slam.grid(), way, &walls, points);
             let smap = smap.with_context(|| format!("cannot write {}", path.display()))?;
             files.push((path.clone(), smap.write().into()));

@@ -91,6 +91,19 @@ impl PoseGraph {
         Some(self.edges.remove(at))
     }
 
+    /// Puts an edge back under the name that it had. `None` where that is taken, and as of
+    /// [`Self::add_edge`].
+    pub(super) fn put_back(&mut self, id: EdgeId, edge: Edge) -> Option<EdgeId> {
+        let at = self.ids.binary_search(&id).err()?;
+        self.add_edge(edge)?;
+        // Names rise: from the end to where it stood.
+        self.ids.pop();
+        self.edges.pop();
+        self.ids.insert(at, id);
+        self.edges.insert(at, edge);
+        Some(id)
+    }
+
     /// The graph of the poses that have a number, under it, and of the edges between them, which
     /// keep their names. The numbers rise.
     pub(super) fn kept(&self, numbers: &[Option<usize>]) -> Self {
@@ -110,6 +123,16 @@ impl PoseGraph {
             }
         }
         kept
+    }
+
+    /// Lets in another pose under this number; those from there on are numbered higher by one.
+    pub(super) fn let_in(&mut self, number: usize, pose: Pose2) {
+        self.poses.insert(number.min(self.poses.len()), pose);
+        for edge in &mut self.edges {
+            edge.from += usize::from(edge.from >= number);
+            edge.to += usize::from(edge.to >= number);
+        }
+        self.pattern = Arc::default();
     }
 
     /// Appends another graph; its edges are named from the number on that is returned.

@@ -34,6 +34,7 @@ mod gathering;
 mod going_on;
 mod guesses;
 mod keyframes;
+mod landmarks;
 mod local;
 mod loops;
 mod merging;
@@ -81,6 +82,7 @@ pub use self::closures::Proof;
 pub use self::config::{ScanMatcherConfig, ScanMatcherError};
 pub use self::edits::{EditError, EditKind, ShownEdit};
 pub use self::going_on::Start;
+pub use self::landmarks::MapLandmark;
 pub use self::merging::{MapMergeError, MergedMaps};
 pub use self::pruning::Pruned;
 pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
@@ -239,8 +241,6 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
-        // None can be put back from here on, and each keeps a whole map.
-        self.removals.clear();
         let points = &*self.in_order(points);
         let pending = self.pending.take();
         let moved = pending.map(|moved| self.motion.moved(moved));

@@ -3,6 +3,7 @@
 //!
 //! In: bytes. Out: [`MapPoints`] and of how many submaps they are.
 
+use super::known_file::known_file;
 use super::slamlab::{self, SlamlabError};
 use super::smap::{self, SmapError};
 use crate::estimation::{MapPoints, RestoreError, ScanMatcherConfig};
@@ -10,7 +11,7 @@ use crate::estimation::{MapPoints, RestoreError, ScanMatcherConfig};
 /// A map that was read.
 #[derive(Clone, Debug)]
 pub struct LoadedMap {
-    /// Its walls, its way and its landmarks. Saved maps have none of the last.
+    /// Its walls, its way and its landmarks.
     pub points: MapPoints,
     /// Submaps that it is made of.
     pub submaps: usize,
@@ -20,6 +21,14 @@ pub struct LoadedMap {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadedMapError {
+    /// Neither of the two.
+    #[error(
+        "this is {what}, and no map: a map is a submap (.smap), which begins with `#points`, or a saved map (.slamlab)"
+    )]
+    Foreign {
+        /// What it is, as far as that is known.
+        what: &'static str,
+    },
     /// No submap.
     #[error(transparent)]
     Smap(#[from] SmapError),
@@ -36,17 +45,34 @@ pub enum LoadedMapError {
 /// # Errors    [`LoadedMapError`]: what is wrong, and where.
 pub fn read(file: &[u8]) -> Result<LoadedMap, LoadedMapError> {
     if !slamlab::begins(file) {
+        if let Some(what) = foreign(file) {
+            return Err(LoadedMapError::Foreign { what });
+        }
         let points = smap::parse(file)?.map_points();
         return Ok(LoadedMap { points, submaps: 1 });
     }
     let saved = slamlab::read(file)?.map;
     let matcher = saved.matcher(ScanMatcherConfig::default())?;
     let way = matcher.trajectory().map(|(_, pose)| pose.position());
+    let landmarks = matcher.landmarks().into_iter().map(|found| found.position);
     let made = matcher.submaps().filter(|submap| submap.keyframes > 0);
     Ok(LoadedMap {
-        points: MapPoints::of_grid(matcher.grid(), way, []),
+        points: MapPoints::of_grid(matcher.grid(), way, landmarks),
         submaps: made.count(),
     })
+}
+
+/// What a file is that is no submap; `None` of one that may be.
+fn foreign(file: &[u8]) -> Option<&'static str> {
+    if let Some(known) = known_file(file) {
+        return Some(known.what);
+    }
+    let text = file.strip_prefix("\u{feff}".as_bytes()).unwrap_or(file);
+    match text.trim_ascii_start().first() {
+        None => Some("an empty file"),
+        Some(b'#') => None,
+        Some(_) => Some("a file of another kind"),
+    }
 }
 
 #[cfg(test)]
@@ -91,6 +117,14 @@ mod tests {
     fn what_is_wrong_is_said_in_the_words_of_its_kind() {
         let text = read(b"#points\n2\n1, 2\n").unwrap_err().to_string();
         assert!(text.contains("line"), "{text}");
+        for (file, what) in [
+            (&b"\xff\xd8\xff\xe0"[..], "a JPEG picture"),
+            (b"# .PCD v0.7", "a point cloud (PCD)"),
+            (b"1, 2\n", "a file of another kind"),
+            (b" \n", "an empty file"),
+        ] {
+            assert_eq!(read(file).unwrap_err(), LoadedMapError::Foreign { what });
+        }
         let cut = read(&slamlab::MAGIC).unwrap_err();
         assert_eq!(cut, LoadedMapError::Slamlab(SlamlabError::Header { at: 8 }));
     }

@@ -39,7 +39,7 @@ use nalgebra::Point2;
 
 use super::FieldError;
 use super::map_server::{MapServerError, known_rect};
-use crate::estimation::{MapPoints, ScanMatcher};
+use crate::estimation::{MapLandmark, MapPoints, ScanMatcher};
 use crate::map::{CellState, Grid, Wall};
 
 pub use self::read::parse;
@@ -143,7 +143,7 @@ pub enum SmapError {
 impl Smap {
     /// What a run has mapped: the middles of the occupied cells, where the robot was, and each wall
     /// as an edge that was found again as often as it was seen after the first time, and points
-    /// with how often they were found again. Only methods with landmarks have some.
+    /// with how often they were found again.
     ///
     /// # Errors    [`SmapError::Map`], [`SmapError::MapTooLarge`].
     pub fn of_run(
@@ -180,8 +180,8 @@ impl Smap {
         })
     }
 
-    /// One submap of scan matching, in its frame: its surfaces, and where the robot was. It has no
-    /// landmarks.
+    /// One submap of scan matching, in its frame: its surfaces, where the robot was, and what was
+    /// found again in it.
     ///
     /// # Errors    [`SmapError::NoSubmap`], [`SmapError::Unfinished`],
     /// [`SmapError::SubmapTooLarge`].
@@ -194,13 +194,18 @@ impl Smap {
             .ok_or(missing)?
             .surfaces()
             .collect();
+        let point = |found: &MapLandmark| SmapLandmark {
+            at: found.position,
+            confidence: found.confidence,
+            kind: LandmarkKind::Point,
+        };
         match points.len() {
             0 => Err(SmapError::Unfinished { submap }),
             found if found > MOST_POINTS => Err(SmapError::SubmapTooLarge { submap, found }),
             _ => Ok(Self {
                 points,
                 path: matcher.way_in(submap).collect(),
-                landmarks: vec![],
+                landmarks: matcher.landmarks_in(submap).iter().map(point).collect(),
             }),
         }
     }

@@ -113,6 +113,18 @@ impl<'a> View<'a> {
         confirmed.map(|point| (point.position, point.confidence()))
     }
 
+    /// Points by which others recognise a place of this map, and how often each was found again:
+    /// those that the method keeps and, of a map of submaps, those found in it now
+    /// ([`ScanMatcher::landmarks`]).
+    #[must_use]
+    pub fn landmark_points(&self) -> Vec<(Point2<f64>, u32)> {
+        let of_map = self.map.map(ScanMatcher::landmarks).unwrap_or_default();
+        let of_map = of_map
+            .iter()
+            .map(|point| (point.position, point.confidence));
+        self.confirmed_points().chain(of_map).collect()
+    }
+
     /// How the errors of pose and walls hang together; `None` for methods without a common
     /// covariance. O(n²).
     #[must_use]

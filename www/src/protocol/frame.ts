@@ -57,7 +57,7 @@ export interface Change {
   found: Float32Array | null;
   /** Walls of the line map, see LINE. */
   lines: Float64Array | null;
-  /** Landmarks of the filter with their confidence, see LANDMARK. */
+  /** Landmarks with their confidence, see LANDMARK. */
   landmarks: Float32Array | null;
   /** How well they are found again, gate by gate, see REFINDING; empty without a truth. */
   refinding: Float32Array | null;

@@ -2,7 +2,7 @@
 // link.
 
 import { turnBetween } from "../angle.js";
-import type { Change, Status } from "../protocol/frame.js";
+import type { Change, Renumbering, Status } from "../protocol/frame.js";
 import type { MethodName, RunStatus, SourceKind, WebRun } from "../protocol/module.js";
 import { sampleOf } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
@@ -130,14 +130,23 @@ export class Run implements RunFacts {
     this.#refresh();
   }
 
-  /** A submap is taken out (-1) or put back (1); whether it was. */
-  renumber(submap: number, by: -1 | 1): boolean {
-    if (by === -1) this.module.remove_submap(submap);
-    else if (!this.module.undo_removal()) return false;
-    this.#changes.renumber({ submap, by });
-    this.#story.note("info", `Submap ${submap} was ${by === -1 ? "taken out of the map" : "put back into the map"} by hand`);
+  /** Takes a submap out of the map. */
+  removeSubmap(submap: number): Renumbering {
+    this.module.remove_submap(submap);
+    return this.#renumber({ submap, by: -1 }, "taken out of the map");
+  }
+
+  /** Puts back the submap that was taken out last, if there is one. */
+  undoRemoval(): Renumbering | null {
+    const submap = this.module.undo_removal();
+    return submap === undefined ? null : this.#renumber({ submap, by: 1 }, "put back into the map");
+  }
+
+  #renumber(renumbering: Renumbering, done: string): Renumbering {
+    this.#changes.renumber(renumbering);
+    this.#story.note("info", `Submap ${renumbering.submap} was ${done} by hand`);
     this.#refresh();
-    return true;
+    return renumbering;
   }
 
   /** With a twin another one begins here. */

@@ -75,13 +75,11 @@ export class SlamSubmaps extends SlamElement {
   }
 
   #submaps(count: number): TemplateResult {
-    const { removedSubmaps, status } = this.store;
-    const last = removedSubmaps.at(-1);
-    const canUndo = last && last.scans === status?.scans;
+    const { undoable } = this.scene.submaps;
     return html`
       <p data-testid="submaps-summary">The map is made of ${count} ${count === 1 ? "submap" : "submaps"}. A click goes there.</p>
       <ul aria-labelledby="submaps">${this.#numbers().map((submap) => this.#item(submap, submap === count - 1))}</ul>
-      ${canUndo ? html`<button class="undo" data-testid="undo-removal" title="Until the robot scans again" @click=${() => this.client.undoRemoval()}>${icons.undo} Put submap ${last.submap} back</button>` : nothing}`;
+      ${undoable === undefined ? nothing : html`<button class="undo" data-testid="undo-removal" title="With its joins to the others. What the robot saw since stays." @click=${() => this.client.send({ kind: "undo-removal" })}>${icons.undo} Put submap ${undoable} back</button>`}`;
   }
 
   #item(submap: number, isLast: boolean): TemplateResult {
@@ -99,7 +97,7 @@ export class SlamSubmaps extends SlamElement {
       </dl>
       <div class="two own">
         <button data-testid="save-submap" ?disabled=${isLast} title="Its points and the way through it (.smap)" @click=${() => this.client.send({ kind: "save-submap", submap })}>${icons.save} Save (.smap)</button>
-        <button data-testid="remove-submap" ?disabled=${submap >= submaps.removable} title="${submap >= submaps.removable ? "The robot is in it" : "Take it out of the map, with all that was seen in it. It can be put back until the robot scans again: the run pauses."}" @click=${() => this.client.send({ kind: "remove-submap", submap })}>${icons.bin} Delete</button>
+        <button data-testid="remove-submap" ?disabled=${submap >= submaps.removable} title="${submap >= submaps.removable ? "The robot is in it" : "Take it out of the map, with all that was seen in it. It can be put back."}" @click=${() => this.client.send({ kind: "remove-submap", submap })}>${icons.bin} Delete</button>
       </div>` : nothing}
     </li>`;
   }

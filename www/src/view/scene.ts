@@ -28,7 +28,7 @@ export class Scene {
   found: Float32Array = EMPTY;
   /** Points found in it, see POINT. */
   points: Float32Array = EMPTY;
-  /** Landmarks of the filter with their confidence, see LANDMARK. */
+  /** Landmarks with their confidence, see LANDMARK. */
   landmarks: Float32Array = EMPTY;
   /** How well they are found again, see REFINDING. */
   refinding: Float32Array = EMPTY;

@@ -43,6 +43,8 @@ export class Submaps {
   #extents: readonly number[] = [];
   /** So many can be taken out, the first ones. */
   removable = 0;
+  /** The one that was taken out last and can be put back. */
+  undoable: number | undefined;
   /** Names of the closures that are accepted, of those that were last, and when. */
   #accepted: ReadonlySet<string> = new Set();
   #news: ReadonlySet<string> = new Set();
@@ -62,6 +64,7 @@ export class Submaps {
     this.surfaces.length = 0;
     this.#extents = [];
     this.removable = 0;
+    this.undoable = undefined;
   }
 
   get count(): number {
@@ -84,7 +87,7 @@ export class Submaps {
   }
 
   /** Takes a change at a wall time; returns by how much it moves what was there, m. */
-  take({ poses, lengths, surfaces, extents, removable, closures, outcomes, renumbered }: SubmapsChange, wall: number): number {
+  take({ poses, lengths, surfaces, extents, removable, undoable, closures, outcomes, renumbered }: SubmapsChange, wall: number): number {
     if (renumbered.length > 0) {
       // Others have the names of those that were: nothing glides, and no closure is news.
       this.clear();
@@ -92,6 +95,7 @@ export class Submaps {
     }
     this.#extents = [...this.#extents, ...extents];
     this.removable = removable;
+    this.undoable = undoable;
     let at = 0;
     for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
     const before = this.#poses;

@@ -19,7 +19,8 @@ use super::ScanMatcher;
 use super::edits::{erase, lay_walls};
 use crate::geom::{Length, Pose2};
 use crate::map::{Evidence, Grid, SEEN_OFTEN, SurfelMap};
-use crate::points::Points;
+use crate::points::{Beam, Points};
+use crate::robot::Stamp;
 use crate::snapshot::snapshot;
 
 /// A point is moved onto a surface of its submap that is no farther away than this, m.
@@ -147,6 +148,31 @@ impl Keyframe {
         self.free
             .iter()
             .map(move |way| way.map(|end| at * double(end)))
+    }
+
+    /// Its points on surfaces as a scan, each known to `sigma`, m: seen from where its first beam
+    /// began.
+    pub(super) fn points(&self, sigma: f64) -> Points {
+        let origin = self.free.first().map(|[begin, _]| double(*begin));
+        let origin = origin.unwrap_or_default();
+        let hits = self.hits.iter().copied().map(double).enumerate();
+        Points {
+            stamp: Stamp::default(),
+            sensor_in_robot: origin,
+            bearing_sigma: 0.0,
+            beams: hits
+                .map(|(beam_idx, end_in_robot)| Beam {
+                    beam_idx,
+                    origin_in_robot: origin,
+                    end_in_robot,
+                    range: (end_in_robot - origin).length(),
+                    sigma,
+                    is_hit: true,
+                    quality: None,
+                    age: 0.0,
+                })
+                .collect(),
+        }
     }
 
     pub(super) fn draw(&self, grid: &mut Grid, map_from_robot: &Pose2) {

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use nalgebra::Matrix3;
 
 use super::super::free_space::FreeSpace;
-use super::super::pose_graph::Edge;
+use super::super::pose_graph::{Edge, EdgeId};
 use super::{ScanMatcher, Submap};
 use crate::geom::{Length, Pose2, symmetrize};
 
@@ -75,7 +75,7 @@ impl ScanMatcher {
             }
             let is_covered = surfaces_are_held(&held[submap], &holders)
                 && self.free_is_held(submap, &kept)
-                && self.join_past(submap);
+                && self.join_past(submap).is_some();
             kept[submap] = !is_covered;
         }
         let pruned = kept.iter().filter(|kept| !**kept).count();
@@ -114,8 +114,9 @@ impl ScanMatcher {
         held as f64 >= COVERED_FREE * free as f64
     }
 
-    /// Joins what submap `submap` is joined to past it; `false` where it is joined to nothing.
-    pub(super) fn join_past(&mut self, submap: usize) -> bool {
+    /// Joins what submap `submap` is joined to past it: takes away its own edges, and tells the new
+    /// ones; `None` where it is joined to nothing.
+    pub(super) fn join_past(&mut self, submap: usize) -> Option<Vec<EdgeId>> {
         let ids = self.graph.edge_ids().iter().zip(self.graph.edges());
         let own: Vec<_> = ids
             .filter(|(_, edge)| edge.from == submap || edge.to == submap)
@@ -126,13 +127,11 @@ impl ScanMatcher {
             .filter_map(|(_, edge)| Arm::of(edge, submap))
             .collect();
         // The way stays one of motions that are believed.
-        let Some(best) = arms.iter().min_by(|a, b| {
+        let best = arms.iter().min_by(|a, b| {
             let is_closure = |arm: &Arm| arm.cauchy.is_some();
             let spread = |arm: &Arm| arm.cov.trace();
             (is_closure(a).cmp(&is_closure(b))).then(spread(a).total_cmp(&spread(b)))
-        }) else {
-            return false;
-        };
+        })?;
         for (id, _) in &own {
             self.graph.remove_edge(*id);
         }
@@ -143,15 +142,16 @@ impl ScanMatcher {
         let joined: Vec<Edge> = (others.iter())
             .filter_map(|arm| best.joined_to(arm, others.len()))
             .collect();
-        for edge in joined {
-            self.graph.add_edge(edge);
-        }
+        let joined = joined.into_iter();
+        let added = joined
+            .filter_map(|edge| self.graph.add_edge(edge))
+            .collect();
         if self.submaps[submap].is_loose
             && let Some(next) = self.submaps.get_mut(submap + 1)
         {
             next.is_loose = true;
         }
-        true
+        Some(added)
     }
 
     fn has_edge(&self, a: usize, b: usize) -> bool {

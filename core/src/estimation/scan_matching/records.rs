@@ -150,6 +150,13 @@ impl Records {
         id
     }
 
+    /// Takes a record in again that had gone with its submap.
+    pub(super) fn take_back(&mut self, record: ClosureRecord) {
+        self.list.insert(RecordId(self.next), record);
+        self.next += 1;
+        self.changes += 1;
+    }
+
     pub(super) fn judge(&mut self, id: RecordId, proof: Proof) {
         self.change(id, |record| {
             record.proof = Some(proof);

@@ -5,12 +5,20 @@
 //!
 //! 1. What was put off is done first, so that nothing waits for what is gone.
 //! 2. What the submap was joined to is joined past it, as where newer submaps cover it (`pruning`).
-//! 3. The map as it was is kept, to be put back, as long as nothing was seen and nothing changed by
-//!    hand since. Removals come back in turn, the last one first.
+//! 3. The submap is kept, with all that named it, for as long as the run goes on: it comes back
+//!    where it lay in the next one, with its own joins in place of those past it. What the robot
+//!    saw meanwhile stays. Removals come back in turn, the last one first.
 //!
-//! Submaps that follow are numbered anew.
+//! Submaps that follow are numbered anew. Where others are taken out than by hand (`pruning`,
+//! `going_on`), the numbers of what is kept name nothing any more, and it cannot come back.
 
-use super::ScanMatcher;
+use std::ops::Range;
+
+use super::super::pose_graph::{Edge, EdgeId};
+use super::canvas::Keyframe;
+use super::records::ClosureRecord;
+use super::{ScanMatcher, Submap};
+use crate::geom::Pose2;
 
 /// Why a submap cannot be taken out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -38,15 +46,25 @@ pub enum RemovalError {
     },
 }
 
-/// Most removals that can be taken back: each keeps a whole map.
-const MOST_KEPT: usize = 4;
+/// Most removals that can be taken back: each keeps a submap with its keyframes.
+const MOST_KEPT: usize = 16;
 
-/// The map before a submap was taken out.
+/// A submap that was taken out. Numbers of submaps are those of before.
 #[derive(Clone, Debug)]
 pub(super) struct Removal {
-    before: Box<ScanMatcher>,
-    /// Scans and changes by hand when it was taken out.
-    at: [usize; 2],
+    number: usize,
+    submap: Submap,
+    next_from_submap: Pose2,
+    keyframes: Vec<Keyframe>,
+    /// What was seen in it: these places of the way.
+    scans: Range<usize>,
+    /// Its joins, with what is recorded of those that are closures.
+    joins: Vec<(EdgeId, Edge, Option<ClosureRecord>)>,
+    /// The joins past it that took their place.
+    past: Vec<EdgeId>,
+    /// The pairs that it was compared in, and the doubt of each then.
+    compared: Vec<((usize, usize), f64)>,
+    was_next_loose: bool,
 }
 
 impl ScanMatcher {
@@ -63,26 +81,57 @@ impl ScanMatcher {
         }
         self.compare_all();
         self.refine(usize::MAX, true);
-        let mut removals = std::mem::take(&mut self.removals);
-        let before = Box::new(self.clone());
-        if !self.join_past(submap) {
-            self.removals = removals;
-            return Err(RemovalError::Alone { submap });
-        }
+        let mut removal = self.removal_of(submap);
+        let past = self.join_past(submap);
+        removal.past = past.ok_or(RemovalError::Alone { submap })?;
         self.carry_way(submap);
         let kept: Vec<bool> = (0..count).map(|at| at != submap).collect();
+        let mut removals = std::mem::take(&mut self.removals);
         self.keep_submaps(&kept);
         // One for the submap that is gone, and one for the change.
         self.moves += 2;
         self.redraw_at_once();
-        let at = self.seen_and_changed();
-        removals.retain(|removal| removal.at == at);
         if removals.len() == MOST_KEPT {
             removals.remove(0);
         }
-        removals.push(Removal { before, at });
+        removals.push(removal);
         self.removals = removals;
         Ok(())
+    }
+
+    /// What has to be kept of a submap, to put it back; `past` is not known yet.
+    fn removal_of(&self, number: usize) -> Removal {
+        let submap = self.submaps[number].clone();
+        let next = &self.submaps[number + 1];
+        let own = self.keyframes.iter().filter(|k| k.submap == number);
+        let has_scan = |at: &usize| self.trajectory[*at].submap == number;
+        let first = (0..self.trajectory.len()).find(has_scan);
+        let last = (0..self.trajectory.len()).rfind(has_scan);
+        let edges = self.graph.edge_ids().iter().zip(self.graph.edges());
+        let joins = edges.filter(|(_, edge)| edge.from == number || edge.to == number);
+        let record_of = |id: EdgeId| {
+            let mut accepted = self.records.accepted();
+            let record = accepted.find(|(_, edge, _)| *edge == id);
+            record.map(|(_, _, record)| *record)
+        };
+        let compared = self.compared.iter().map(|(pair, doubt)| (*pair, *doubt));
+        Removal {
+            number,
+            next_from_submap: next.map_from_submap.delta_to(&submap.map_from_submap),
+            was_next_loose: next.is_loose,
+            keyframes: own.cloned().collect(),
+            scans: first
+                .zip(last)
+                .map_or(0..0, |(first, last)| first..last + 1),
+            joins: joins
+                .map(|(id, edge)| (*id, *edge, record_of(*id)))
+                .collect(),
+            past: vec![],
+            compared: compared
+                .filter(|((a, b), _)| *a == number || *b == number)
+                .collect(),
+            submap,
+        }
     }
 
     /// So many submaps can be taken out, the first ones: not that in which the robot is, nor, while
@@ -94,34 +143,63 @@ impl ScanMatcher {
         behind.saturating_sub(1)
     }
 
-    /// Puts back the submap that was taken out last; `false` where there is none, or something was
-    /// seen or changed since.
-    pub fn undo_removal(&mut self) -> bool {
-        if !self.can_undo_removal() {
-            return false;
+    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
+    /// none that can come back.
+    pub fn undo_removal(&mut self) -> Option<usize> {
+        self.undoable_removal()?;
+        self.compare_all();
+        self.refine(usize::MAX, true);
+        let Removal {
+            number,
+            mut submap,
+            next_from_submap,
+            keyframes,
+            scans,
+            joins,
+            past,
+            compared,
+            was_next_loose,
+        } = self.removals.pop()?;
+        let next = self.submaps.get_mut(number)?;
+        next.is_loose = was_next_loose;
+        submap.map_from_submap = next.map_from_submap * next_from_submap;
+        self.let_in(number, submap, keyframes);
+        for track in self.trajectory.get_mut(scans).into_iter().flatten() {
+            if track.submap == number + 1 {
+                track.submap = number;
+                track.submap_from_robot = next_from_submap.inverse() * track.submap_from_robot;
+            }
         }
-        let Some(Removal { before, .. }) = self.removals.pop() else {
-            return false;
+        for edge in past {
+            self.graph.remove_edge(edge);
+        }
+        // Under their own names: what was taken out before may have put them there.
+        for (id, edge, record) in joins {
+            if let (Some(_), Some(record)) = (self.graph.put_back(id, edge), record) {
+                self.records.take_back(record);
+            }
+        }
+        self.closures = self.records.accepted().count();
+        // What waited for proof is gone: it is found again.
+        let is_closed = |(old, new)| {
+            let mut accepted = self.records.accepted();
+            accepted.any(|(_, _, record)| (record.old, record.new) == (old, new))
         };
-        let now = std::mem::replace(self, *before);
-        let grown = now.submaps_version().saturating_sub(self.submaps_version());
-        self.moves += grown + 1;
-        self.grid_version = now.grid_version + 1;
-        // What the robot counted meanwhile is of the same way.
-        self.pending = now.pending;
-        self.removals = now.removals;
-        true
+        let (closed, open) = compared
+            .into_iter()
+            .partition::<Vec<_>, _>(|(pair, _)| is_closed(*pair));
+        self.compared.extend(closed);
+        self.jobs.extend(open.into_iter().map(|(pair, _)| pair));
+        // Where later closures have moved what it is joined to, it moves along.
+        self.optimize();
+        self.redraw_at_once();
+        Some(number)
     }
 
-    /// Whether [`Self::undo_removal`] has something to put back.
+    /// The number of the submap that [`Self::undo_removal`] puts back.
     #[must_use]
-    pub fn can_undo_removal(&self) -> bool {
-        let last = self.removals.last();
-        last.is_some_and(|removal| removal.at == self.seen_and_changed())
-    }
-
-    fn seen_and_changed(&self) -> [usize; 2] {
-        [self.trajectory.len(), self.edits.len()]
+    pub fn undoable_removal(&self) -> Option<usize> {
+        self.removals.last().map(|removal| removal.number)
     }
 
     /// Lays the way through a submap into the next, where both lie now.

@@ -1,7 +1,9 @@
-//! A map without some of its submaps.
+//! A map without some of its submaps, or with one more among them.
 //!
-//! In: which submaps are kept. Out: the matcher with these alone, numbered anew; what named another
-//! is gone with it. Whether the pose graph still hangs together is the caller's matter.
+//! In: which submaps are kept, or the one to be let in. Out: the matcher with these, numbered anew;
+//! what named one that is gone is gone with it. Whether the pose graph still hangs together is the
+//! caller's matter, and nothing can be put back that was taken out before ([`super::removal`] sees
+//! to its own).
 
 use std::collections::BTreeMap;
 
@@ -9,6 +11,7 @@ use nalgebra::Matrix3;
 
 use super::super::free_space::FreeSpace;
 use super::super::submap::Indexes;
+use super::canvas::Keyframe;
 use super::{ScanMatcher, Submap};
 use crate::geom::{Pose2, PoseEstimate};
 use crate::map::SurfelMap;
@@ -34,6 +37,7 @@ impl ScanMatcher {
             kept.get(at - 1).copied().unwrap_or(false)
         });
         self.graph = self.graph.kept(&numbers);
+        self.removals.clear();
         self.keyframes.retain_mut(|keyframe| {
             let number = number(keyframe.submap);
             keyframe.submap = number.unwrap_or_default();
@@ -44,18 +48,7 @@ impl ScanMatcher {
             track.submap = number.unwrap_or_default();
             number.is_some()
         });
-        self.jobs = self.jobs.iter().filter_map(|&pair| both(pair)).collect();
-        let compared = std::mem::take(&mut self.compared).into_iter();
-        self.compared = compared
-            .filter_map(|(pair, doubt)| Some((both(pair)?, doubt)))
-            .collect::<BTreeMap<_, _>>();
-        self.records
-            .keep(both, |edge| self.graph.edge(edge).is_some());
-        self.waiting.keep(both);
-        self.newest.clear();
-        self.unrefined.clear();
-        self.closures = self.records.accepted().count();
-        self.indexes = Indexes::default();
+        self.rename_pairs(both);
         // The last that is left at or before it.
         let before = numbers.iter().take(self.last_closed + 1).flatten();
         self.last_closed = before.last().copied().unwrap_or_default();
@@ -64,6 +57,52 @@ impl ScanMatcher {
         }
         // Of a drawing that had begun it is not known what of it stays.
         self.redraw = None;
+    }
+
+    /// Lets in a submap under this number, with what was drawn from it: those from there on are
+    /// numbered higher by one.
+    pub(super) fn let_in(&mut self, number: usize, submap: Submap, keyframes: Vec<Keyframe>) {
+        let higher = |other: usize| other + usize::from(other >= number);
+        self.graph.let_in(number, submap.map_from_submap);
+        self.submaps.insert(number, submap);
+        for keyframe in &mut self.keyframes {
+            keyframe.submap = higher(keyframe.submap);
+        }
+        for track in &mut self.trajectory {
+            track.submap = higher(track.submap);
+        }
+        let first = self.keyframes.partition_point(|k| k.submap < number);
+        for edit in &mut self.edits {
+            edit.submap = higher(edit.submap);
+            edit.after += if edit.after > first {
+                keyframes.len()
+            } else {
+                0
+            };
+        }
+        self.keyframes.splice(first..first, keyframes);
+        self.rename_pairs(|(a, b)| Some((higher(a), higher(b))));
+        self.last_closed = higher(self.last_closed);
+        if let Some(piece) = &mut self.unplaced {
+            piece.first = higher(piece.first);
+        }
+        self.redraw = None;
+    }
+
+    /// Gives pairs of submaps their new numbers; what has none is forgotten.
+    fn rename_pairs(&mut self, both: impl Fn((usize, usize)) -> Option<(usize, usize)>) {
+        self.jobs = self.jobs.iter().filter_map(|&pair| both(pair)).collect();
+        let compared = std::mem::take(&mut self.compared).into_iter();
+        self.compared = compared
+            .filter_map(|(pair, doubt)| Some((both(pair)?, doubt)))
+            .collect::<BTreeMap<_, _>>();
+        self.records
+            .keep(&both, |edge| self.graph.edge(edge).is_some());
+        self.waiting.keep(&both);
+        self.newest.clear();
+        self.unrefined.clear();
+        self.closures = self.records.accepted().count();
+        self.indexes = Indexes::default();
     }
 
     /// Begins a submap where the last one lies, on which nothing is known yet.

@@ -250,7 +250,14 @@ fn a_submap_of_a_run_lies_in_its_own_frame_with_the_way_through_it() {
         let is_wall = near(at.x, &[-2.0, 4.0, 9.0]) || near(at.y, &[-1.5, 2.0, 3.0]);
         assert!(is_wall, "{at}");
     }
-    assert!(!smap.path.is_empty() && smap.landmarks.is_empty());
+    assert!(!smap.path.is_empty() && !smap.landmarks.is_empty());
+    for landmark in &smap.landmarks {
+        let Point2 { coords: at } = pose * landmark.at;
+        let near = |value: f64, walls: &[f64]| walls.iter().any(|wall| (value - wall).abs() < 0.15);
+        let is_corner = near(at.x, &[-2.0, 4.0, 9.0]) && near(at.y, &[-1.5, 2.0, 3.0]);
+        assert!(is_corner && landmark.confidence > 0, "{landmark:?} {at}");
+        assert_eq!(landmark.kind, LandmarkKind::Point);
+    }
     for place in &smap.path {
         assert!((pose * *place).y.abs() < 0.03, "{place}");
     }

@@ -67,9 +67,9 @@ impl Plan {
             let (n, points) = (nodes as f64, (sources.len() + targets.len()) as f64);
             let products = points * (n * n + 8.0 * n) + pairs * 2.0 * n * n * n;
             // The coefficients of each distance of boxes: exponentials, and two products of
-            // matrices that nothing makes wide.
+            // matrices.
             let distances = 2.0 * boxes + 1.0;
-            let coefficients = distances * (EXPONENTIAL * n * n + 2.0 * n * n * n);
+            let coefficients = distances * (EXPONENTIAL * n * n + PRODUCT * 2.0 * n * n * n);
             Self {
                 nodes,
                 half_side,
@@ -198,6 +198,9 @@ impl Coefficients {
         let cosines: Vec<f64> = (0..p * p)
             .map(|at| to_coefficients(at / p, at % p))
             .collect();
+        let transposed: Vec<f64> = (0..p * p)
+            .map(|at| to_coefficients(at % p, at / p))
+            .collect();
         let mut all = vec![];
         for apart in -plan.boxes..=plan.boxes {
             let value = |t: f64, s: f64| {
@@ -209,8 +212,11 @@ impl Coefficients {
                 .flat_map(|t| places.iter().map(move |s| value(*t, *s)))
                 .collect();
             // Both sides: C V Cᵀ.
-            let left = product(&cosines, &values, p, false);
-            all.extend(product(&left, &cosines, p, true));
+            let mut left = vec![0.0; p * p];
+            add_product(&cosines, &values, &mut left, p);
+            let begin = all.len();
+            all.resize(begin + p * p, 0.0);
+            add_product(&left, &transposed, &mut all[begin..], p);
         }
         Self {
             nodes: p,
@@ -227,22 +233,17 @@ impl Coefficients {
     }
 }
 
-/// A B, or A Bᵀ, of square matrices row by row.
-fn product(a: &[f64], b: &[f64], size: usize, is_transposed: bool) -> Vec<f64> {
-    let b = |row: usize, column: usize| b.get(row * size + column).copied().unwrap_or(0.0);
-    let of = |row: &[f64], column: usize| -> f64 {
-        let terms = row.iter().enumerate().map(|(k, a)| {
-            a * if is_transposed {
-                b(column, k)
-            } else {
-                b(k, column)
+/// Adds A B to `sums`, all of them square matrices row by row: whole rows at a time, which
+/// compilers make wide.
+#[inline(always)]
+fn add_product(a: &[f64], b: &[f64], sums: &mut [f64], size: usize) {
+    for (sums, row) in sums.chunks_exact_mut(size).zip(a.chunks_exact(size)) {
+        for (a, row) in row.iter().zip(b.chunks_exact(size)) {
+            for (sum, b) in sums.iter_mut().zip(row) {
+                *sum += a * b;
             }
-        });
-        terms.sum()
-    };
-    let rows = a.chunks_exact(size.max(1));
-    rows.flat_map(|row| (0..size).map(move |column| of(row, column)))
-        .collect()
+        }
+    }
 }
 
 struct Transform<'a, const K: usize> {
@@ -297,9 +298,12 @@ impl<const K: usize> NullaryFnOnce for Transform<'_, K> {
                 let to = (row - away, column + reach);
                 for ((_, other), sums) in moments.range(from..=to) {
                     let by_x = self.coefficients.apart(column - other);
-                    let by_y = self.coefficients.apart(away);
+                    // Transposed, for the kernel is even.
+                    let by_y = self.coefficients.apart(-away);
                     for (local, moments) in local.iter_mut().zip(sums) {
-                        translate(by_x, by_y, moments, &mut half, local, p);
+                        half.fill(0.0);
+                        add_product(by_x, moments, &mut half, p);
+                        add_product(&half, by_y, local, p);
                     }
                 }
             }
@@ -310,41 +314,13 @@ impl<const K: usize> NullaryFnOnce for Transform<'_, K> {
                     continue;
                 };
                 for (value, local) in found.iter_mut().zip(&local) {
-                    let mut sum = 0.0;
-                    for (row, tx) in local.chunks_exact(p).zip(&tx) {
-                        let along: f64 = row.iter().zip(&ty).map(|(c, ty)| c * ty).sum();
-                        sum += tx * along;
-                    }
-                    *value = sum;
+                    let mut along = [0.0; MOST_NODES];
+                    add_product(&tx[..p], local, &mut along[..p], p);
+                    *value = along.iter().zip(&ty).take(p).map(|(c, ty)| c * ty).sum();
                 }
             }
         }
         found
-    }
-}
-
-/// Adds X M Yᵀ to `local`.
-#[inline(always)]
-fn translate(
-    by_x: &[f64],
-    by_y: &[f64],
-    moments: &[f64],
-    half: &mut [f64],
-    local: &mut [f64],
-    p: usize,
-) {
-    for (out, xs) in half.chunks_exact_mut(p).zip(by_x.chunks_exact(p)) {
-        out.fill(0.0);
-        for (x, row) in xs.iter().zip(moments.chunks_exact(p)) {
-            for (sum, moment) in out.iter_mut().zip(row) {
-                *sum += x * moment;
-            }
-        }
-    }
-    for (out, row) in local.chunks_exact_mut(p).zip(half.chunks_exact(p)) {
-        for (sum, ys) in out.iter_mut().zip(by_y.chunks_exact(p)) {
-            *sum += row.iter().zip(ys).map(|(a, b)| a * b).sum::<f64>();
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-// Landmarks of the filter, each in a circle that grows with its confidence: how often it was found
+// Landmarks of the filter or of the submaps, each in a circle that grows with its confidence: how often it was found
 // again (Pilch 2016 §3.5.2, fig. 3.13). Corners and posts with the ellipse in which they lie with
 // 95 % probability; a wall has its band, and its circle stands on its middle.
 

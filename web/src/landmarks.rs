@@ -1,0 +1,144 @@
+//! Landmarks, for the page: those that a filter keeps, and those found in a map of submaps.
+
+use nalgebra::{Matrix2, Point2};
+use slamlab_core::estimation::{Landmark, MapLandmark, PointLandmark, ScanMatcher};
+use slamlab_core::features::PointKind;
+use slamlab_core::pilot::Stage;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::border::{LandmarkName, LandmarkRow, flat};
+use crate::run::WebRun;
+use crate::view::flag;
+
+/// Landmarks of a map of submaps. Each complete submap is looked through once; those of the map
+/// follow from them whenever it grew or was drawn elsewhere.
+#[derive(Debug, Default)]
+pub(crate) struct FoundLandmarks {
+    of_submaps: Vec<Vec<MapLandmark>>,
+    /// Complete submaps, and the version of the grid, that `of_map` is of.
+    known: (usize, u64),
+    of_map: Vec<MapLandmark>,
+}
+
+impl FoundLandmarks {
+    fn of(&mut self, matcher: &ScanMatcher) -> &[MapLandmark] {
+        let complete = matcher.submaps().len().saturating_sub(1);
+        if complete < self.of_submaps.len() {
+            *self = Self::default();
+        }
+        let known = (complete, matcher.grid_version());
+        if known != self.known {
+            let new = self.of_submaps.len()..complete;
+            self.of_submaps
+                .extend(new.map(|submap| matcher.landmarks_in(submap)));
+            self.of_map = matcher.landmarks_of(&self.of_submaps);
+            self.known = known;
+        }
+        &self.of_map
+    }
+
+    /// Submaps have other numbers now.
+    pub(crate) fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[wasm_bindgen]
+impl WebRun {
+    /// Landmarks with their confidence, see `LANDMARK`: those of the filter, or those of the submaps
+    /// that are complete. None of other methods.
+    #[must_use]
+    pub fn landmarks(&mut self) -> Vec<f32> {
+        if self.session().stages().awaits(Stage::Localise) {
+            return vec![];
+        }
+        let mut landmarks = std::mem::take(&mut self.landmarks);
+        let view = self.slam().view();
+        let found = view.map.map_or(&[][..], |matcher| landmarks.of(matcher));
+        let found = (0_u32..).zip(found).map(LandmarkRow::of_found);
+        let walls = view.landmarks.iter().map(LandmarkRow::of_wall);
+        let points = view.point_landmarks.iter().map(LandmarkRow::of_point);
+        let rows = flat(walls.chain(points).chain(found));
+        self.landmarks = landmarks;
+        rows
+    }
+}
+
+impl LandmarkRow {
+    fn of_wall(wall: &Landmark) -> Self {
+        let [a, b] = wall.ends;
+        Self {
+            id: wall.id.0 as f32,
+            kind: f32::from(LandmarkName::Wall as u8),
+            x: (0.5 * (a.x + b.x)) as f32,
+            y: (0.5 * (a.y + b.y)) as f32,
+            var_x: f32::NAN,
+            cov_xy: f32::NAN,
+            var_y: f32::NAN,
+            radius: 0.0,
+            confidence: wall.confidence() as f32,
+            confirmed: flag(wall.is_confirmed) as f32,
+        }
+    }
+
+    fn of_point(point: &PointLandmark) -> Self {
+        Self {
+            id: point.id.0 as f32,
+            confidence: point.confidence() as f32,
+            confirmed: flag(point.is_confirmed) as f32,
+            ..Self::at(&point.position, &point.cov, &point.kind)
+        }
+    }
+
+    /// By its place among those of the map. What was found again is believed.
+    fn of_found((id, found): (u32, &MapLandmark)) -> Self {
+        Self {
+            id: id as f32,
+            confidence: found.confidence as f32,
+            ..Self::at(&found.position, &found.cov, &found.kind)
+        }
+    }
+
+    fn at(position: &Point2<f64>, cov: &Matrix2<f64>, kind: &PointKind) -> Self {
+        let (kind, radius) = match kind {
+            PointKind::Circle { radius, .. } => (LandmarkName::Post, *radius),
+            _ => (LandmarkName::Corner, 0.0),
+        };
+        Self {
+            id: f32::NAN,
+            kind: f32::from(kind as u8),
+            x: position.x as f32,
+            y: position.y as f32,
+            var_x: cov[(0, 0)] as f32,
+            cov_xy: cov[(0, 1)] as f32,
+            var_y: cov[(1, 1)] as f32,
+            radius: radius as f32,
+            confidence: 0.0,
+            confirmed: 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use slamlab_core::estimation::LandmarkId;
+
+    use super::*;
+
+    #[test]
+    fn a_post_keeps_its_number_size_and_confidence() {
+        let post = PointLandmark {
+            id: LandmarkId(7),
+            kind: PointKind::Circle {
+                radius: 0.25,
+                var_radius: 0.01,
+            },
+            position: Point2::new(1.0, -2.0),
+            cov: Matrix2::new(4.0, 1.0, 1.0, 9.0),
+            sightings: 6,
+            is_confirmed: true,
+        };
+        let row: [f32; LandmarkRow::STRIDE] = LandmarkRow::of_point(&post).into();
+        assert_eq!(row, [7.0, 2.0, 1.0, -2.0, 4.0, 1.0, 9.0, 0.25, 5.0, 1.0]);
+    }
+}
