@@ -72,20 +72,17 @@ impl ScanMatcher {
     ///
     /// # Errors    [`RemovalError`]; then the map stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), RemovalError> {
-        let count = self.submaps.len();
-        if submap >= count {
-            return Err(RemovalError::Missing { submap, count });
-        }
-        if submap >= self.removable() {
-            return Err(RemovalError::Needed { submap });
-        }
+        self.check_removable(submap)?;
         self.compare_all();
         self.refine(usize::MAX, true);
+        // That may have placed what was mapped by itself, and numbered the rest anew.
+        self.check_removable(submap)?;
         let mut removal = self.removal_of(submap);
         let past = self.join_past(submap);
         removal.past = past.ok_or(RemovalError::Alone { submap })?;
         self.carry_way(submap);
-        let kept: Vec<bool> = (0..count).map(|at| at != submap).collect();
+        let numbers = 0..self.submaps.len();
+        let kept: Vec<bool> = numbers.map(|at| at != submap).collect();
         let mut removals = std::mem::take(&mut self.removals);
         self.keep_submaps(&kept);
         // One for the submap that is gone, and one for the change.
@@ -96,6 +93,17 @@ impl ScanMatcher {
         }
         removals.push(removal);
         self.removals = removals;
+        Ok(())
+    }
+
+    fn check_removable(&self, submap: usize) -> Result<(), RemovalError> {
+        let count = self.submaps.len();
+        if submap >= count {
+            return Err(RemovalError::Missing { submap, count });
+        }
+        if submap >= self.removable() {
+            return Err(RemovalError::Needed { submap });
+        }
         Ok(())
     }
 

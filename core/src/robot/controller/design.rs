@@ -16,7 +16,7 @@
 //! Source: TDK 2016 §1.1 (model, state feedback, integrators); Åström & Wittenmark (1997),
 //! "Computer-controlled systems", ch. 9 and 11.
 
-use nalgebra::{Complex, DMatrix, Matrix2, Matrix4, SMatrix, SVector, Vector4};
+use nalgebra::{DMatrix, Matrix2, Matrix4, SMatrix, SVector, Vector4};
 
 use super::discrete::discretize;
 use super::riccati::{RiccatiError, filter_gain, regulator_gain};
@@ -191,18 +191,31 @@ fn check_controllable(train: &DriveTrain) -> Result<(), DesignError> {
         "the current of the right motor",
     ];
     let (a, b) = train.matrices();
-    let complex = |x: f64| Complex::new(x, 0.0);
     for eigenvalue in a.complex_eigenvalues().iter() {
-        let rows = DMatrix::from_fn(5, 7, |row, column| match column {
-            5.. => complex(b[(row, column - 5)]),
-            _ if row == column => eigenvalue - a[(row, column)],
-            _ => complex(-a[(row, column)]),
+        // The complex matrix R + i I as one of real numbers, [R -I; I R], of which each singular
+        // value is there twice: complex numbers would need a program of their own for this alone.
+        let rows = DMatrix::from_fn(10, 14, |row, column| {
+            let is_diagonal = row % 5 == column % 7;
+            match (row / 5 == column / 7, column % 7) {
+                (true, input @ 5..) => b[(row % 5, input - 5)],
+                (true, state) if is_diagonal => eigenvalue.re - a[(row % 5, state)],
+                (true, state) => -a[(row % 5, state)],
+                (false, _) if is_diagonal && row < 5 => -eigenvalue.im,
+                (false, _) if is_diagonal => eigenvalue.im,
+                (false, _) => 0.0,
+            }
         });
         // A singular value of nothing: its left vector is the mode that no column reaches.
         let svd = rows.svd(true, false);
         let (at, least) = svd.singular_values.argmin();
         if least <= UNCONTROLLABLE * svd.singular_values.max() {
-            let mode = svd.u.map(|u| u.column(at).map(|z| z.norm()));
+            let part = |u: &DMatrix<f64>, state: usize| {
+                let [re, im] = [state, state + 5].map(|row| u[(row, at)]);
+                re * re + im * im
+            };
+            let mode = svd
+                .u
+                .map(|u| SVector::<f64, 5>::from_fn(|state, _| part(&u, state)));
             return Err(DesignError::Uncontrollable {
                 eigenvalue: eigenvalue.re,
                 state: mode.map_or("", |mode| STATES[mode.imax()]),
