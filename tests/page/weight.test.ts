@@ -6,7 +6,7 @@ import { expect, test } from './fixture.ts';
 /** What issue and specification ask for, bytes. */
 const GOAL = 900_000;
 /** What was reached, and must not be lost again, bytes. Once it is below the goal, that stands. */
-const REACHED = 1_232_000;
+const REACHED = 1_225_000;
 
 const sent = (path: string): number => {
   const file = new URL(`../../www/dist/${path === '/' ? 'index.html' : path.slice(1)}`, import.meta.url);
@@ -30,6 +30,7 @@ test.describe('a first visit', () => {
     const weight = weights.reduce((sum, [, bytes]) => sum + bytes, 0);
     console.log(`a first visit: ${weight} bytes, asked for are ${GOAL}\n${weights.map(([path, bytes]) => `${bytes}\t${path}`).join('\n')}`);
     for (const needed of ['/slamlab_web_bg.wasm', '/worker.js', '/main.js']) expect([...paths]).toContain(needed);
+    for (const later of ['panels', 'race', 'editor', 'registration', 'inspector']) expect([...paths], 'nobody has opened it').not.toContain(`/${later}.js`);
     for (const later of ['files', 'lab', 'cable']) expect([...paths], 'it is loaded when it is asked for').not.toContain(`/slamlab_${later}_bg.wasm`);
     expect(weight).toBeLessThanOrEqual(Math.max(GOAL, REACHED));
   });
