@@ -1,12 +1,18 @@
-// Bundles the page into dist/: main.js; registration.js, editor.js and inspector.js, which are
-// loaded when the lab or the world editor is opened or something is inspected, race.js when a run is
-// compared with others, panels.js when the tab of filter, paths or settings is chosen, plotter.js
-// when the first plot is seen, files.js when a file of others is opened, and svg_context.js when the view is
-// saved as a drawing; the workers;
+// Bundles the page into dist/: main.js, and what is loaded when it is asked for; the workers;
 // offline_worker.js, which keeps all of it for when there is no server (without --watch);
 // style.css, fonts, icons, the wasm modules and index.html. `node build.mjs` once;
 // `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run
 // makes it).
+//
+// | bundle | comes when |
+// |---|---|
+// | plotter.js | the first plot is seen |
+// | panels.js | the tab of filter, paths or settings is chosen |
+// | inspector.js | something is inspected |
+// | race.js | a run is compared with others |
+// | registration.js, editor.js | the lab or the world editor is opened |
+// | files.js | a file of others is opened |
+// | svg_context.js | the view is saved as a drawing |
 
 import { createHash } from "node:crypto";
 import { copyFile, cp, mkdir, readdir, readFile, rm, stat } from "node:fs/promises";

@@ -72,8 +72,8 @@ pub struct RunStatus {
     /// How far what was recognised in the last scan lay from where it was expected; `null` where
     /// nothing was, and of methods that do not compare features.
     pub innovation: Option<Innovation>,
-    /// How the match of the last scan fits, root of the mean squared distance, m; `NaN` where it was
-    /// not matched, and of methods that match no whole scans.
+    /// How the match of the last scan fits, root of the mean squared distance, m; `NaN` where it
+    /// was not matched, and of methods that match no whole scans.
     pub scan_residual: f64,
     /// Features of the last scan, or points of it that were matched; `NaN` where nobody counts.
     pub features_seen: f64,

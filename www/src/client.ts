@@ -76,8 +76,8 @@ export class Client {
     this.#worker.postMessage(command, transfer);
   }
 
-  /** The link of a simulation as it would be had it begun with `setup`; null where none can tell what
-      was done. */
+  /** The link of a simulation as it would be had it begun with `setup`; null where none can tell
+      what was done. */
   linkOf(setup: Setup): Promise<string | null> {
     this.relay({ kind: "keep", setup, asked: true });
     return new Promise((resolve) => this.#askLink.push(resolve));

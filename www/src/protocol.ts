@@ -55,8 +55,8 @@ export type Command =
   | { kind: "back" }
   /** Simulated seconds for each second; Infinity is as fast as it goes. */
   | { kind: "speed"; factor: number }
-  /** Waits where it comes to this moment, s, as long as it plays; Infinity: nowhere. On the way to a
-      moment that was asked for it does not. */
+  /** Waits where it comes to this moment, s, as long as it plays; Infinity: nowhere. On the way to
+      a moment that was asked for it does not. */
   | { kind: "hold-at"; time: number }
   | { kind: "explore" }
   | { kind: "manual" }

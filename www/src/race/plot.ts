@@ -1,5 +1,6 @@
 // The error curves of all runs side by side in one picture, with figures for each. Of a recording
-// nobody knows the truth: there it is what each claims, and how far its way lies from the one shown.
+// nobody knows the truth: there it is what each claims, and how far its way lies from the one that
+// is shown.
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";

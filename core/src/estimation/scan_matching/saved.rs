@@ -3,7 +3,8 @@
 //!
 //! In: a matcher. Out: its bytes, and from them a matcher that works with the settings of a new
 //! run, or what is wrong and where. What can be made again without a trace is left out, the
-//! indexes of the submaps that were compared or refined last; what a person could put back; and how the last scan fitted.
+//! indexes of the submaps that were compared or refined last; and what a person could put back; and
+//! how the last scan fitted.
 
 use super::super::submap::Indexes;
 use super::going_on::Piece;
