@@ -1,6 +1,8 @@
 // Runs side by side: the same world or recording by other methods or with other settings, at the
 // same moment, in one view, with their errors in one plot.
 import { readFile } from 'node:fs/promises';
+import { AxeBuilder } from '@axe-core/playwright';
+import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
@@ -28,6 +30,12 @@ async function together(lab: Lab): Promise<[Status, ...Status[]]> {
     return others.map(({ status }) => Math.abs((status?.time ?? NaN) - shown.time) < 1e-6);
   }, { message: 'all have come to the same moment', timeout: 30_000 }).toEqual((await beside(lab)).map(() => true));
   return all!;
+}
+
+async function fine(page: Page, state: string): Promise<void> {
+  const { violations } = await new AxeBuilder({ page }).setLegacyMode().analyze();
+  const serious = violations.filter((v) => v.impact === 'serious' || v.impact === 'critical');
+  expect(serious.map((v) => `${v.id}: ${v.nodes.map((n) => n.target.join(' ')).join('; ')}`), state).toEqual([]);
 }
 
 test('methods race in the same world at the same moment, and one plot has the errors of all', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
@@ -75,6 +83,23 @@ test('methods race in the same world at the same moment, and one plot has the er
   await lab.watch((s) => s.time, 'alone it goes on too').toBeGreaterThan(time + 1);
   if (!isMobile) await expect(page.locator('#legend')).toBeVisible();
 });
+
+for (const theme of ['light', 'dark'] as const) {
+  test(`nothing serious stands in anyone's way while runs are compared, ${theme}`, { tag: '@phone' }, async ({ lab, page }) => {
+    await page.emulateMedia({ colorScheme: theme });
+    await lab.open();
+    await lab.at('compare').click();
+    await lab.at('race-setting').selectOption('ekf.gate');
+    await fine(page, 'what to compare with is chosen');
+    await lab.at('race-setting').selectOption('');
+    await lab.at('race-odometry').check();
+    await lab.at('race-go').click();
+    await expect.poll(async () => (await beside(lab))[0]?.isThere).toBe(true);
+    await lab.pause();
+    await lab.show('plots');
+    await fine(page, 'runs side by side');
+  });
+}
 
 test('one view fits all: pan, zoom and layers are those of each', async ({ lab, page }) => {
   await lab.open();
