@@ -178,3 +178,15 @@ test('methods race on a recording, where no curve is called an error', async ({ 
   await lab.enter('arena', '4');
   await expect(page.locator('#maps slam-map'), 'another world is not raced in').toHaveCount(1);
 });
+
+test('a run whose worker fails leaves, and keeps nobody waiting', async ({ lab, page, problems }) => {
+  await lab.open();
+  await against(lab, 'odometry');
+  const [, other] = page.workers();
+  await other!.evaluate(() => void setTimeout(() => { throw new Error('the module is gone'); }));
+  await expect(page.locator('#maps slam-map'), 'its map goes').toHaveCount(1);
+  await expect(page.locator('slam-toast')).toContainText('Odometry:');
+  const { time } = await lab.status();
+  await lab.watch((s) => s.time, 'the run that is shown goes on').toBeGreaterThan(time + 2);
+  problems.length = 0;
+});

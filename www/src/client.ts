@@ -52,6 +52,8 @@ export class Client {
   desk: WorldDesk | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
+  /** Called where there is no run and will be none: none could begin, or the worker is gone. */
+  onLost: () => void = () => {};
   /** Called with each command; where it returns true, somebody else sees to it. */
   diverts: (command: Command) => boolean = () => false;
   #askLink: ((link: string | null) => void)[] = [];
@@ -61,6 +63,7 @@ export class Client {
     this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
     this.#worker.onerror = (event) => {
       this.#warn(`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
+      this.onLost();
     };
   }
 
@@ -697,6 +700,7 @@ export class Client {
       this.#note("warn", text);
       this.#warn(text);
       // A link that is wrong leaves nothing to look at.
+      if (this.#run === 0) this.onLost();
       if (this.isBeside || this.#run !== 0 || !isLink(location.hash)) return;
       history.replaceState(null, "", location.pathname + location.search);
       this.#skipped = text;

@@ -28,11 +28,13 @@ export class SlamRaceChip extends SlamElement {
   /** Its place among the runs. */
   place = 0;
   onClose: (() => void) | null = null;
+  /** Whether it has come to the moment of the others. */
+  isThere = (): boolean => true;
 
   override render(): TemplateResult {
     const { status, reading } = this.store;
     const error = status?.positionError ?? NaN;
-    const now = reading || !status ? "begins …" : Number.isFinite(error) ? `${fixed(error, 3)} m` : clock(status.time);
+    const now = reading || !status ? "begins …" : !this.isThere() ? `on the way, ${clock(status.time)}` : Number.isFinite(error) ? `${fixed(error, 3)} m` : clock(status.time);
     return html`<div >${swatch(this.colour, this.place)}<b title=${this.name}>${this.name}</b>
       <span class="now" data-testid="race-now-${this.place}" title=${Number.isFinite(error) ? "Position error" : "Moment of the recording"}>${now}${status?.finished ? " · over" : ""}</span>
       ${this.onClose ? html`<button data-testid="race-close-${this.place}" aria-label="End ${this.name}" title="End this run; the others go on" @click=${this.onClose}>${icons.close}</button>` : html`<button class="layers" data-testid="race-layers" aria-label="Layers" aria-pressed=${this.store.tab === "layers"} title="What the maps show" @click=${() => this.#toggleLayers()}>${icons.layers}</button>`}</div>`;

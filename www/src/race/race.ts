@@ -256,11 +256,12 @@ export class SlamRace extends SlamDialog {
     const place = COLOURS.indexOf(colour);
     parts.map.lead = this.map;
     parts.client.diverts = (command) => this.#redirect(command);
+    parts.client.onLost = () => this.#close(rival);
     parts.store.on("toast", () => this.#tell(rival));
     const pane = document.createElement("section");
     pane.setAttribute("aria-label", difference.name);
     pane.dataset["testid"] = `race-pane-${place}`;
-    pane.append(parts.map, this.#chip(parts, difference.name, place, () => this.#close(rival)));
+    pane.append(parts.map, Object.assign(this.#chip(parts, difference.name, place, () => this.#close(rival)), { isThere: () => rival.isThere }));
     document.querySelector("#maps")?.append(pane);
     this.#rivals = [...this.#rivals, rival];
     this.#arrange();
