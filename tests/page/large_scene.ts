@@ -1,5 +1,5 @@
-// A map as large as is promised, in place of a run: what stands in for the page's worker says that a
-// run has begun and sends one frame. All that draws it is the page's own.
+// A map as large as is promised, in place of a run: what stands in for the page's worker says that
+// a run has begun and sends one frame. All that draws it is the page's own.
 import type { Page } from '@playwright/test';
 import { LANDMARK_STRIDE, LINE_STRIDE } from '../../www/pkg/layout.ts';
 

@@ -6,8 +6,8 @@ import type { Browser, Page } from '@playwright/test';
 
 interface TraceEvent { name: string; pid: number; tid: number; ts: number; dur?: number; tdur?: number; args: { name?: string } }
 
-/** Of pictures that were drawn: work for each, and the time to the next one; and of each task of the
-    main thread how long it worked, ms. */
+/** Of pictures that were drawn: work for each, and the time to the next one; and of each task of
+    the main thread how long it worked, ms. */
 export interface Pictures { readonly work: readonly number[]; readonly gaps: readonly number[]; readonly tasks: readonly number[] }
 
 /** What the main thread did while `act` was under way. */

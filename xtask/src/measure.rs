@@ -11,8 +11,8 @@ pub struct Measurement {
     /// What to measure
     #[arg(value_enum)]
     promise: Promise,
-    /// How long to soak (30), to fuzz each decoder (10), to flood the bridge (5), or to run the page
-    /// at top speed (2)
+    /// How long to soak (30), to fuzz each decoder (10), to flood the bridge (5), or to run the
+    /// page at top speed (2)
     #[arg(long)]
     minutes: Option<f64>,
     /// How often each fault is tried

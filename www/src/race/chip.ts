@@ -13,7 +13,7 @@ export class SlamRaceChip extends SlamElement {
     :host([shown]) { max-width: calc(100% - 66px); }
     div { display: flex; align-items: center; gap: 8px; width: max-content; max-width: 100%; min-height: 30px; padding: 0 4px 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--glass); font-size: 13px; }
     b { font-weight: 600; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
-    .now { margin-right: 6px; font: 500 12px/1 var(--mono); color: var(--muted); white-space: nowrap; }
+    .now { display: var(--chip-now, inline); margin-right: 6px; font: 500 12px/1 var(--mono); color: var(--muted); white-space: nowrap; }
     button { min-height: 28px; padding: 0 7px; border-color: transparent; background: transparent; }
     button svg { width: 15px; height: 15px; }
     svg.line { width: 20px; height: 8px; }

@@ -15,6 +15,8 @@ const SHEET = `
     body[data-race="3"] #maps { grid: minmax(0, 1fr) / repeat(3, minmax(0, 1fr)); }
   }
   @media (max-width: 760px) {
+    /* A narrow map has room for the name only; the figures stand under Plots. */
+    body[data-race="3"] #maps, body[data-race="4"] #maps { --chip-now: none; }
     body[data-race] #legend { top: auto; max-height: 60%; z-index: 4; }
     body[data-race] #maps { bottom: var(--dock); }
     body[data-race="2"] #maps { grid: repeat(2, minmax(0, 1fr)) / minmax(0, 1fr); }

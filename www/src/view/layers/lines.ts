@@ -10,8 +10,8 @@ import { addSegments, type Brush, stroke } from "./layer.js";
 
 const SIGMAS = 1.96;
 const STATIONS = 8;
-/** How strongly the bands of recognised walls are drawn, of other walls, and of what is not known to
-    be one. */
+/** How strongly the bands of recognised walls are drawn, of other walls, and of what is not known
+    to be one. */
 const STRENGTHS = [{ inside: 0.42, edge: 0.9 }, { inside: 0.2, edge: 0.45 }, { inside: 0.1, edge: 0.3 }] as const;
 
 /** A line with the part of it that was seen, t1 to t2, and the σ of its displacement at t. */
