@@ -1,11 +1,18 @@
-// Bundles the page into dist/: main.js; registration.js, editor.js and inspector.js, which are
-// loaded when the lab or the world editor is opened or something is inspected, plotter.js when the
-// first plot is seen, files.js when a file of others is opened, and svg_context.js when the view is
-// saved as a drawing; the workers;
+// Bundles the page into dist/: main.js, and what is loaded when it is asked for; the workers;
 // offline_worker.js, which keeps all of it for when there is no server (without --watch);
 // style.css, fonts, icons, the wasm modules and index.html. `node build.mjs` once;
 // `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run
 // makes it).
+//
+// | bundle | comes when |
+// |---|---|
+// | plotter.js | the first plot is seen |
+// | panels.js | the tab of filter, paths or settings is chosen |
+// | inspector.js | something is inspected |
+// | race.js | a run is compared with others |
+// | registration.js, editor.js | the lab or the world editor is opened |
+// | files.js | a file of others is opened |
+// | svg_context.js | the view is saved as a drawing |
 
 import { createHash } from "node:crypto";
 import { copyFile, cp, mkdir, readdir, readFile, rm, stat } from "node:fs/promises";
@@ -47,7 +54,7 @@ const options = {
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
   entryPoints: {
-    main: "src/main.ts", registration: "src/registration/lab.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", plotter: "src/ui/plotter.ts", style: "src/style.css",
+    main: "src/main.ts", registration: "src/registration/lab.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", style: "src/style.css",
     worker: "src/worker.ts", files: "src/source/files.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
   },
   loader: { ".woff2": "file" },

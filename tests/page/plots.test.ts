@@ -11,13 +11,27 @@ test('the plots of a simulation are saved as a table with units, each scan in it
   await stepOn(lab);
   const table = await saved(page, lab, 'slam-plots', 'plots');
   expect(table.name).toBe('office-plots.csv');
-  expect(table.header).toBe('Time (s),Position error (m),"Position error, 3σ (m)",Heading error (°),"Heading error, 3σ (°)",Time per scan (ms)');
+  const innovation = (name: string, unit: string) => `${name} (${unit}),"${name}, ±2σ, upper (${unit})","${name}, ±2σ, lower (${unit})"`;
+  expect(table.header).toBe(`Time (s),Position error (m),"Position error, 3σ (m)",Heading error (°),"Heading error, 3σ (°)",${innovation('Innovation α', '°')},${innovation('Innovation r', 'cm')},"Features, seen","Features, matched","Features, new",Time per scan (ms)`);
   const status = await lab.status();
   const last = table.rows.at(-1)!;
   expect(table.rows.length, 'a row for each scan').toBe(status.scans);
   expect(last[0]).toBeCloseTo(status.time, 6);
   expect(last[1], 'as far as the pose is from the truth').toBeCloseTo(Math.hypot(status.x - status.truthX, status.y - status.truthY), 9);
   expect(last[4], '3σ of the heading').toBeCloseTo((3 * 180 / Math.PI) * Math.sqrt(status.covHeading), 9);
+  const { alpha, alphaSigma, r, rSigma } = status.innovation!;
+  expect(last[5], 'α of the walls of the last scan').toBeCloseTo((180 / Math.PI) * alpha, 9);
+  expect(last[6], 'and its bound').toBeCloseTo((2 * 180 / Math.PI) * alphaSigma, 9);
+  expect([last[8], last[9], last[10]], 'r the same way').toEqual([100 * r, 200 * rSigma, -200 * rSigma]);
+  expect([last[11], last[12], last[13]]).toEqual([status.featuresSeen, status.featuresMatched, status.featuresNew]);
+  const [, matched] = [last[11]!, last[12]!];
+  expect(matched, 'walls are recognised').toBeGreaterThan(0);
+  await expect(lab.at('plot-26')).toHaveText(`${last[11]} / ${last[12]} / ${last[13]}`);
+  await expect(lab.at('plot-16')).toHaveText(`${last[8]!.toFixed(2)} cm`);
+  const known = table.rows.filter((row) => Number.isFinite(row[5]));
+  const within = known.filter((row) => Math.abs(row[5]!) <= row[6]!);
+  expect(within.length / known.length, 'most innovations lie between their bounds').toBeGreaterThan(0.7);
+  expect(known.some((row) => row[5]! < 0) && known.some((row) => row[5]! > 0), 'to either side').toBe(true);
   expect(table.rows.every((row, i) => i === 0 || row[0]! > table.rows[i - 1]![0]!), 'in the order of time').toBe(true);
   await expect(lab.at('plot-1'), 'and the plot says the same').toHaveText(`${last[1]!.toFixed(3)} m`);
 });
@@ -76,3 +90,35 @@ async function saved(page: Page, lab: Lab, plots: string, panel: 'plots' | 'filt
   const [header = '', ...lines] = (await readFile(await download.path(), 'utf8')).trimEnd().split('\r\n');
   return { name: download.suggestedFilename(), header, rows: lines.map((line) => line.split(',').map((cell) => (cell === '' ? NaN : Number(cell)))) };
 }
+
+test('what has no innovation says why, and shows what it has in its place', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('plots');
+  await expect(lab.at('plot-13'), 'the line filter has innovations').toContainText('°');
+  await expect(lab.at('no-innovation')).toHaveCount(0);
+  await lab.at('method').selectOption('scan-matching');
+  await lab.watch((s) => s.scanResidual, 'the match has a residual').toBeGreaterThan(0);
+  await expect(lab.at('plot-25')).toContainText('mm');
+  await expect(lab.at('no-innovation')).toContainText('Whole scans are matched');
+  await expect(lab.at('plot-13')).toBeHidden();
+  const { featuresSeen, featuresMatched, featuresNew, innovation } = await lab.status();
+  expect(featuresMatched).toBeLessThanOrEqual(featuresSeen);
+  expect([featuresNew, innovation]).toEqual([NaN, null]);
+  await lab.at('method').selectOption('odometry');
+  await expect(lab.at('no-innovation')).toContainText('compares nothing');
+  await expect(lab.at('plot-25')).toBeHidden();
+  await expect(lab.at('plot-26')).toBeHidden();
+});
+
+test('points that are landmarks have innovations of their own', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('settings');
+  await lab.at('settings-search').fill('ekf.landmarks');
+  await lab.at('s-ekf.landmarks').selectOption({ index: 2 });
+  await page.keyboard.press('Escape');
+  await lab.at('method').selectOption('line-ekf');
+  await lab.at('restart').click();
+  await lab.watch((s) => s.innovation?.xSigma ?? NaN, 'a point is recognised').toBeGreaterThan(0);
+  await lab.show('plots');
+  await expect(lab.at('plot-19')).toContainText('cm');
+});

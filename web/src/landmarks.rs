@@ -45,8 +45,8 @@ impl FoundLandmarks {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// Landmarks with their confidence, see `LANDMARK`: those of the filter, or those of the submaps
-    /// that are complete. None of other methods.
+    /// Landmarks with their confidence, see `LANDMARK`: those of the filter, or those of the
+    /// submaps that are complete. None of other methods.
     #[must_use]
     pub fn landmarks(&mut self) -> Vec<f32> {
         if self.session().stages().awaits(Stage::Localise) {

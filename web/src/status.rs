@@ -1,7 +1,7 @@
 //! The present numbers of a run, the same for every source.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{Figure, ScanMatcher};
+use slamlab_core::estimation::{Figure, MeanInnovation, ScanMatcher};
 use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::BodyShape;
 use slamlab_core::session::Session;
@@ -69,6 +69,18 @@ pub struct RunStatus {
     pub nis_high: f64,
     /// What these figures say.
     pub diagnosis: DiagnosisName,
+    /// How far what was recognised in the last scan lay from where it was expected; `null` where
+    /// nothing was, and of methods that do not compare features.
+    pub innovation: Option<Innovation>,
+    /// How the match of the last scan fits, root of the mean squared distance, m; `NaN` where it
+    /// was not matched, and of methods that match no whole scans.
+    pub scan_residual: f64,
+    /// Features of the last scan, or points of it that were matched; `NaN` where nobody counts.
+    pub features_seen: f64,
+    /// Those that are known.
+    pub features_matched: f64,
+    /// Those that became landmarks; `NaN` of points.
+    pub features_new: f64,
     /// Loops closed so far.
     pub loop_closures: u32,
     /// The submap in which the robot is; 0 for methods without.
@@ -105,6 +117,49 @@ pub struct RunStatus {
     pub is_rectangle: bool,
     /// Half the opening of a sonar's cone, rad; 0 for a ray of light.
     pub beam_half_angle: f64,
+}
+
+/// Innovations of a scan with their standard deviations, `NaN` where nothing of that kind was
+/// recognised; see `Innovations` of the core.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct Innovation {
+    /// Direction of lines, rad.
+    pub alpha: f64,
+    /// Its σ.
+    pub alpha_sigma: f64,
+    /// Distance of lines, m.
+    pub r: f64,
+    /// Its σ.
+    pub r_sigma: f64,
+    /// Points, ahead of the robot, m.
+    pub x: f64,
+    /// Its σ.
+    pub x_sigma: f64,
+    /// Points, to its left, m.
+    pub y: f64,
+    /// Its σ.
+    pub y_sigma: f64,
+}
+
+impl Innovation {
+    fn of(slam: &Slam) -> Option<Self> {
+        let found = slam.view().update?.innovations();
+        let flat = |each: Option<MeanInnovation>| each.map_or([f64::NAN; 2], |i| [i.mean, i.sigma]);
+        let [[alpha, alpha_sigma], [r, r_sigma]] = [flat(found.alpha), flat(found.r)];
+        let [[x, x_sigma], [y, y_sigma]] = [flat(found.x), flat(found.y)];
+        let is_empty = [alpha, r, x, y].into_iter().all(f64::is_nan);
+        (!is_empty).then_some(Self {
+            alpha,
+            alpha_sigma,
+            r,
+            r_sigma,
+            x,
+            x_sigma,
+            y,
+            y_sigma,
+        })
+    }
 }
 
 /// What the pilot is doing, or how its task ended.
@@ -163,6 +218,8 @@ impl RunStatus {
         let (estimate, slam, robot) = (session.shown_estimate(), session.slam(), session.robot());
         let (pilot, goal) = (session.pilot(), session.pilot().goal());
         let fit = slam.view().prior_map_fit;
+        let (scan_fit, counts) = (slam.view().scan_fit, slam.view().feature_counts());
+        let count = |count: Option<usize>| count.map_or(f64::NAN, |count| count as f64);
         let flat = |figure: Option<Figure>| {
             figure.map_or([f64::NAN; 3], |f| [f.mean, f.band[0], f.band[1]])
         };
@@ -196,6 +253,11 @@ impl RunStatus {
             nis_low,
             nis_high,
             diagnosis: (&consistency.diagnosis()).into(),
+            innovation: Innovation::of(slam),
+            scan_residual: scan_fit.map_or(f64::NAN, |fit| fit.residual),
+            features_seen: count(counts.map(|counts| counts.seen)),
+            features_matched: count(counts.map(|counts| counts.matched)),
+            features_new: count(counts.and_then(|counts| counts.new)),
             loop_closures: slam.view().loop_closures as u32,
             submap: running_submap(slam) as u32,
             prior_map_overlap: fit.and_then(PriorMapFit::part).unwrap_or(f64::NAN),

@@ -52,19 +52,43 @@ export class Client {
   desk: WorldDesk | null = null;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
+  /** Called where there is no run and will be none: none could begin, or the worker is gone. */
+  onLost: () => void = () => {};
+  /** Called with each command; where it returns true, somebody else sees to it. */
+  diverts: (command: Command) => boolean = () => false;
+  #askLink: ((link: string | null) => void)[] = [];
 
-  constructor(private readonly store: Store, private readonly scene: Scene) {
+  /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
+  constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
     this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
     this.#worker.onerror = (event) => {
       this.#warn(`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
+      this.onLost();
     };
   }
 
   send(command: Command, transfer: Transferable[] = []): void {
+    if (!this.diverts(command)) this.relay(command, transfer);
+  }
+
+  /** The same, whatever diverts commands. */
+  relay(command: Command, transfer: Transferable[] = []): void {
     if (this.store.source === "sim" && FORKS.has(command.kind)) this.store.fork();
     // Who does something here wants nothing else.
     if (this.store.lastRun && (FORKS.has(command.kind) || BEGINS.has(command.kind))) this.store.set("last", { lastRun: null });
     this.#worker.postMessage(command, transfer);
+  }
+
+  /** The link of a simulation as it would be had it begun with `setup`; null where none can tell
+      what was done. */
+  linkOf(setup: Setup): Promise<string | null> {
+    this.relay({ kind: "keep", setup, asked: true });
+    return new Promise((resolve) => this.#askLink.push(resolve));
+  }
+
+  /** Ends it for good. */
+  end(): void {
+    this.#worker.terminate();
   }
 
   /** How far the next run goes at once, s. */
@@ -549,7 +573,7 @@ export class Client {
       this.store.set("run", { offer });
       if (this.#wanted !== null) this.#lesson(this.#wanted);
       this.#wanted = null;
-      void this.#ports.prepare();
+      if (!this.isBeside) void this.#ports.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
@@ -666,14 +690,18 @@ export class Client {
       this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
     },
     link: ({ link }) => void this.#giveLink(link),
-    kept: ({ link }) => keepSimulation(this.store, link),
+    kept: ({ link, asked }) => {
+      if (asked) this.#askLink.shift()?.(link);
+      else keepSimulation(this.store, link);
+    },
     failed: ({ text }) => {
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });
       this.#note("warn", text);
       this.#warn(text);
       // A link that is wrong leaves nothing to look at.
-      if (this.#run !== 0 || !isLink(location.hash)) return;
+      if (this.#run === 0) this.onLost();
+      if (this.isBeside || this.#run !== 0 || !isLink(location.hash)) return;
       history.replaceState(null, "", location.pathname + location.search);
       this.#skipped = text;
       this.start();

@@ -18,17 +18,12 @@ import { keepView } from "./visit.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
 import "./ui/cable.js";
-import "./ui/calibration.js";
-import "./ui/consistency.js";
-import "./ui/correlations.js";
 import "./ui/agreement.js";
-import "./ui/contest.js";
 import { SlamCycle } from "./ui/cycle.js";
 import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/edit.js";
-import "./ui/fit.js";
 import "./ui/gamepad.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
@@ -40,7 +35,6 @@ import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";
 import "./ui/prior_map.js";
 import "./ui/log.js";
-import "./ui/matches.js";
 import "./ui/methods.js";
 import "./ui/moved.js";
 import "./ui/plots.js";
@@ -50,9 +44,7 @@ import "./ui/refinding.js";
 import "./ui/renewal.js";
 import "./ui/rooms.js";
 import "./ui/saved_map.js";
-import "./ui/settings.js";
 import "./ui/setup.js";
-import "./ui/sigma.js";
 import "./ui/status.js";
 import "./ui/stick.js";
 import "./ui/submaps.js";
@@ -64,6 +56,7 @@ import "./ui/tour.js";
 import "./ui/twin.js";
 import { SlamTransport } from "./ui/transport.js";
 import type { SlamEditor } from "./editor/editor.js";
+import type { SlamRace } from "./race/race.js";
 import type { SlamRegistration } from "./registration/lab.js";
 import type { Box } from "./view/camera.js";
 import { landmarksOf } from "./view/layers/landmarks.js";
@@ -153,6 +146,17 @@ function hideLab(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
+/** What the tabs of filter, paths and settings show comes when one of them is chosen first. */
+let panels: Promise<unknown> | null = null;
+store.on("tab", () => {
+  if (store.tab !== "filter" && store.tab !== "paths" && store.tab !== "settings") return;
+  panels ??= bundle(store, "panels.js", "This panel").then((part) => {
+    if (!part) panels = null;
+    // It takes up room only now.
+    else store.notify("tab");
+  });
+});
+
 /** What was chosen on the map is told by the inspector, whose code comes the first time. */
 let inspector: Promise<unknown> | null = null;
 store.on("chosen", () => {
@@ -163,6 +167,23 @@ store.on("chosen", () => {
     else inspector = null;
   });
 });
+
+/** Runs beside the one that is shown, the same way. */
+let race: SlamRace | null = null;
+const besideIt = (): { store: Store; scene: Scene; client: Client; map: SlamMap } => {
+  const parts = { store: new Store(), scene: new Scene() };
+  const run = { ...parts, client: new Client(parts.store, parts.scene, true) };
+  return { ...run, map: Object.assign(document.createElement("slam-map") as SlamMap, run) };
+};
+async function showRace(): Promise<void> {
+  if (!race) {
+    if (!(await bundle(store, "race.js", "The comparison of runs"))) return;
+    race ??= Object.assign(document.createElement("slam-race") as SlamRace, { store, scene, client, map, beside: besideIt });
+    document.body.append(race);
+    await race.updateComplete;
+  }
+  race.show();
+}
 
 /** The world editor, the same way. The run waits behind it. */
 let editor: SlamEditor | null = null;
@@ -202,6 +223,7 @@ store.on("tour", () => document.body.toggleAttribute("data-tour", store.tour !==
 
 addEventListener("show-help", () => help.show());
 addEventListener("show-gallery", () => gallery.show());
+addEventListener("show-race", () => void showRace());
 addEventListener("show-editor", () => (editor?.isConnected ? hideEditor() : void showEditor()));
 addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
@@ -219,7 +241,7 @@ const byHand = {
 startGamepad({ ...byHand, show: (gamepad) => store.set("gamepad", { gamepad }) });
 startKeyboard({
   ...byHand,
-  busy: () => help.shown || gallery.shown || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
+  busy: () => help.shown || gallery.shown || (race?.shown ?? false) || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
   steers: () => store.source !== "replay",
   escape: () => {
     if (store.inspecting) map.toggleInspecting();
@@ -253,6 +275,7 @@ startKeyboard({
     m: () => client.send({ kind: "save", what: "map" }),
     // Celej's key for it; where there is a robot to steer, only with Shift.
     a: () => client.send({ kind: "save", what: "map" }),
+    c: () => void showRace(),
     g: () => gallery.show(),
     k: () => store.source === "sim" && client.copyLink(),
     l: () => void showLab(),
@@ -314,6 +337,8 @@ const figures = {
   /** The two submaps of a loop closure. */
   closureOf: (row: number) => [...scene.submaps.closures.subarray(row * CLOSURE_STRIDE, row * CLOSURE_STRIDE + 2)],
   wall: (id: number) => wallEnds(scene.lines, id),
+  /** Runs beside the one that is shown. */
+  get beside() { return race?.figures ?? []; },
   /** Pixels of the canvas at which a map point is drawn. */
   toScreen: (x: number, y: number) => map.camera.toScreen(x, y),
 };

@@ -30,8 +30,8 @@ export type Command =
   | { kind: "follow"; link: string }
   /** Asks for the link of this run, which began with `setup`; it is answered by `link`. */
   | { kind: "link"; setup: Setup }
-  /** The same for the next visit; it is answered by `kept`. */
-  | { kind: "keep"; setup: Setup }
+  /** The same for the next visit, or where somebody asked; it is answered by `kept`. */
+  | { kind: "keep"; setup: Setup; asked?: true }
   /** A building to drive in from files of others: a floor plan (.svg), a submap (.smap),
       OGmap.txt, or the YAML and the image of a map of ROS. It is answered by `built`. */
   | { kind: "build"; name: string; files: readonly GivenBytes[] }
@@ -55,6 +55,9 @@ export type Command =
   | { kind: "back" }
   /** Simulated seconds for each second; Infinity is as fast as it goes. */
   | { kind: "speed"; factor: number }
+  /** Waits where it comes to this moment, s, as long as it plays; Infinity: nowhere. On the way to
+      a moment that was asked for it does not. */
+  | { kind: "hold-at"; time: number }
   | { kind: "explore" }
   | { kind: "manual" }
   /** Map frame, m. */
@@ -246,6 +249,6 @@ export type Answer =
   /** Something could not be done; the state before stays. */
   /** What stands behind the `#` of the address of this run. */
   /** `null` where no link can tell what was done. */
-  | { kind: "kept"; link: string | null }
+  | { kind: "kept"; link: string | null; asked: boolean }
   | { kind: "link"; link: string }
   | { kind: "failed"; about: ErrorKind; text: string };

@@ -64,6 +64,7 @@ export interface Contest {
 export interface Toast {
   level: Level;
   text: string;
+  topic?: string;
 }
 
 /** A map that runs go on in, and where in it the robot begins. */

@@ -189,9 +189,9 @@ const handlers: Handlers<Command> = {
     const { run } = player;
     if (run) post({ kind: "link", link: run.module.link(setup) });
   },
-  keep: ({ setup }) => {
+  keep: ({ setup, asked = false }) => {
     const { run } = player;
-    if (run?.kind === "sim") post({ kind: "kept", link: linkOf(run, setup) });
+    if (run?.kind === "sim") post({ kind: "kept", link: linkOf(run, setup), asked });
   },
   replay: (command) => {
     interrupt();
@@ -217,6 +217,7 @@ const handlers: Handlers<Command> = {
     seek(true, (run) => run.scans >= before);
   },
   speed: ({ factor }) => player.setSpeed(factor),
+  "hold-at": ({ time }) => player.holdAt(time),
   stage: () => {
     player.play(false);
     simulated((run) => run.nextStage());

@@ -9,7 +9,7 @@
 //! 5. [`package`] makes what one installs on the robot's computer, [`dist`] what one puts on a web
 //!    server, [`npm`] what one builds programs of one's own with.
 //! 6. [`measure`] prints figures that the bridge promises, and whether they hold; [`browser_cost`]
-//!    what the browser adds to the core's work, [`page_frames`] what a picture costs. [`results`]
+//!    what the browser adds to the core's work, [`page_report`] what the page costs. [`results`]
 //!    gathers all figures in `RESULTS.md`.
 //!
 //! [`tools`] finds the programs all this needs, and says how to install a missing one.
@@ -23,7 +23,7 @@ pub mod npm;
 #[cfg(unix)]
 pub mod package;
 pub mod page;
-pub mod page_frames;
+pub mod page_report;
 pub mod report;
 pub mod results;
 pub mod rules;

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 
-use crate::{browser_cost, firmware, page_frames, tools};
+use crate::{browser_cost, firmware, page_report, tools};
 
 /// What to measure, and for how long.
 #[derive(Debug, Args)]
@@ -11,7 +11,8 @@ pub struct Measurement {
     /// What to measure
     #[arg(value_enum)]
     promise: Promise,
-    /// How long to soak (30), to fuzz each decoder (10), or to flood the bridge (5)
+    /// How long to soak (30), to fuzz each decoder (10), to flood the bridge (5), or to run the
+    /// page at top speed (2)
     #[arg(long)]
     minutes: Option<f64>,
     /// How often each fault is tried
@@ -37,6 +38,9 @@ pub enum Promise {
     /// An update of the line filter, a registration and a scan of scan matching in headless
     /// Chromium take at most 1.5 times as long as natively
     BrowserCost,
+    /// The page in headless Chromium: weight of a first visit, first picture, map, pictures, long
+    /// tasks, input to picture, memory, and a large map
+    Page,
     /// The page in headless Chromium has time for 60 pictures a second while a recorded building
     /// plays at 50 times its speed
     PageFrames,
@@ -50,7 +54,8 @@ pub fn measure(what: &Measurement) -> Result<()> {
     let minutes = |default: f64| what.minutes.unwrap_or(default).to_string();
     let (example, words) = match what.promise {
         Promise::BrowserCost => return browser_cost::report(),
-        Promise::PageFrames => return page_frames::report(),
+        Promise::Page => return page_report::report(&minutes(2.0)),
+        Promise::PageFrames => return page_report::frames(),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),

@@ -10,6 +10,7 @@ mod ekf_slam;
 mod facing;
 mod free_space;
 mod grid_particles;
+mod innovation;
 mod line_localisation;
 mod line_model;
 mod loop_error;
@@ -37,6 +38,7 @@ pub use ekf_slam::{
     PointLandmark, Rejection, RobotState, SweepTiming, UpdateReport,
 };
 pub use grid_particles::{GridParticles, GridParticlesConfig, GridParticlesError};
+pub use innovation::{FeatureCounts, Innovations, MeanInnovation, ScanFit};
 pub use line_localisation::LineLocaliser;
 pub use loop_error::LoopError;
 pub use map_alignment::{

@@ -16,6 +16,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix2x3, Matrix3, Point2, Vector3};
 
 use super::ekf_slam::{EkfError, RobotState};
+use super::innovation::ScanFit;
 use crate::geom::{Length, PoseEstimate, Segment, pose_cov, symmetrize};
 use crate::map::{LikelihoodPyramid, Surfel, SurfelConfig, SurfelMap};
 use crate::points::OrientedPoint;
@@ -98,12 +99,13 @@ impl ScanLocaliser {
 
     /// Steps 2 and 3: corrects `state` by the surfaces of one scan, robot frame;
     /// `heading_variance` is what odometry gathered of it since they were seen, in the mean, rad².
+    /// Gives how they fit; `None` where they do not.
     pub fn update(
         &mut self,
         state: &mut RobotState,
         surfaces: &[OrientedPoint],
         heading_variance: f64,
-    ) {
+    ) -> Option<ScanFit> {
         let mut predicted = state.estimate();
         predicted.cov += pose_cov(FLOOR[0], FLOOR[1]);
         let prior = Prior {
@@ -125,6 +127,8 @@ impl ScanLocaliser {
             }
             _ => {}
         }
+        let is_located = !matches!(located, Located::Lost(_));
+        is_located.then(|| ScanFit::of(found, surfaces.len()))
     }
 }
 

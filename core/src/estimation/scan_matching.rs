@@ -71,6 +71,7 @@ use self::refinement::Unrefined;
 use self::removal::Removal;
 use self::seen::Seen;
 use super::free_space::FreeSpace;
+use super::innovation::ScanFit;
 use super::pose_graph::{EdgeId, PoseGraph};
 use super::submap::{ClosedSubmap, Indexes};
 use crate::geom::{Pose2, PoseEstimate, symmetrize};
@@ -104,6 +105,8 @@ pub struct ScanMatcher {
     local: PoseEstimate,
     /// Whether the last scan could not be matched, so that the pose is odometry's alone.
     is_blind: bool,
+    /// How the last scan fits; `None` where it was not matched, or only gathered so far.
+    last_fit: Option<ScanFit>,
     motion: Motion,
     gathering: Gathering,
     recent: VecDeque<Recent>,
@@ -220,6 +223,7 @@ impl ScanMatcher {
             running_free: FreeSpace::default(),
             local: PoseEstimate::exact(Pose2::identity()),
             is_blind: false,
+            last_fit: None,
             recent: VecDeque::new(),
             keyframes: vec![],
             last_keyframe: None,
@@ -241,6 +245,7 @@ impl ScanMatcher {
     /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
     /// beams that were taken earlier are known worse.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
+        self.last_fit = None;
         let points = &*self.in_order(points);
         let pending = self.pending.take();
         let moved = pending.map(|moved| self.motion.moved(moved));
@@ -300,6 +305,8 @@ impl ScanMatcher {
         self.local = tracked.estimate;
         seen.correct(&self.local.pose, &tracked.error);
         self.is_blind = tracked.found.is_none();
+        let matched = seen.surfaces.len();
+        self.last_fit = (tracked.found).map(|found| ScanFit::of(&found, matched));
         self.motion.remember(stamp, self.local.pose);
         let is_new = self.is_new_place(tracked.agreement.overlap());
         let waits = is_new && !tracked.is_loose && self.can_wait(&seen, &tracked);
@@ -376,6 +383,12 @@ impl ScanMatcher {
         let matched = self.motion.pasts.back().map(|past| past.stamp);
         let motion = self.motion.speed.filter(|_| newest == matched);
         (motion.map(|(_, motion)| motion), self.local.cov)
+    }
+
+    /// How the last scan fits to the map; `None` where it was not matched, or only gathered so far.
+    #[must_use]
+    pub fn last_fit(&self) -> Option<ScanFit> {
+        self.last_fit
     }
 
     /// The map.

@@ -6,8 +6,9 @@ use nalgebra::Point2;
 
 use super::PriorMapFit;
 use crate::estimation::{
-    Correlations, GridParticles, Hypothesis, Landmark, Match, OdometryErrors, Particle,
-    PointLandmark, PoseGraph, PoseQuality, ScanMatcher, SymmetricMatrix, UpdateReport,
+    Correlations, FeatureCounts, GridParticles, Hypothesis, Landmark, Match, OdometryErrors,
+    Particle, PointLandmark, PoseGraph, PoseQuality, ScanFit, ScanMatcher, SymmetricMatrix,
+    UpdateReport,
 };
 use crate::features::{LineFeature, PointFeature};
 use crate::geom::Pose2;
@@ -86,6 +87,8 @@ pub struct View<'a> {
     /// Of the particles, how many of equal weight would estimate as well; of methods that map by
     /// them.
     pub effective_particles: Option<f64>,
+    /// How the last scan fits to the map, of methods that match whole scans.
+    pub scan_fit: Option<ScanFit>,
     /// The submaps of scan matching.
     pub map: Option<&'a ScanMatcher>,
     /// The map and trajectory of a method that changes what it has drawn.
@@ -97,6 +100,14 @@ impl<'a> View<'a> {
     #[must_use]
     pub fn matches(&self) -> &'a [Match] {
         self.update.map_or(&[], |update| &update.matches)
+    }
+
+    /// How much the last scan showed, and what became of it; `None` of methods that take scans
+    /// otherwise, and where the scan could not be matched.
+    #[must_use]
+    pub fn feature_counts(&self) -> Option<FeatureCounts> {
+        let by_features = self.update.map(UpdateReport::feature_counts);
+        by_features.or(self.scan_fit.map(|fit| fit.counts))
     }
 
     /// Number of walls that were seen often enough.

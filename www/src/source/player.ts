@@ -58,6 +58,8 @@ export class Player {
   #setup: Started["setup"] = null;
   /** As fast as it goes until this holds; then it waits. */
   #until: ((run: Run) => boolean) | null = null;
+  /** Where it waits, s: runs beside it have come no further. */
+  #heldAt = Infinity;
   readonly #immediate = new MessageChannel();
 
   constructor() {
@@ -117,6 +119,12 @@ export class Player {
   setSpeed(factor: number): void {
     this.#pace.speed = factor;
     this.resume();
+  }
+
+  /** Waits where it comes to this moment, s. */
+  holdAt(time: number): void {
+    this.#heldAt = time;
+    this.schedule();
   }
 
   /** The page has drawn the last frame. */
@@ -231,14 +239,15 @@ export class Player {
   #slice(run: Run): void {
     const begin = performance.now();
     const until = this.#until;
-    const target = until ? Infinity : this.#pace.target(begin);
+    const target = until ? Infinity : Math.min(this.#pace.target(begin), this.#heldAt);
     let late = false;
     while (run.time < target && !run.finished && !late && !until?.(run)) {
       run.step();
       this.#stale = true;
       late = performance.now() - begin >= SLICE_MILLIS;
     }
-    if (late) this.#pace.fallBehind(begin, run.time);
+    // What it waited for is not made up for.
+    if (late || run.time >= this.#heldAt) this.#pace.fallBehind(begin, run.time);
     this.#pace.measure(performance.now(), run.time);
     if (run.finished) {
       this.play(false);

@@ -7,7 +7,7 @@ import type { MethodName, RunStatus, SourceKind, WebRun } from "../protocol/modu
 import { sampleOf } from "../protocol/sample.js";
 import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
-import { doing, type Note, Story } from "./story.js";
+import { doing, type Note, OF_THE_LINK, Story } from "./story.js";
 
 /** In a world larger than this, m², counting the reachable area would take too long; the explored
     area is still given. */
@@ -202,8 +202,8 @@ export class Run implements RunFacts {
     const holds = this.#isCompared ? undefined : this.module.link_holds();
     if (holds === undefined) return;
     this.#isCompared = true;
-    if (holds) this.#story.tell("good", "Here the link was made, and the state is the same, to the bit.");
-    else this.#story.tell("warn", "Here the link was made, but the state is not the one that it tells: it was made by another version of slamlab.");
+    if (holds) this.#story.tell("good", "Here the link was made, and the state is the same, to the bit.", OF_THE_LINK);
+    else this.#story.tell("warn", "Here the link was made, but the state is not the one that it tells: it was made by another version of slamlab.", OF_THE_LINK);
   }
 
   #refresh(): void {

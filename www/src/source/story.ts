@@ -17,6 +17,9 @@ export interface Note {
 /** Parts of the reachable area worth a line when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
+/** The topic of what a link that was followed holds. */
+export const OF_THE_LINK = "link";
+
 /** What is said when it changes during a run. */
 const LOCALISATION: Record<LocalisationName, { level: Level; text: string } | null> = {
   localised: { level: "good", text: "The robot knows where it is" },
@@ -104,8 +107,8 @@ export class Story {
   }
 
   /** Says it over the map too. */
-  tell(level: Level, text: string): void {
-    this.#notes.push({ time: this.#time, level, text, alert: true });
+  tell(level: Level, text: string, topic?: string): void {
+    this.#notes.push({ time: this.#time, level, text, alert: true, ...(topic === undefined ? {} : { topic }) });
   }
 
   #tellGoal(s: RunStatus): void {

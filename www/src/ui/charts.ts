@@ -26,6 +26,11 @@ export interface Curve {
   key: string;
   digits: number;
   colour: string;
+  /** The value may be negative: the axis has as much to either side of 0. */
+  isSigned?: true;
+  /** What the value is called, beside others in the same picture. */
+  name?: string;
+  beside?: readonly { name: string; value: number; colour: string }[];
   /** The axis ends there; else where the values do. */
   most?: number;
 }
@@ -39,8 +44,11 @@ export abstract class SlamCharts extends SlamPlotted {
     figcaption { display: flex; justify-content: space-between; font-size: 12.5px; margin-bottom: 2px; }
     figcaption .num { color: var(--ink); }
     .key { display: inline-flex; align-items: center; gap: 5px; color: var(--muted); }
+    .key { margin-left: 4px; }
+    .key svg { width: 12px; height: 4px; }
     .key i { width: 12px; height: 9px; border-radius: 2px; background: color-mix(in srgb, var(--band) 28%, transparent); border-top: 1.5px solid var(--band); }
     .plot { height: 84px; }
+    .none { margin: 0 0 8px; font-size: 12.5px; color: var(--muted); }
     .csv { min-height: 32px; padding: 2px 10px; font-size: 12.5px; }
     @media (pointer: coarse) { .csv { min-height: 44px; } }
     .u-cursor-x, .u-cursor-y { border-color: var(--muted) !important; }
@@ -78,11 +86,17 @@ export abstract class SlamCharts extends SlamPlotted {
     return html`${this.curves.map((curve, i) => {
       const { title, meaning } = this.#words(i, curve);
       return html`<figure id="figure-${i}" aria-label=${`${title} over time`}>
-        <figcaption title=${meaning}><span>${title} ${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
+        <figcaption title=${meaning}><span>${title} ${[{ name: curve.name, colour: curve.colour }, ...curve.beside ?? []].map(({ name, colour }) => name === undefined ? nothing : html`<span class="key"><svg viewBox="0 0 12 4" aria-hidden="true"><path d="M0 2h12" stroke="var(--map-${colour})" stroke-width="2.5"/></svg>${name}</span> `)}${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
         <div class="plot" id="plot-${i}"></div>
       </figure>`;
     })}
+      ${this.note()}
       <button class="csv" data-testid="csv" title="Save these curves as a table: CSV with units, times in seconds" @click=${this.press(() => this.#save())}>${icons.save} CSV</button>`;
+  }
+
+  /** What is to be said below the curves. */
+  protected note(): TemplateResult | typeof nothing {
+    return nothing;
   }
 
   #words(i: number, curve: Curve): { title: string; meaning: string } {
@@ -97,8 +111,9 @@ export abstract class SlamCharts extends SlamPlotted {
     const curves = this.curves.flatMap((curve, i) => {
       const { title } = this.#words(i, curve);
       const bounds = curve.bounds.map((index, k) => column(index, `${title}, ${curve.key}${curve.bounds.length < 2 ? "" : k === 0 ? ", upper" : ", lower"}`, curve.unit));
-      const indices = [curve.value, ...curve.bounds];
-      return [column(curve.value, title, curve.unit), ...bounds].filter((_, k) => has(indices[k] ?? -1));
+      const beside = (curve.beside ?? []).map(({ name, value }) => column(value, `${title}, ${name}`, curve.unit));
+      const indices = [curve.value, ...curve.bounds, ...(curve.beside ?? []).map(({ value }) => value)];
+      return [column(curve.value, curve.name === undefined ? title : `${title}, ${curve.name}`, curve.unit), ...bounds, ...beside].filter((_, k) => has(indices[k] ?? -1));
     });
     if (curves.length === 0) {
       store.set("toast", { toast: { level: "warn", text: "There is nothing to save yet: the curves are empty." } });
@@ -132,12 +147,20 @@ export abstract class SlamCharts extends SlamPlotted {
     const series: uPlot.Series[] = [{}, { stroke: line, width: 1.6, points: { show: false } }];
     const bands = curve.bounds.length === 2;
     series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
+    for (const { colour } of curve.beside ?? []) series.push({ stroke: colourOf(host, `map-${colour}`), width: 1.6, points: { show: false } });
+    const range = (_u: uPlot, min: number, max: number): [number, number] => {
+      const most = curve.most ?? Math.max(1.1 * max, curve.isSigned ? -1.1 * min : 0, 1e-6);
+      return [curve.isSigned ? -most : 0, most];
+    };
+    const frame = this.frame(host, "s");
+    // Of an axis to either side of 0 each half has its numbers.
+    if (curve.isSigned && frame.axes?.[1]) frame.axes[1].space = 14;
     const options: uPlot.Options = {
-      ...this.frame(host, "s"),
+      ...frame,
       series,
       ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
-      scales: { x: { time: false }, y: { range: (_u, _min, max) => [0, curve.most ?? Math.max(max * 1.1, 1e-6)] } },
+      scales: { x: { time: false }, y: { range } },
       hooks: { setCursor: [() => this.#readout()] },
     };
     return new make(options, columns(this.history.columns, curve), host);
@@ -175,11 +198,11 @@ export abstract class SlamCharts extends SlamPlotted {
       const curve = this.curves[i];
       const target = this.renderRoot.querySelector(`#now-${i}`);
       if (!curve || !target) return;
-      // The bounds come before the value.
-      const values = plot.data[this.#alone[i] ? 1 : plot.data.length - 1] ?? [];
-      const at = plot.cursor.idx ?? values.length - 1;
-      const value = values[at];
-      target.textContent = typeof value === "number" ? `${value.toFixed(curve.digits)} ${curve.unit}`.trim() : "–";
+      // The bounds come before the values.
+      const [, ...all] = plot.data;
+      const shown = this.#alone[i] ? all.slice(0, 1) : all.slice(curve.bounds.length);
+      const numbers = shown.map((values) => values[plot.cursor.idx ?? values.length - 1]).filter((value) => typeof value === "number");
+      target.textContent = numbers.length > 0 ? `${numbers.map((value) => value.toFixed(curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
     });
   }
 }
@@ -187,5 +210,5 @@ export abstract class SlamCharts extends SlamPlotted {
 function columns(all: readonly number[][], curve: Curve): uPlot.AlignedData {
   const gaps = (index: number): (number | null)[] => (all[index] ?? []).map((v) => (Number.isFinite(v) ? v : null));
   const time = all[SAMPLE.time] ?? [];
-  return [time, ...curve.bounds.map(gaps), gaps(curve.value)];
+  return [time, ...curve.bounds.map(gaps), gaps(curve.value), ...(curve.beside ?? []).map(({ value }) => gaps(value))];
 }

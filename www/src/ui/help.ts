@@ -35,6 +35,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["O", "draw a world of your own, and let the robot map it"],
   ["L", "the registration lab: two scans on each other, by every method"],
   ["X", "show or hide the truth, which only a simulator knows"],
+  ["C", "compare with other methods or settings, side by side"],
   ["G", "the gallery of experiments"],
   ["T", "dark or light"],
   ["?", "this page"],

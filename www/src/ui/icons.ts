@@ -10,6 +10,7 @@ export const icons = {
   step: icon(svg`<path d="M5 5v14l10-7z" fill="currentColor"/><path d="M19 5v14" stroke-width="2.6"/>`),
   back: icon(svg`<path d="M19 5v14L9 12z" fill="currentColor"/><path d="M5 5v14" stroke-width="2.6"/>`),
   stop: icon(svg`<path d="M8.2 3h7.6L21 8.2v7.6L15.8 21H8.2L3 15.8V8.2z" fill="currentColor" stroke="none"/>`),
+  beside: icon(svg`<rect x="3.5" y="5" width="7" height="14" rx="1.8"/><rect x="13.5" y="5" width="7" height="14" rx="1.8"/>`),
   plus: icon(svg`<path d="M12 5v14M5 12h14"/>`),
   minus: icon(svg`<path d="M5 12h14"/>`),
   inspect: icon(svg`<circle cx="10.5" cy="10.5" r="6.5"/><path d="m15.5 15.5 5 5M10.5 10v3.5"/><path d="M10.5 7.4h.01" stroke-width="2.4"/>`),

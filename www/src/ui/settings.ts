@@ -7,6 +7,7 @@ import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { isChecked, valueOf } from "./input.js";
+import { plain, range, stored, written } from "./setting_words.js";
 
 export class SlamSettings extends SlamElement {
   static override styles = css`
@@ -162,29 +163,6 @@ export class SlamSettings extends SlamElement {
 function matches(s: SettingInfo, search: string): boolean {
   const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();
   return search.toLowerCase().split(/\s+/).every((word) => all.includes(word));
-}
-
-/** What an input holds: seven digits say what anybody typed; the others are those of the binary
-    number. */
-function plain(value: number): string {
-  return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
-}
-
-function written(s: SettingInfo, value: number): string {
-  if (s.kind === "choice") return s.choices[value] ?? "";
-  if (s.kind === "switch") return value === 0 ? "off" : "on";
-  return `${Number((s.scale * value).toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
-}
-
-function range(s: SettingInfo): string {
-  return `${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
-}
-
-/** The number to be stored for one as people read it; an end of the range as it is written is that
-    end. */
-function stored(s: SettingInfo, shown: number): number {
-  const value = shown / s.scale;
-  return [s.low, s.high, s.default].find((end) => plain(s.scale * end) === plain(shown)) ?? value;
 }
 
 customElements.define("slam-settings", SlamSettings);

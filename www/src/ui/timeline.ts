@@ -18,14 +18,15 @@ export class SlamTimeline extends SlamElement {
     .track { position: relative; flex: 1; min-width: 0; height: 30px; }
     input { position: absolute; inset: 0; width: 100%; height: 100%; margin: 0; accent-color: var(--accent); cursor: pointer; }
     /* As the handle runs: half its width from either end. */
-    svg { position: absolute; left: 8px; top: 0; width: calc(100% - 16px); height: 12px; overflow: visible; pointer-events: none; }
-    rect { fill: var(--good); transform: translateX(-1.5px); }
-    rect.warn { fill: var(--warn); }
-    .back svg { position: static; width: 20px; height: 20px; }
+    .track svg { position: absolute; left: 8px; top: 0; width: calc(100% - 16px); height: 12px; overflow: visible; pointer-events: none; }
+    .track rect { fill: var(--good); transform: translateX(-1.5px); }
+    .track rect.warn { fill: var(--warn); }
+    .back svg { width: 20px; height: 20px; }
     .back { width: 36px; min-height: 32px; border-color: transparent; background: transparent; }
     .num { font: 500 12px/1 var(--mono); white-space: nowrap; color: var(--muted); }
     .num b { color: var(--ink); font-weight: 500; }
-    @media (max-width: 760px) { div.line { border-radius: 0; border-width: 1px 0 0; box-shadow: none; } .back { width: 44px; min-height: 36px; } }
+    .compare { min-height: 32px; padding: 0 9px; border-color: transparent; background: transparent; }
+    @media (max-width: 760px) { .compare span { display: none; } div.line { border-radius: 0; border-width: 1px 0 0; box-shadow: none; } .back { width: 44px; min-height: 36px; } }
   `;
 
   protected override readonly topics = ["frame", "run", "log"] as const;
@@ -48,6 +49,7 @@ export class SlamTimeline extends SlamElement {
         <svg aria-hidden="true">${marks.map((mark) => svg`<rect class=${mark.level} x=${place(mark.time)} y="3" width="3" height="7" rx="1.5"/>`)}</svg>
       </span>
       <span class="num"><b>${clock(at)}</b> / ${clock(whole)}</span>
+      <button class="compare" data-testid="compare" aria-label="Compare with…" title="Compare with other methods or settings, side by side (C)" @click=${() => dispatchEvent(new Event("show-race"))}>${icons.beside}<span>Compare</span></button>
     </div>`;
   }
 

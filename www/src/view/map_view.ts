@@ -14,7 +14,7 @@ import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
-import { type Box, Camera } from "./camera.js";
+import { type Box, Camera, union } from "./camera.js";
 import { drawGround, drawOverlays, drawRecord } from "./draw.js";
 import { listenToGestures } from "./gestures.js";
 import { doorAt } from "./layers/doors.js";
@@ -24,6 +24,7 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
+import type { Scene } from "./scene.js";
 import { Sheet } from "./sheet.js";
 import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
@@ -71,9 +72,9 @@ export class SlamMap extends SlamElement {
     #scale { display: flex; align-items: end; gap: 8px; }
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
-    @container stage (max-width: 1700px) { #foot { bottom: 142px; } }
+    @container stage (max-width: 1700px) { #foot { bottom: var(--foot, 142px); } }
     @media (max-width: 760px) {
-      #foot { bottom: auto; top: 12px; left: 12px; }
+      #foot { bottom: auto; top: var(--foot-top, 12px); left: 12px; }
       :host([low]) #scale { display: none; }
       #hover { display: none; }
       #tools { right: 10px; top: 10px; }
@@ -85,6 +86,10 @@ export class SlamMap extends SlamElement {
 
   protected override readonly topics = ["view", "run"] as const;
   readonly camera = new Camera();
+  /** The map whose view this one shows too, where runs stand side by side. */
+  lead: SlamMap | null = null;
+  /** What else is to be seen where everything is shown. */
+  others: readonly Scene[] = [];
 
   /** The view keeps showing everything that is known. */
   #auto = true;
@@ -111,6 +116,7 @@ export class SlamMap extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.#startTicking();
     this.store.on("theme", () => (this.#palette = null));
     this.store.on("contest", () => {
       this.#spotVersion += 1;
@@ -129,19 +135,16 @@ export class SlamMap extends SlamElement {
       this.#inCycle = this.store.inCycle;
       requestAnimationFrame(() => this.#resize());
     });
-    requestAnimationFrame((now) => this.#tick(now));
   }
 
   override firstUpdated(): void {
     listenToGestures(this.#element("pad"), {
-      pan: (dx, dy) => {
-        this.#release();
-        this.camera.panBy(dx, dy);
-      },
+      pan: (dx, dy) => this.#leader.#pan(dx, dy),
       zoom: (factor, x, y) => {
-        if (this.store.follow) [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
-        else this.#release();
-        this.camera.zoomAt(factor, x, y);
+        const { store, camera } = this.#leader;
+        if (store.follow) [x, y] = camera.toScreen(camera.x, camera.y);
+        else this.#leader.#release();
+        camera.zoomAt(factor, x, y);
       },
       tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
       draws: () => this.store.editing !== null,
@@ -168,19 +171,19 @@ export class SlamMap extends SlamElement {
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid="map"
+        id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
         aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
-      <div id="tools" role="group" aria-label="View">
+      ${this.lead ? nothing : html`<div id="tools" role="group" aria-label="View">
         <button class="icon pinch" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
         <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
         <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
         <button class="icon" data-testid="inspect" title="Inspect: click anything for its numbers (I)" aria-label="Inspect" aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
         ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title="Change the map by hand (E)" aria-label="Change the map by hand" aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
-      </div>
+      </div>`}
       <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
     `;
   }
@@ -234,6 +237,15 @@ export class SlamMap extends SlamElement {
   }
 
   #jump = true;
+
+  get #leader(): SlamMap {
+    return this.lead ?? this;
+  }
+
+  #pan(dx: number, dy: number): void {
+    this.#release();
+    this.camera.panBy(dx, dy);
+  }
 
   #release(): void {
     this.#auto = false;
@@ -317,8 +329,7 @@ export class SlamMap extends SlamElement {
     };
     const pan = event.shiftKey ? pans[event.key] : undefined;
     if (pan) {
-      this.#release();
-      this.camera.panBy(...pan);
+      this.#leader.#pan(...pan);
     } else if (event.key === "Enter") {
       this.#choose(this.camera.x, this.camera.y, true);
     } else {
@@ -401,7 +412,8 @@ export class SlamMap extends SlamElement {
     const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
     const before = this.camera.inset;
-    this.camera.inset = phone
+    // Runs side by side have their names above, and nothing over them else.
+    this.camera.inset = document.body.hasAttribute("data-race") ? { top: 44, right: phone ? 12 : 62, bottom: 12, left: 12 } : phone
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
     this.#uncover(before);
@@ -428,8 +440,13 @@ export class SlamMap extends SlamElement {
     if (x < left || y < top) camera.panBy(Math.max(0, left + UNCOVERED - x), Math.max(0, top + UNCOVERED - y));
   }
 
-  #tick(now: number): void {
+  #startTicking(): void {
     requestAnimationFrame((now) => this.#tick(now));
+  }
+
+  #tick(now: number): void {
+    if (!this.isConnected) return;
+    this.#startTicking();
     const seconds = Math.min((now - this.#lastTick) / 1000, 0.1);
     this.#lastTick = now;
     this.#frameTimes.push(now);
@@ -445,9 +462,16 @@ export class SlamMap extends SlamElement {
   /** Moves the camera towards what it should show. */
   #steer(seconds: number, now: number): void {
     const { store, scene, camera } = this;
+    if (this.lead) {
+      const { x, y, scale } = this.lead.camera;
+      Object.assign(camera, { x, y, scale });
+      return;
+    }
     if (this.#auto && now - this.#fitAt > REFIT_MILLIS && scene.status) {
       this.#fitAt = now;
-      const box = scene.bounds(store.layers.truth, store.layers.wheels);
+      const { truth, wheels } = store.layers;
+      const boxes = [scene, ...this.others].map((each) => each.bounds(truth, wheels));
+      const box = boxes.reduce((all, each) => (each ? union(all, each) : all), null);
       if (box) this.#target = camera.fitted(box);
     }
     if (store.follow && scene.status) {

@@ -137,6 +137,8 @@ pub(super) const TABLE: &[Entry] = &[
         "No decoder crashes on changed input."),
     entry("browser-cost", Promise, Slow, CORE,
         "An update of the line filter, a registration and a scan of scan matching are not much slower in the browser."),
+    entry("page", Promise, Slow, &["www", "web/src", "core/src"],
+        "The page is as light, as soon there, and as quick as is promised, and does not grow."),
     entry("page-frames", Promise, Quick, &["www", "web/src"],
         "The page has time for 60 pictures a second while a recorded building plays at 50 times its speed."),
     entry("sizes", Sizes, Quick, &["core/src", "web/src", "www"],

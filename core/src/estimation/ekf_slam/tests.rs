@@ -13,6 +13,7 @@ use crate::robot::Stamp;
 mod association;
 mod consistency;
 mod dense;
+mod innovation;
 mod observability;
 mod points;
 mod run;

@@ -3,7 +3,8 @@
 //!
 //! In: a matcher. Out: its bytes, and from them a matcher that works with the settings of a new
 //! run, or what is wrong and where. What can be made again without a trace is left out, the
-//! indexes of the submaps that were compared or refined last; and what a person could put back.
+//! indexes of the submaps that were compared or refined last; and what a person could put back; and
+//! how the last scan fitted.
 
 use super::super::submap::Indexes;
 use super::going_on::Piece;
@@ -58,7 +59,7 @@ pub enum RestoreError {
 macro_rules! fields {
     ($($field:ident),* $(,)?) => {
         fn write_fields(matcher: &ScanMatcher, out: &mut Vec<u8>) {
-            let ScanMatcher { config: _, indexes: _, removals: _, $($field),* } = matcher;
+            let ScanMatcher { config: _, indexes: _, removals: _, last_fit: _, $($field),* } = matcher;
             $($field.write(out);)*
         }
 
@@ -70,6 +71,7 @@ macro_rules! fields {
                 config,
                 indexes: Indexes::default(),
                 removals: vec![],
+                last_fit: None,
                 $($field: from.field(stringify!($field))?),*
             })
         }

@@ -6,7 +6,7 @@
 
 use super::{Estimator, PreparedScan, SlamConfig, SlamError, View};
 use crate::estimation::{
-    Hypothesis, LineLocaliser, Localisation, MonteCarlo, RobotState, ScanLocaliser,
+    Hypothesis, LineLocaliser, Localisation, MonteCarlo, RobotState, ScanFit, ScanLocaliser,
 };
 use crate::features::{LineExtractor, LineFeature};
 use crate::geom::{Length, PoseEstimate, wrap};
@@ -35,6 +35,7 @@ pub(super) fn begin(config: &SlamConfig) -> Result<Box<dyn Estimator>, SlamError
                     particles: MonteCarlo::new(&map.faces, sigma, start.as_ref(), particles)?,
                     hypotheses: vec![],
                     is_placed: start.is_some(),
+                    fit: None,
                 }))
             }
         },
@@ -69,6 +70,8 @@ struct Watched {
     hypotheses: Vec<Hypothesis>,
     /// Whether the robot's place in the map was ever known.
     is_placed: bool,
+    /// How the last scan fits; `None` where it does not, or was not matched.
+    fit: Option<ScanFit>,
 }
 
 /// Matching and particles that are apart by more than this, m and rad, mean different places.
@@ -92,9 +95,10 @@ impl Watched {
         }
         self.is_placed |= self.is_sure();
         // A map that fits badly may be followed all the same; but only from a place in it.
+        self.fit = None;
         if self.is_placed {
             let surfaces = oriented_points(points);
-            self.matching.update(state, &surfaces, turned);
+            self.fit = self.matching.update(state, &surfaces, turned);
         }
     }
 }
@@ -142,6 +146,7 @@ impl Estimator for InPriorMap {
                 hypotheses: &watched.hypotheses,
                 particles: watched.particles.particles(),
                 pose_quality: Some(watched.particles.quality()),
+                scan_fit: watched.fit,
                 ..view
             },
         }

@@ -43,6 +43,7 @@ impl Estimator for ScanMatcher {
             graph: Some(self.graph()),
             map: Some(self),
             own_map: Some(self),
+            scan_fit: self.last_fit(),
             ..View::default()
         }
     }

@@ -1,6 +1,6 @@
-// Landmarks of the filter or of the submaps, each in a circle that grows with its confidence: how often it was found
-// again (Pilch 2016 §3.5.2, fig. 3.13). Corners and posts with the ellipse in which they lie with
-// 95 % probability; a wall has its band, and its circle stands on its middle.
+// Landmarks of the filter or of the submaps, each in a circle that grows with its confidence: how
+// often it was found again (Pilch 2016 §3.5.2, fig. 3.13). Corners and posts with the ellipse in
+// which they lie with 95 % probability; a wall has its band, and its circle stands on its middle.
 
 import { LANDMARK, LANDMARK_STRIDE, type LandmarkName } from "../../protocol/module.js";
 import { type Brush, disc, stroke } from "./layer.js";

@@ -6,35 +6,59 @@
 // well and opens away from there.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
-import type { Brush } from "./layer.js";
+import { addSegments, type Brush, stroke } from "./layer.js";
 
 const SIGMAS = 1.96;
 const STATIONS = 8;
+/** How strongly the bands of recognised walls are drawn, of other walls, and of what is not known
+    to be one. */
+const STRENGTHS = [{ inside: 0.42, edge: 0.9 }, { inside: 0.2, edge: 0.45 }, { inside: 0.1, edge: 0.3 }] as const;
 
-export function draw({ context, camera, palette, scene }: Brush): void {
-  const { lines } = scene;
+/** A line with the part of it that was seen, t1 to t2, and the σ of its displacement at t. */
+interface Seen { readonly n: readonly [number, number]; readonly r: number; readonly t: readonly [number, number]; readonly sigmaAt: (t: number) => number }
+
+export function draw(brush: Brush): void {
+  const { context, camera, palette, scene: { lines } } = brush;
+  const least = camera.px(1);
+  // A band that is nowhere wider than a line is drawn as one, and all of them at once.
+  const thin = STRENGTHS.map((): number[] => []);
   context.fillStyle = context.strokeStyle = palette.css.lines;
-  context.lineWidth = camera.px(1);
+  context.lineWidth = least;
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
+    const place = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0 : 1) : 2;
+    const line = seenOf(lines.subarray(i, i + LINE_STRIDE));
+    // The variance is convex in t: it is largest at an end.
+    if (SIGMAS * Math.max(...line.t.map(line.sigmaAt)) <= least) {
+      thin[place]?.push(...line.t.flatMap((t) => at(line, line.r, t)));
+      continue;
+    }
     context.beginPath();
-    addBand(context, lines.subarray(i, i + LINE_STRIDE), camera.px(1));
-    context.globalAlpha = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0.42 : 0.2) : 0.1;
+    addBand(context, line, least);
+    context.globalAlpha = STRENGTHS[place]?.inside ?? 0;
     context.fill();
-    context.globalAlpha = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0.9 : 0.45) : 0.3;
+    context.globalAlpha = STRENGTHS[place]?.edge ?? 0;
     context.stroke();
   }
+  STRENGTHS.forEach(({ edge }, place) => stroke(brush, { colour: palette.css.lines, width: 3, alpha: edge }, () => addSegments(context, thin[place] ?? [])));
 }
 
-function addBand(context: CanvasRenderingContext2D, line: Float64Array, least: number): void {
-  const [alpha = 0, r = 0, varAlpha = 0, covAlphaR = 0, varR = 0, x1 = 0, y1 = 0, x2 = 0, y2 = 0] = line;
+function seenOf(row: Float64Array): Seen {
+  const [alpha = 0, r = 0, varAlpha = 0, covAlphaR = 0, varR = 0, x1 = 0, y1 = 0, x2 = 0, y2 = 0] = row;
   const [nx, ny] = [Math.cos(alpha), Math.sin(alpha)];
   const along = (x: number, y: number): number => -ny * x + nx * y;
-  const [t1, t2] = [along(x1, y1), along(x2, y2)];
+  return { n: [nx, ny], r, t: [along(x1, y1), along(x2, y2)], sigmaAt: (t) => Math.sqrt(Math.max(0, t * t * varAlpha - 2 * t * covAlphaR + varR)) };
+}
+
+/** The point d along the normal and t along the line, m. */
+function at({ n: [nx, ny] }: Seen, d: number, t: number): [number, number] {
+  return [nx * d - ny * t, ny * d + nx * t];
+}
+
+function addBand(context: CanvasPath, line: Seen, least: number): void {
+  const { r, t: [t1, t2], sigmaAt } = line;
   const edge = (sign: 1 | -1, k: number): void => {
     const t = t1 + ((t2 - t1) * k) / STATIONS;
-    const sigma = Math.sqrt(Math.max(0, t * t * varAlpha - 2 * t * covAlphaR + varR));
-    const d = r + sign * Math.max(SIGMAS * sigma, least);
-    context.lineTo(nx * d - ny * t, ny * d + nx * t);
+    context.lineTo(...at(line, r + sign * Math.max(SIGMAS * sigmaAt(t), least), t));
   };
   for (let k = 0; k <= STATIONS; k += 1) edge(1, k);
   for (let k = STATIONS; k >= 0; k -= 1) edge(-1, k);

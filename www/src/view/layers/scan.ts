@@ -3,6 +3,7 @@
 
 import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
 import { type Brush, stroke } from "./layer.js";
+import { drawSquares } from "./squares.js";
 
 /** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
     NaN where it reports none. */
@@ -40,10 +41,7 @@ export function draw(brush: Brush): void {
     }
   });
   context.globalAlpha = 1;
-  const size = Math.max(camera.px(2.5), 0.02);
-  context.beginPath();
-  for (let i = 0; i + 1 < scan.length; i += 2) context.rect((scan[i] ?? 0) - size / 2, (scan[i + 1] ?? 0) - size / 2, size, size);
-  context.fill();
+  drawSquares(brush, scan, palette.css.scan, Math.max(camera.px(2.5), 0.02));
 }
 
 /** Something answered from somewhere on each arc. */

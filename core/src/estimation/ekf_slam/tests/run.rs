@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::super::super::innovation::Innovations;
 use super::super::*;
 use super::{ONCE, odometry};
 use crate::features::PointKind;
@@ -28,6 +29,8 @@ pub(super) struct Run {
     /// Sum and number of NEES values of the pose.
     pub(super) nees: (f64, u32),
     pub(super) nis: (f64, usize),
+    /// Of each scan.
+    pub(super) innovations: Vec<Innovations>,
     /// Which wall a landmark is, and how often another one was taken for it.
     wall_of: Vec<(LandmarkId, usize)>,
     pub(super) wrong: u32,
@@ -74,6 +77,7 @@ impl Run {
             true_points: vec![],
             nees: (0.0, 0),
             nis: (0.0, 0),
+            innovations: vec![],
             wall_of: vec![],
             wrong: 0,
         }
@@ -127,6 +131,7 @@ impl Run {
             let right = self.wall_of.contains(&(m.landmark, wall));
             self.wrong += u32::from(!right);
         }
+        self.innovations.push(report.innovations());
         let matches = report.nis_degrees() / 2;
         self.nis = (self.nis.0 + report.nis, self.nis.1 + matches);
         if let Some(nees) = self.slam.estimate().nees(&self.truth) {

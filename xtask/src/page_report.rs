@@ -1,0 +1,66 @@
+//! `page` and `page-frames`: is the page as light, as soon there, and as quick as is promised?
+//!
+//! In: a machine with Chromium; for `page-frames` the recorded data. Out: the figures of a file of
+//! `tests/page/*.measure.ts`, as JSON, of the page as everybody builds it.
+//!
+//! | report | what |
+//! |---|---|
+//! | `page` | weight of a first visit, first picture, map, pictures a second, work for each, long tasks, input to picture, memory, a large map |
+//! | `page-frames` | time for 60 pictures a second while a recorded building plays at 50 times its speed |
+
+use std::fs;
+
+use anyhow::{Context, Result, bail};
+
+use crate::wasm::Profile;
+use crate::{page, tools};
+
+/// Measures all that is promised of the page, and prints it. Runs at top speed go on for so many
+/// minutes.
+///
+/// # Errors
+/// If something cannot be built or run, or a figure does not hold.
+pub fn report(minutes: &str) -> Result<()> {
+    measured("page", "page.measure.ts", &[("SLAMLAB_MINUTES", minutes)])
+}
+
+/// Plays the recording, prints the figures, and judges.
+///
+/// # Errors
+/// If something cannot be built or run, the recorded data is absent, or pictures take too long.
+pub fn frames() -> Result<()> {
+    let log = tools::data_folder().join("intel/intel.clf");
+    if !log.is_file() {
+        bail!("{} is missing: it is what plays", log.display());
+    }
+    measured("page-frames", "frames.measure.ts", &[])
+}
+
+/// Builds the page, and runs one file of measurements, which leaves its figures in a file.
+fn measured(name: &str, file: &str, settings: &[(&str, &str)]) -> Result<()> {
+    let bridge = page::build_with_bridge(Profile::Release, "build --package slamlab-bridge")?;
+    let folder = tools::root().join("tests/page");
+    page::install(&folder)?;
+    let figures = tools::target_dir().join(format!("{name}.json"));
+    if figures.exists() {
+        fs::remove_file(&figures)
+            .with_context(|| format!("cannot remove {}", figures.display()))?;
+    }
+    let mut npm = tools::npm(&folder)?;
+    npm.args(["run", "--silent", "measure", "--", file])
+        .env("CHROME", tools::chrome()?)
+        .env("SLAMLAB_BRIDGE", bridge)
+        .env("SLAMLAB_DATA", tools::data_folder())
+        .env("SLAMLAB_FIGURES", &figures)
+        .envs(settings.iter().copied());
+    let measured = tools::output(&mut npm);
+    match fs::read_to_string(&figures) {
+        Ok(figures) => println!("{figures}"),
+        // What kept it from measuring says more.
+        Err(error) => {
+            measured?;
+            return Err(error).with_context(|| format!("no figures in {}", figures.display()));
+        }
+    }
+    measured.map(|_| ())
+}
