@@ -36,9 +36,11 @@ pub(crate) enum Kind {
     ShownOut,
     /// No place was left.
     Full,
+    /// Somebody changed the bridge's map.
+    Map,
 }
 
-const KINDS: usize = Kind::Full as usize + 1;
+const KINDS: usize = Kind::Map as usize + 1;
 
 /// The budgets.
 #[derive(Debug)]
@@ -70,7 +72,7 @@ impl AccessLog {
             _ => format!(" ({left_out} more of this kind were not logged)"),
         };
         match kind {
-            Kind::Lease | Kind::Stop => tracing::info!("{what}{more}"),
+            Kind::Lease | Kind::Stop | Kind::Map => tracing::info!("{what}{more}"),
             _ => tracing::warn!("{what}{more}"),
         }
         true

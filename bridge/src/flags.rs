@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::rights::Name;
-use slamlab_bridge::settings::{Settings, SettingsError, source_help};
+use slamlab_bridge::settings::{MapSettings, Settings, SettingsError, source_help};
 use slamlab_bridge::source::SourceName;
-use slamlab_core::slam::Method;
+use slamlab_core::slam::{Method, UnknownMethod};
 use slamlab_core::wire::message::Role;
 use slamlab_core::wire::pilch;
 
@@ -79,6 +79,54 @@ pub(crate) struct ServeFlags {
     config: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) settings: Settings,
+    #[command(flatten)]
+    map: MapFlags,
+}
+
+/// Mapping without a page; each of these switches it on.
+#[derive(Args)]
+struct MapFlags {
+    /// Map what the robot sees, without a page too; with a file (.slamlab) the map is kept in it,
+    /// and a later start goes on in it
+    #[arg(long, num_args = 0..=1, value_name = "FILE")]
+    map: Option<Option<PathBuf>>,
+    /// How it maps [default: scan-matching, the only method whose map can be kept]
+    #[arg(long, value_name = "NAME", value_parser = method)]
+    method: Option<Method>,
+    /// A setting of mapping other than its default, as the page names them; may stand more than once
+    #[arg(long, value_name = "KEY=NUMBER", value_parser = setting)]
+    set: Vec<(String, f64)>,
+    /// Write the map so often, seconds [default: 30]
+    #[arg(long, value_name = "SECONDS")]
+    map_save_seconds: Option<u64>,
+}
+
+impl MapFlags {
+    fn settings(self) -> Option<MapSettings> {
+        let is_on = self.map.is_some()
+            || self.method.is_some()
+            || !self.set.is_empty()
+            || self.map_save_seconds.is_some();
+        is_on.then(|| MapSettings {
+            file: self.map.flatten(),
+            method: self.method.map(|method| method.name().to_owned()),
+            save_seconds: self.map_save_seconds,
+            set: self.set.into_iter().collect(),
+        })
+    }
+}
+
+fn method(name: &str) -> Result<Method, String> {
+    name.parse()
+        .map_err(|error: UnknownMethod| error.to_string())
+}
+
+fn setting(text: &str) -> Result<(String, f64), String> {
+    let (key, number) = text.split_once('=').ok_or("expected KEY=NUMBER")?;
+    let number = number
+        .parse()
+        .map_err(|error| format!("{number:?}: {error}"))?;
+    Ok((key.to_owned(), number))
 }
 
 #[derive(Args)]
@@ -145,7 +193,11 @@ impl ServeFlags {
     /// What the flags say, the file below them, and the defaults.
     pub(crate) fn complete(self) -> Result<Settings, SettingsError> {
         let file = self.config.as_deref().map(Settings::read).transpose()?;
-        self.settings.over(file.unwrap_or_default()).complete()
+        let flags = Settings {
+            map: self.map.settings(),
+            ..self.settings
+        };
+        flags.over(file.unwrap_or_default()).complete()
     }
 }
 

@@ -15,10 +15,13 @@ use tower_http::services::ServeDir;
 use crate::access_log::Kind;
 use crate::page::Page;
 use crate::shared::{Limits, Shared, Visitor};
-use crate::{connection, embedded, foxglove, headers, host, rosbridge};
+use crate::{connection, embedded, foxglove, headers, host, mapping, rosbridge};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
+
+/// Bytes of a map as JSON, with room for what goes with it; see [`crate::record::ros::MOST_CELLS`].
+const LONGEST_MAP: usize = 4 * crate::record::ros::MOST_CELLS;
 
 /// `trust` is what a device needs to trust the bridge.
 pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
@@ -35,6 +38,10 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
         .route("/metrics", get(metrics))
         .route("/bridge.json", get(about))
         .merge(sockets.route_layer(own_pages));
+    let router = match shared.mapping.is_some() {
+        true => router.merge(mapping::routes()),
+        false => router,
+    };
     let router = match &shared.page {
         Some(Page::Folder(folder)) => {
             let files = ServeDir::new(folder)
@@ -134,6 +141,15 @@ fn limited(upgrade: WebSocketUpgrade, limits: &Limits) -> WebSocketUpgrade {
         .max_write_buffer_size(1024 * 1024)
 }
 
+/// The same for tools of others, which are sent maps cell by cell, where the bridge maps.
+fn with_maps(upgrade: WebSocketUpgrade, shared: &Shared) -> WebSocketUpgrade {
+    let upgrade = limited(upgrade, &shared.limits);
+    match shared.mapping {
+        Some(_) => upgrade.max_write_buffer_size(LONGEST_MAP),
+        None => upgrade,
+    }
+}
+
 /// Serves a WebSocket until it ends, or must make room before it was let in.
 async fn while_in_place(visitor: &Visitor, session: impl Future<Output = ()>) {
     tokio::select! {
@@ -153,7 +169,7 @@ async fn foxglove_socket(
         const WHY: &str = "Watching needs the token here, and Foxglove cannot show one.\n";
         return (StatusCode::FORBIDDEN, WHY).into_response();
     }
-    let upgrade = limited(upgrade, &shared.limits).protocols(foxglove::PROTOCOLS);
+    let upgrade = with_maps(upgrade, &shared).protocols(foxglove::PROTOCOLS);
     if upgrade.selected_protocol().is_none() {
         let why = format!(
             "Ask for one of the sub-protocols {}.\n",
@@ -172,7 +188,7 @@ async fn rosbridge_socket(
     Extension(visitor): Extension<Visitor>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    limited(upgrade, &shared.limits).on_upgrade(async move |socket| {
+    with_maps(upgrade, &shared).on_upgrade(async move |socket| {
         while_in_place(&visitor, rosbridge::run(socket, &shared, &visitor)).await;
     })
 }

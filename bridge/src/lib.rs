@@ -24,7 +24,8 @@
 //! 6. [`settings`] reads `bridge.toml`; [`tls`] holds the certificate; [`announce`] tells the
 //!    network that the bridge is here.
 //! 7. `audit` writes down who drove, who stopped and who was refused.
-//! 8. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 8. `mapping` runs the core's session on what the hub has, where that is asked for.
+//! 9. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
@@ -47,6 +48,7 @@ pub mod host;
 mod http;
 mod hub;
 mod listen;
+mod mapping;
 mod metrics;
 mod notify;
 mod page;
@@ -72,6 +74,7 @@ pub use slamlab_core::device::safety;
 
 pub use clock::Clock;
 pub use listen::{BindError, bind};
+pub use mapping::{MapConfig, MapError};
 pub use page::{Page, PageError};
 pub use serve::{Config, RunError, Serving, run, start};
 pub use shared::Limits;

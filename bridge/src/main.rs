@@ -117,6 +117,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         }),
     };
     let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
+    let map = settings.map()?;
     let config = Config {
         page: Some(page),
         sources,
@@ -130,6 +131,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         keep,
         audit,
         record: settings.record,
+        map,
         ..Config::default()
     };
     // Only now is anybody there who could answer at the address.

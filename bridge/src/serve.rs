@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use slamlab_core::device;
 use slamlab_core::wire::message::{
     About, CHALLENGE_BYTES, FromBridge, PROTOCOL, RobotFigures, SCHEMA, Watching,
 };
@@ -19,6 +20,7 @@ use crate::audit::Audit;
 use crate::clock::Clock;
 use crate::http;
 use crate::hub;
+use crate::mapping::{self, MapConfig, MapError};
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
@@ -61,6 +63,8 @@ pub struct Config {
     pub keep: Keep,
     /// Folder for who drove, stopped and was refused, and how much of that is kept.
     pub audit: Option<(PathBuf, Keep)>,
+    /// Whether and how the bridge maps what its robot sees.
+    pub map: Option<MapConfig>,
     /// Of sockets, messages and times.
     pub limits: Limits,
 }
@@ -92,6 +96,9 @@ pub enum RunError {
     /// The recording cannot begin.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The map cannot.
+    #[error(transparent)]
+    Map(#[from] MapError),
 }
 
 /// Serves on `listener` until `shutdown` ends; see [`start`] and [`Serving::until`].
@@ -124,6 +131,16 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     if let Some(page) = &config.page {
         page.check()?;
     }
+    let profiles: Vec<_> = config
+        .sources
+        .iter()
+        .map(|source| source.profile())
+        .collect();
+    let robot = source::robot_figures(&profiles.iter().collect::<Vec<_>>());
+    // What can be wrong with it is said before anything moves or is written.
+    let map = config.map.as_ref();
+    let map = map.map(|map| mapping::ready(map, robot.as_ref()));
+    let map = map.transpose()?;
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
@@ -137,14 +154,28 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let (rights_sender, rights) = watch::channel(Arc::new(config.keys.read()?));
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start_all(config.sources, &sender)?;
+    let about = about(&sources, robot.as_ref(), config.watching);
+    // Names the robot; nobody is challenged by it.
+    let hello = device::hub::hello([0; CHALLENGE_BYTES], about.watching, robot.clone());
+    if let Some(recorder) = &recorder {
+        recorder.message(&FromBridge::Hello(hello.clone()), clock.now());
+    }
+    let mut task = hub::Task::new(hub::Parts {
+        clock,
+        sources,
+        metrics: Arc::clone(&metrics),
+        log: Arc::clone(&log),
+        recorder,
+        audit: audit.clone(),
+        rights: rights.clone(),
+    });
+    let mapping = map.map(|map| task.map(map, hello)).transpose()?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
-    let profiles: Vec<_> = sources.iter().map(|source| &source.profile).collect();
-    let robot = source::robot_figures(&profiles);
     let shared = Arc::new(Shared {
         page: config.page,
-        about: about(&sources, robot.as_ref(), config.watching),
+        about,
         robot,
-        rights: rights.clone(),
+        rights,
         origins: config.origins,
         hosts: config.hosts.into(),
         foxglove: config.foxglove,
@@ -153,26 +184,13 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         limits: config.limits,
         hub,
         clock,
-        metrics: Arc::clone(&metrics),
-        log: Arc::clone(&log),
-        audit: audit.clone(),
-    });
-    if let Some(recorder) = &recorder {
-        // Names the robot; nobody is challenged here.
-        let hello = shared.hello([0; CHALLENGE_BYTES]);
-        recorder.message(&FromBridge::Hello(hello), clock.now());
-    }
-    let (stop, stopped) = watch::channel(false);
-    let hub = hub::Task::new(hub::Parts {
-        clock,
-        sources,
         metrics,
         log,
-        recorder,
         audit,
-        rights,
+        mapping,
     });
-    let hub = tokio::spawn(hub.run(events, clients, accept::until(stopped.clone())));
+    let (stop, stopped) = watch::channel(false);
+    let hub = tokio::spawn(task.run(events, clients, accept::until(stopped.clone())));
     tokio::spawn(rights::keep_up(config.keys, rights_sender));
     if let Some(identity) = config.tls.clone() {
         let stopped = accept::until(stopped.clone());

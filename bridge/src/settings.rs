@@ -10,6 +10,7 @@
 //! `bridge/deploy/bridge.toml` is the file that the package installs: every key stands in it, with
 //! its meaning.
 
+mod map;
 mod recording;
 
 use std::io;
@@ -20,9 +21,11 @@ use std::str::FromStr;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use slamlab_core::geom::Pose2;
+use slamlab_core::slam::UnknownMethod;
 
 use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
+pub use map::MapSettings;
 
 /// The default address: this machine only.
 pub const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
@@ -97,6 +100,9 @@ pub struct Settings {
     /// Its private key, PEM
     #[arg(long, value_name = "FILE")]
     pub tls_key: Option<PathBuf>,
+    /// Whether and how the bridge maps; the command line has flags of its own for it.
+    #[arg(skip)]
+    pub map: Option<MapSettings>,
 }
 
 /// The help of `--source`.
@@ -200,6 +206,17 @@ pub enum SettingsError {
         /// What is wrong.
         why: &'static str,
     },
+    /// A method that there is not.
+    #[error("map method: {0}")]
+    MapMethod(#[from] UnknownMethod),
+    /// A time that cannot be.
+    #[error("map save-seconds is {value}; expected 1 to {most}")]
+    MapSave {
+        /// What stands there.
+        value: u64,
+        /// Greatest that may stand there.
+        most: u64,
+    },
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
@@ -278,6 +295,10 @@ impl Settings {
             tls: self.tls.or(tls_below),
             tls_cert: self.tls_cert.or(below.tls_cert),
             tls_key: self.tls_key.or(below.tls_key),
+            map: match (self.map, below.map) {
+                (Some(above), Some(below)) => Some(above.over(below)),
+                (above, below) => above.or(below),
+            },
         }
     }
 
@@ -303,6 +324,7 @@ impl Settings {
             })
         })?;
         self.check_recording()?;
+        let map = self.map.clone().map(MapSettings::complete).transpose()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {
             Tls::Files { cert, key } => (Some(cert.clone()), Some(key.clone())),
@@ -325,6 +347,7 @@ impl Settings {
             tls: Some(tls != Tls::Off),
             tls_cert,
             tls_key,
+            map,
             ..self.over(defaults)
         })
     }

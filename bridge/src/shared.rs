@@ -15,6 +15,7 @@ use crate::clock::Clock;
 use crate::ending::{self, End, GOING_AWAY};
 use crate::hub::outbox::Outbox;
 use crate::hub::{FromClient, NewClient};
+use crate::mapping::Mapping;
 use crate::metrics::Metrics;
 use crate::page::Page;
 use crate::places::Place;
@@ -42,6 +43,8 @@ pub(crate) struct Shared {
     pub(crate) metrics: Arc<Metrics>,
     pub(crate) log: Arc<AccessLog>,
     pub(crate) audit: Option<Arc<Audit>>,
+    /// None where the bridge does not map.
+    pub(crate) mapping: Option<Arc<Mapping>>,
 }
 
 /// A connection: its place, and where it comes from.

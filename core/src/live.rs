@@ -14,6 +14,7 @@
 //!    Whatever disarms it also ends the pilot's task, and so does asking for the right to drive:
 //!    nothing begins or goes on by itself when the robot is armed.
 
+mod bridge_map;
 #[cfg(test)]
 mod tests;
 
@@ -27,9 +28,10 @@ use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::slam::{EarlierMap, Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, PoseBody, PoseState, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
+pub use bridge_map::BridgeMap;
 
 /// Something for a person to read.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,6 +105,10 @@ pub struct Live {
     pub dropped: u64,
     /// Clients that are connected to the bridge, this one included.
     pub watchers: u16,
+    /// The bridge's own map.
+    pub bridge_map: BridgeMap,
+    /// End of the newest odometry, on the robot's own clock, µs.
+    newest: u64,
     /// Arm as soon as the lease is granted.
     wants_to_arm: bool,
 }
@@ -177,6 +183,8 @@ impl Live {
             battery: None,
             dropped: 0,
             watchers: 0,
+            bridge_map: BridgeMap::default(),
+            newest: 0,
             wants_to_arm: false,
         })
     }
@@ -184,7 +192,24 @@ impl Live {
     /// The connection ended and another begins: map and pose stay, the right to drive does not.
     pub fn reconnect(&mut self) {
         self.client = Client::new(&self.config.name, self.config.token.as_deref());
+        self.bridge_map = BridgeMap::default();
         self.end_task();
+    }
+
+    /// Throws map and pose away, a saved one too, and begins where the robot stands.
+    pub fn begin_anew(&mut self) {
+        self.end_task();
+        self.saved_map = None;
+        let figures = self.figures.take();
+        self.begin_with(figures);
+    }
+
+    /// Where the robot is, for others who have its odometry too; `None` before it said anything.
+    #[must_use]
+    pub fn pose(&self) -> Option<PoseBody> {
+        let state = PoseState::of(self.session.slam());
+        let estimate = self.session.estimate();
+        (self.newest > 0).then(|| PoseBody::new(self.newest, &estimate, state))
     }
 
     /// Takes one binary message of the bridge that came at `now`.
@@ -202,10 +227,22 @@ impl Live {
 
     fn take_in(&mut self, now: u64, arrived: u64, message: FromBridge) {
         let has_robot = self.figures.is_some();
-        match self.timeline.message(arrived, &message, has_robot) {
-            Some(Ok(readings)) => return self.feed(readings),
-            Some(Err(error)) => return self.note(Severity::Warning, error),
+        let readings = self.timeline.message(arrived, &message, has_robot);
+        let is_reading = readings.is_some();
+        match readings {
+            Some(Ok(readings)) => self.feed(readings),
+            Some(Err(error)) => self.note(Severity::Warning, error),
             None => {}
+        }
+        if let FromBridge::Odometry(body) = &message {
+            self.newest = body.to;
+        }
+        let estimate = self.session.estimate().pose;
+        if let Err(error) = self.bridge_map.take(&message, &estimate) {
+            self.note(Severity::Warning, format!("The bridge's map: {error}"));
+        }
+        if is_reading {
+            return;
         }
         match message {
             FromBridge::Hello(hello) => self.begin(hello.robot),
@@ -232,9 +269,12 @@ impl Live {
 
     /// Begins with this robot, or goes on with it.
     fn begin(&mut self, figures: Option<RobotFigures>) {
-        if self.begun > 0 && self.figures == figures {
-            return;
+        if self.begun == 0 || self.figures != figures {
+            self.begin_with(figures);
         }
+    }
+
+    fn begin_with(&mut self, figures: Option<RobotFigures>) {
         match session_for(&self.config, figures.as_ref()) {
             Ok((session, instead)) => {
                 self.session = session;
@@ -285,6 +325,7 @@ impl Live {
             RefusalReason::NoRobot => {
                 "The robot's link is down: it cannot be armed, nor its emergency stop reset"
             }
+            RefusalReason::NoMap => "This bridge does not map: there is nothing to begin anew",
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
             }
@@ -422,6 +463,11 @@ impl Live {
     pub fn emergency_stop(&mut self, now: u64) {
         self.end_task();
         self.client.emergency_stop(now);
+    }
+
+    /// Asks the bridge to begin its own map anew.
+    pub fn reset_bridge_map(&mut self, now: u64) {
+        self.client.reset_map(now);
     }
 
     /// Unlatches the emergency stop; the robot stays disarmed.

@@ -105,15 +105,7 @@ impl Picture {
     }
 
     fn occupied(&self) -> impl Iterator<Item = Point2<f64>> {
-        let map = &self.0;
-        let middle = move |index: usize| {
-            let (row, col) = (index / map.width, index % map.width);
-            map.origin * (Point2::new(col as f64 + 0.5, row as f64 + 0.5) * map.resolution)
-        };
-        let cells = map.cells.iter().enumerate();
-        cells
-            .filter(|(_, cell)| **cell == 100)
-            .map(move |(index, _)| middle(index))
+        self.0.occupied().into_iter()
     }
 
     fn is_occupied_near(&self, in_map: Point2<f64>) -> bool {

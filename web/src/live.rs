@@ -2,7 +2,7 @@
 //! WebSocket come in and go out here; times are µs of the page's clock.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::live::{Live, LiveConfig, Note};
+use slamlab_core::live::{BridgeMap, Live, LiveConfig, Note};
 use slamlab_core::wire::message::{self, Severity};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -12,6 +12,7 @@ use crate::border::{
     messages, typed,
 };
 use crate::building::PriorMapSetup;
+use crate::loaded_map::{MOST_WALLS, flat_points};
 use crate::run::{Notice, Source, WebRun};
 
 /// Seed of the planner's random numbers.
@@ -73,6 +74,27 @@ pub struct BridgeStatus {
     pub recorded: f64,
     /// What is at the bridge's lines.
     pub devices: Vec<DeviceStatus>,
+    /// How the bridge's own map does; null where it has none.
+    pub map: Option<BridgeMapStatus>,
+}
+
+/// The bridge's own map, beside that of this run.
+#[derive(Clone, Debug, PartialEq, Serialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+#[tsify(missing_as_null)]
+pub struct BridgeMapStatus {
+    /// Grows with each map that is another one; 0 before the first.
+    pub revision: f64,
+    /// x y heading of its frame in the map of the run, m and rad; null while that is not known.
+    pub place: Option<[f64; 3]>,
+    /// Name of the method.
+    pub method: String,
+    /// Scans in it since the bridge was started.
+    pub scans: f64,
+    /// File that it is kept in; empty for none.
+    pub file: String,
+    /// Why the file is not as new as it should be; empty while all is well.
+    pub fault: String,
 }
 
 /// A device at a line of the bridge.
@@ -192,6 +214,22 @@ impl WebRun {
         Ok(())
     }
 
+    /// Has the bridge begin its own map anew.
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn reset_bridge_map(&mut self, now: f64) -> Result<(), WebError> {
+        self.live_mut()?.reset_bridge_map(now as u64);
+        Ok(())
+    }
+
+    /// The walls of the bridge's own map, in its frame: x y of what is occupied, m.
+    ///
+    /// # Errors    No robot behind a bridge.
+    pub fn bridge_map_walls(&self) -> Result<Vec<f32>, WebError> {
+        let map = self.live()?.bridge_map.map.as_ref();
+        Ok(map.map_or(vec![], |map| flat_points(&map.occupied(), MOST_WALLS).0))
+    }
+
     /// What bridge and robot say of themselves.
     ///
     /// # Errors    No robot behind a bridge.
@@ -243,6 +281,21 @@ impl BridgeStatus {
             recording: recording.map(|r| r.file.clone()).unwrap_or_default(),
             recorded: recording.map_or(f64::NAN, |r| r.acknowledged as f64),
             devices: live.devices.iter().map(Into::into).collect(),
+            map: BridgeMapStatus::of(&live.bridge_map),
         }
+    }
+}
+
+impl BridgeMapStatus {
+    fn of(map: &BridgeMap) -> Option<Self> {
+        let mapping = map.mapping.as_ref()?;
+        Some(Self {
+            revision: map.revision as f64,
+            place: (map.place).map(|place| [place.x(), place.y(), place.heading()]),
+            method: mapping.method.clone(),
+            scans: mapping.scans as f64,
+            file: mapping.file.clone(),
+            fault: mapping.fault.clone().unwrap_or_default(),
+        })
     }
 }

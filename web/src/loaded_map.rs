@@ -12,7 +12,7 @@ use crate::border::{AlignedName, Float32Array, Typed, WebError, typed};
 use crate::run::WebRun;
 
 /// Points of walls that a page is given: enough to see them.
-const MOST_WALLS: usize = 6000;
+pub(crate) const MOST_WALLS: usize = 6000;
 /// Places of the way that a page is given.
 const MOST_PLACES: usize = 2000;
 
@@ -111,7 +111,7 @@ impl WebRun {
     }
 }
 
-fn flat_points(points: &[Point2<f64>], most: usize) -> Float32Array {
+pub(crate) fn flat_points(points: &[Point2<f64>], most: usize) -> Float32Array {
     let every = points.len().div_ceil(most).max(1);
     let some = points.iter().step_by(every);
     some.flat_map(|p| [p.x as f32, p.y as f32]).collect()

@@ -651,7 +651,7 @@ export class Client {
     examined: (examined) => {
       if (examined.run === this.#run && examined.number === this.#examinedNumber) this.store.set("chosen", { examined });
     },
-    bridge: ({ state }) => this.store.set("bridge", { bridge: state }),
+    bridge: ({ state, walls }) => this.store.set("bridge", { bridge: state, bridgeWalls: walls ?? this.store.bridgeWalls }),
     "world-file": ({ world, text }) => this.desk?.open(world, text, []),
     "world-checked": ({ number, fault }) => this.desk?.judge(number, fault),
     built: ({ name, worldJson, skipped }) => {

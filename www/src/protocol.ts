@@ -121,6 +121,8 @@ export type Command =
   | { kind: "kidnap" }
   /** Cuts its motors off, or unlatches that. */
   | { kind: "emergency"; on: boolean }
+  /** Has the bridge begin its own map anew. */
+  | { kind: "reset-bridge-map" }
   /** The grid, the walls as a floor plan, the trajectory, the log, what was fitted last as a
       preset, or the saved map that runs go on in. */
   | { kind: "save"; what: SavedKind | "fit" | "saved-map" }
@@ -245,7 +247,8 @@ export type Answer =
   | ({ kind: "preset" } & PresetFile)
   /** How the planners stand, or why they cannot be asked. */
   | { kind: "contest"; contest: ContestState | null; running: boolean; error: string }
-  | { kind: "bridge"; state: BridgeState | null }
+  /** Null walls: they are the same as before. */
+  | { kind: "bridge"; state: BridgeState | null; walls: Float32Array | null }
   /** Something could not be done; the state before stays. */
   /** What stands behind the `#` of the address of this run. */
   /** `null` where no link can tell what was done. */

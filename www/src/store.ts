@@ -133,6 +133,8 @@ export class Store {
   host: Host | null = null;
   /** The bridge that is being talked to. */
   bridge: BridgeState | null = null;
+  /** The walls of the bridge's own map, in its frame. */
+  bridgeWalls: Float32Array = new Float32Array(0);
   /** Whether the robot drives by the cycle, and what its stages gave. */
   inCycle = false;
   cycle: Cycle | null = null;

@@ -74,6 +74,8 @@ pub(crate) enum What {
     },
     /// A right was taken away while it was used.
     Revoked { who: Who },
+    /// The bridge's own map was begun anew.
+    MapReset { who: Who },
     /// The bridge ends.
     Ends,
 }

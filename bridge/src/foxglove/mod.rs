@@ -1,8 +1,8 @@
 //! A read-only endpoint for Foxglove and whoever speaks its WebSocket protocol (Lichtblick, the
 //! Foxglove SDK).
 //!
-//! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, to
-//! those who asked for them.
+//! In: what every watcher gets. Out: `/scan`, `/points`, `/odom` and `/tf` as ROS 2 messages, and
+//! `/map` and `/pose` where the bridge maps, to those who asked for them.
 //!
 //! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates: host, origin, number
 //!    and size. It is off by default. Where watching needs the token there is none, for this
@@ -33,12 +33,17 @@ pub(crate) const PATH: &str = "/foxglove";
 /// What is offered, the better first.
 pub(crate) const PROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
-const TOPICS: [Topic; 4] = [
+/// Those of a bridge that maps come last.
+const TOPICS: [Topic; 6] = [
     Topic::Scan,
     Topic::Points,
     Topic::Odometry,
     Topic::Transforms,
+    Topic::Pose,
+    Topic::Map,
 ];
+/// How many of them there are without a map.
+const WITHOUT_MAP: usize = 4;
 /// Subscriptions of one client.
 const MOST_SUBSCRIPTIONS: usize = 64;
 
@@ -70,7 +75,7 @@ struct Viewer<'a> {
 impl Viewer<'_> {
     async fn live(&mut self, outbox: &Outbox) -> Result<(), End> {
         self.adapter.send(&Reply::server_info())?;
-        self.adapter.send(&Reply::advertise(&TOPICS))?;
+        self.adapter.send(&Reply::advertise(self.topics()))?;
         let mut ping = tokio::time::interval(PING);
         loop {
             let next = self.adapter.when_idle(outbox);
@@ -109,13 +114,29 @@ impl Viewer<'_> {
     }
 
     fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), End> {
-        match TOPICS.get(channel as usize) {
+        match self.topics().get(channel as usize) {
             Some(&topic) if self.subscriptions.len() < MOST_SUBSCRIPTIONS => {
                 self.subscriptions.insert(id, topic);
-                Ok(())
+                self.send_map(topic)
             }
             Some(_) => self.refuse("one more subscription"),
             None => self.refuse("a channel that was never advertised"),
+        }
+    }
+
+    fn topics(&self) -> &'static [Topic] {
+        match self.shared.mapping {
+            Some(_) => &TOPICS,
+            None => TOPICS.split_at(WITHOUT_MAP).0,
+        }
+    }
+
+    /// The map is sent when it changes, and to who asks for it, who may have missed that.
+    fn send_map(&mut self, topic: Topic) -> Result<(), End> {
+        let mapping = self.shared.mapping.as_ref();
+        match mapping.and_then(|mapping| mapping.shown().borrow().map.clone()) {
+            Some(map) if topic == Topic::Map => self.forward(&map),
+            _ => Ok(()),
         }
     }
 

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    DeviceState, FromBridge, Header, Lease, RefusalReason, ToBridge, close,
+    BridgeHello, DeviceState, FromBridge, Header, Lease, RefusalReason, Right, ToBridge, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -23,6 +23,7 @@ use crate::access_log::{AccessLog, Kind, Peer};
 use crate::audit::{Audit, Story, What};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
+use crate::mapping::{self, MapError, Mapping, Ready, Shown};
 use crate::metrics::Metrics;
 use crate::record::Recorder;
 use crate::rights::{Granted, Rights};
@@ -90,6 +91,24 @@ pub(crate) struct Parts {
     pub(crate) rights: watch::Receiver<Arc<Rights>>,
 }
 
+/// The mapper, as the hub has it.
+struct Mapped {
+    client: ClientId,
+    outbox: Arc<Outbox>,
+    mapping: Arc<Mapping>,
+    shown: watch::Receiver<Shown>,
+    /// As everybody was told last.
+    told: Shown,
+    is_broken: bool,
+}
+
+/// Its thread ends with the hub, however that ends.
+impl Drop for Mapped {
+    fn drop(&mut self) {
+        self.outbox.close(GOING_AWAY);
+    }
+}
+
 /// The hub at work, with all that it tells.
 pub(crate) struct Task {
     hub: Hub,
@@ -102,6 +121,7 @@ pub(crate) struct Task {
     audit: Option<Arc<Audit>>,
     story: Story,
     rights: watch::Receiver<Arc<Rights>>,
+    mapped: Option<Mapped>,
     /// Whose message is being obeyed.
     asker: Option<ClientId>,
     audit_fault: Option<String>,
@@ -133,11 +153,37 @@ impl Task {
             audit,
             story: Story::default(),
             rights,
+            mapped: None,
             asker: None,
             audit_fault: None,
             recording_fault: None,
             next_report: Duration::ZERO,
         }
+    }
+
+    /// Lets the mapper in, as a client that counts as none, and begins to map.
+    ///
+    /// # Errors    [`MapError`]: there is no thread for it.
+    pub(crate) fn map(
+        &mut self,
+        ready: Ready,
+        hello: BridgeHello,
+    ) -> Result<Arc<Mapping>, MapError> {
+        let outbox = Arc::new(Outbox::default());
+        let client = self
+            .hub
+            .join_own(mapping::NAME.to_owned(), Right::default());
+        let mapping = Arc::new(ready.start(hello, Arc::clone(&outbox), self.clock)?);
+        self.mapped = Some(Mapped {
+            client,
+            outbox,
+            shown: mapping.shown(),
+            mapping: Arc::clone(&mapping),
+            told: Shown::default(),
+            is_broken: false,
+        });
+        self.act();
+        Ok(mapping)
     }
 
     /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
@@ -160,6 +206,7 @@ impl Task {
                     None => break,
                 },
                 Some((source, event)) = events.recv() => self.event(source, event),
+                () = found(self.mapped.as_mut()) => self.tell_map(),
             }
         }
         self.shut_down();
@@ -243,6 +290,9 @@ impl Task {
                 // A right may be taken away between its proof and this.
                 let is_over = (guest.granted.as_ref())
                     .is_some_and(|granted| !self.rights.borrow().holds(granted));
+                if let Some(mapped) = &self.mapped {
+                    (mapped.told.all()).for_each(|message| guest.outbox.put(message));
+                }
                 self.guests.insert(id, guest);
                 if is_over {
                     self.end_right(now, id);
@@ -268,6 +318,33 @@ impl Task {
         self.act();
         self.asker = None;
         self.metrics.clients.set(self.hub.client_count() as u64);
+    }
+
+    /// Tells everybody what the mapper has found. It is not recorded: `export` finds it again.
+    fn tell_map(&mut self) {
+        let Some(mapped) = &mut self.mapped else {
+            return;
+        };
+        let shown = mapped.shown.borrow_and_update().clone();
+        for message in shown.since(&mapped.told) {
+            for guest in self.guests.values() {
+                guest.outbox.put(message);
+            }
+        }
+        mapped.told = shown;
+    }
+
+    /// Begins the map anew, as a client asked that may.
+    fn reset_map(&mut self, client: ClientId) {
+        let is_reset = (self.mapped.as_ref()).is_some_and(|mapped| mapped.mapping.reset());
+        if !is_reset {
+            return self.send(client, FromBridge::Refused(RefusalReason::NoMap));
+        }
+        let now = self.clock.now();
+        self.note(now, Kind::Map, client, "begins the map anew");
+        if let Some(who) = self.who(client) {
+            self.audit(now, &What::MapReset { who });
+        }
     }
 
     fn message(
@@ -320,6 +397,9 @@ impl Task {
                     self.metrics.refused.add(1);
                     answer = Answer::Refused(reason);
                 }
+                Action::ResetMap(to) if to == asker && self.mapped.is_none() => {
+                    answer = Answer::Refused(RefusalReason::NoMap);
+                }
                 Action::Close(to, close::NO_RIGHT) if to == asker => {
                     answer = Answer::Refused(RefusalReason::NoRight);
                 }
@@ -343,6 +423,7 @@ impl Task {
                     guest.outbox.close(code);
                 }
             }
+            Action::ResetMap(client) => self.reset_map(client),
         }
     }
 
@@ -358,6 +439,11 @@ impl Task {
 
     fn send(&self, client: ClientId, mut message: FromBridge) {
         let Some(guest) = self.guests.get(&client) else {
+            if let Some(mapped) = &self.mapped
+                && mapped.client == client
+            {
+                mapped.outbox.put(&Arc::new(message));
+            }
             return;
         };
         match &mut message {
@@ -388,6 +474,9 @@ impl Task {
         for guest in self.guests.values() {
             guest.outbox.put(&message);
         }
+        if let Some(mapped) = &self.mapped {
+            mapped.outbox.put(&message);
+        }
     }
 
     /// The robot first, the rest later: dropping the sources waits until they have stopped their
@@ -399,6 +488,11 @@ impl Task {
             guest.outbox.close(GOING_AWAY);
         }
         self.sources.clear();
+        if let Some(mapped) = self.mapped.take() {
+            let mapping = Arc::clone(&mapped.mapping);
+            drop(mapped);
+            mapping.finish();
+        }
         if let Some(audit) = self.audit.take() {
             audit.finish();
         }
@@ -411,5 +505,16 @@ impl Task {
                 done.lost
             );
         }
+    }
+}
+
+/// Ends when the mapper has found something; never where there is none.
+async fn found(mapped: Option<&mut Mapped>) {
+    let Some(mapped) = mapped else {
+        return std::future::pending().await;
+    };
+    if mapped.shown.changed().await.is_err() {
+        // Its thread has ended: the next report says so.
+        std::future::pending().await
     }
 }

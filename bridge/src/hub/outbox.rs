@@ -16,7 +16,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use slamlab_core::wire::message::{FromBridge, OdometryBody};
 use tokio::sync::Notify;
@@ -31,6 +32,8 @@ const MOST_QUEUED: usize = 64;
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
     filled: Notify,
+    /// The same for a thread.
+    filled_for_thread: Condvar,
 }
 
 #[derive(Debug, Default)]
@@ -68,6 +71,9 @@ enum Stream {
     Link,
     Heartbeat,
     Recording,
+    Mapping,
+    Map,
+    Pose,
 }
 
 /// What comes next for a client.
@@ -93,7 +99,7 @@ impl Outbox {
             None => waiting.close = waiting.close.or(Some(TOO_SLOW)),
         }
         drop(waiting);
-        self.filled.notify_one();
+        self.notify();
     }
 
     /// Ends the connection, after what is queued.
@@ -101,7 +107,12 @@ impl Outbox {
         let mut waiting = self.lock();
         waiting.close = waiting.close.or(Some(code));
         drop(waiting);
+        self.notify();
+    }
+
+    fn notify(&self) {
         self.filled.notify_one();
+        self.filled_for_thread.notify_one();
     }
 
     /// Readings that were replaced before they were sent.
@@ -119,6 +130,17 @@ impl Outbox {
             }
             filled.await;
         }
+    }
+
+    /// The same for a thread that is not the runtime's; none where nothing comes for so long.
+    pub(crate) fn next_within(&self, longest: Duration) -> Option<Next> {
+        let mut waiting = self.lock();
+        if let Some(next) = waiting.next() {
+            return Some(next);
+        }
+        let waited = self.filled_for_thread.wait_timeout(waiting, longest);
+        waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
+        waiting.next()
     }
 
     /// A thread that panicked holding the lock leaves nothing half done that matters to another
@@ -206,6 +228,9 @@ fn slot(message: &FromBridge) -> Option<Slot> {
         FromBridge::Manoeuvre(_) => (Stream::Manoeuvre, 0),
         FromBridge::Heartbeat(_) => (Stream::Heartbeat, 0),
         FromBridge::Recording(_) => (Stream::Recording, 0),
+        FromBridge::Mapping(_) => (Stream::Mapping, 0),
+        FromBridge::Map(_) => (Stream::Map, 0),
+        FromBridge::Pose(_) => (Stream::Pose, 0),
         _ => return None,
     })
 }

@@ -17,6 +17,7 @@ impl Task {
     pub(super) fn report(&mut self) {
         notify::alive();
         self.report_audit();
+        self.report_mapping();
         let missed = self.sources.iter().map(Running::missed).sum();
         self.metrics.missed.set(missed);
         let Some(status) = self.recorder.as_ref().map(Recorder::status) else {
@@ -35,6 +36,18 @@ impl Task {
                 }
             }
             self.recording_fault = fault;
+            self.act();
+        }
+    }
+
+    /// Says once where mapping has ended by itself; the robot is driven all the same.
+    fn report_mapping(&mut self) {
+        if let Some(mapped) = &mut self.mapped
+            && mapped.mapping.is_broken()
+            && !std::mem::replace(&mut mapped.is_broken, true)
+        {
+            let text = "The bridge maps no longer: its mapper broke down. Start the bridge again; its log says why.";
+            self.hub.notify(Severity::Error, text.to_owned());
             self.act();
         }
     }

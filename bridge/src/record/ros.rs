@@ -19,10 +19,11 @@ mod odom;
 
 use std::time::Duration;
 
+use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::map::Grid;
 use slamlab_core::robot::Command;
-use slamlab_core::wire::message::{FromBridge, ToBridge};
+use slamlab_core::wire::message::{FromBridge, MapBody, ToBridge};
 
 use super::cdr::Cdr;
 pub(crate) use messages::{in_space, intensities, placed};
@@ -78,6 +79,10 @@ impl Topic {
     pub(crate) const HEARD: &[Self] = Self::ALL.split_at(5).0;
 }
 
+/// Cells of a map beyond which other tools are sent none: 100 m x 100 m in cells of 5 cm. As JSON
+/// it has 12 MB.
+pub(crate) const MOST_CELLS: usize = 4_000_000;
+
 /// Messages for topics.
 pub(crate) type Messages = Vec<(Topic, Vec<u8>)>;
 
@@ -92,11 +97,20 @@ pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) 
             let moved = odom.moved(&step);
             let frames = ["odom", "base_link"];
             let transform = messages::transform(&moved.summed.motion, frames, now);
-            vec![
+            let mut all = vec![
                 (Topic::Odometry, messages::odometry(&moved, now)),
                 (Topic::Transforms, transform),
-            ]
+            ];
+            all.extend(told(odom, now));
+            all
         }
+        FromBridge::Pose(body) => {
+            odom.tell(body);
+            told(odom, now)
+        }
+        FromBridge::Map(body) => drawn(body).map_or(vec![], |cells| {
+            vec![(Topic::Map, messages::map(&cells, now))]
+        }),
         FromBridge::Scan(body) => {
             let [x, y, heading] = body.mount;
             let frames = ["base_link", "laser"];
@@ -109,6 +123,22 @@ pub(crate) fn messages_of(odom: &mut Odom, message: &FromBridge, now: Duration) 
         }
         _ => vec![],
     }
+}
+
+/// A pose that was told, once the odometry has reached it.
+fn told(odom: &mut Odom, now: Duration) -> Messages {
+    let localised = odom.localised();
+    localised.map_or(vec![], |(estimate, odom_from_robot)| {
+        self::localised(&estimate, &odom_from_robot, now)
+    })
+}
+
+/// The cells of a map that other tools are sent; none of one without a known cell, or too large.
+pub(crate) fn drawn(body: &MapBody) -> Option<OccupancyMap> {
+    let cells = body.map().ok()?;
+    (1..=MOST_CELLS)
+        .contains(&cells.cells.len())
+        .then_some(cells)
 }
 
 /// Pose in the map, and where the map has the frame of the odometry.
@@ -127,8 +157,10 @@ pub(crate) fn localised(
 
 /// The map; nothing of one without a known cell.
 pub(crate) fn map(grid: &Grid, now: Duration) -> Messages {
-    let bytes = messages::map(grid, now);
-    bytes.map(|bytes| (Topic::Map, bytes)).into_iter().collect()
+    let cells = OccupancyMap::of_grid(grid, MapMode::Trinary).ok();
+    cells.map_or(vec![], |cells| {
+        vec![(Topic::Map, messages::map(&cells, now))]
+    })
 }
 
 pub(crate) fn ordered(message: &ToBridge) -> Messages {

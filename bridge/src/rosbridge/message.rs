@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use serde::Serialize;
 use serde_json::{Value, json};
+use slamlab_core::format::map_server::OccupancyMap;
 use slamlab_core::geom::Pose2;
 use slamlab_core::robot::EvenBeams;
 use slamlab_core::wire::message::{FromBridge, ScanBody};
 
-use crate::record::ros::{Moved, Odom, in_space, intensities, placed};
+use crate::record::ros::{Moved, Odom, drawn, in_space, intensities, placed};
 
 /// What is sent to it.
 #[derive(Debug, PartialEq, Serialize)]
@@ -40,7 +41,17 @@ pub(super) struct Topics {
 }
 
 impl Topics {
-    pub(super) const NAMES: [&'static str; 3] = ["/scan", "/odom", "/tf"];
+    const NAMES: [&'static str; 5] = ["/scan", "/odom", "/tf", "/pose", "/map"];
+    /// How many of them there are without a map.
+    const WITHOUT_MAP: usize = 3;
+
+    /// Those that can be had of a bridge that maps, or does not.
+    pub(super) fn names(maps: bool) -> &'static [&'static str] {
+        match maps {
+            true => &Self::NAMES,
+            false => Self::NAMES.split_at(Self::WITHOUT_MAP).0,
+        }
+    }
 
     pub(super) fn messages(
         &mut self,
@@ -49,9 +60,20 @@ impl Topics {
     ) -> Vec<(&'static str, Value)> {
         match message {
             FromBridge::Odometry(body) => match body.odometry() {
-                Ok(step) => moved(&self.odom.moved(&step), now),
+                Ok(step) => {
+                    let mut all = moved(&self.odom.moved(&step), now);
+                    all.extend(self.localised(now));
+                    all
+                }
                 Err(_) => vec![],
             },
+            FromBridge::Pose(body) => {
+                self.odom.tell(body);
+                self.localised(now)
+            }
+            FromBridge::Map(body) => {
+                drawn(body).map_or(vec![], |cells| vec![("/map", map(&cells, now))])
+            }
             FromBridge::Scan(body) => {
                 let [x, y, heading] = body.mount;
                 let mount = transform(&Pose2::new(x, y, heading), ["base_link", "laser"], now);
@@ -60,14 +82,46 @@ impl Topics {
             _ => vec![],
         }
     }
+
+    /// A pose that was told, once the odometry has reached it.
+    fn localised(&mut self, now: Duration) -> Vec<(&'static str, Value)> {
+        let Some((estimate, odom_from_robot)) = self.odom.localised() else {
+            return vec![];
+        };
+        let map_from_odom = estimate.pose * odom_from_robot.inverse();
+        let told = json!({
+            "header": header("map", now),
+            "pose": {
+                "pose": pose(&estimate.pose),
+                "covariance": &in_space(&estimate.cov)[..],
+            },
+        });
+        let tf = transform(&map_from_odom, ["map", "odom"], now);
+        vec![("/pose", told), ("/tf", tf)]
+    }
+}
+
+fn map(cells: &OccupancyMap, now: Duration) -> Value {
+    let header = header("map", now);
+    json!({
+        "info": {
+            "map_load_time": &header["stamp"],
+            "resolution": cells.resolution,
+            "width": cells.width,
+            "height": cells.height,
+            "origin": pose(&cells.origin),
+        },
+        "data": &cells.cells,
+        "header": header,
+    })
 }
 
 /// Why a topic cannot be had.
-pub(super) fn no_topic(topic: &str) -> String {
-    let others = format!("there are {}", Topics::NAMES.join(", "));
+pub(super) fn no_topic(topic: &str, maps: bool) -> String {
+    let others = format!("there are {}", Topics::names(maps).join(", "));
     match topic {
-        "/map" => format!(
-            "there is no /map: each page draws its own, and the bridge none; `slamlab-bridge export` draws it from a recording; {others}"
+        "/map" | "/pose" => format!(
+            "there is no {topic}: this bridge does not map, its --map is off; `slamlab-bridge export` draws it from a recording; {others}"
         ),
         _ => format!("there is no {topic}; {others}"),
     }
@@ -137,11 +191,11 @@ mod tests {
 
     #[test]
     fn whoever_asks_for_the_map_learns_where_there_is_one() {
-        let why = no_topic("/map");
+        let why = no_topic("/map", false);
         assert!(why.contains("export") && why.ends_with("there are /scan, /odom, /tf"));
         assert_eq!(
-            no_topic("/camera"),
-            "there is no /camera; there are /scan, /odom, /tf"
+            no_topic("/camera", true),
+            "there is no /camera; there are /scan, /odom, /tf, /pose, /map"
         );
     }
 

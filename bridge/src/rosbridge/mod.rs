@@ -1,7 +1,7 @@
 //! A subset of rosbridge v2, for scripts that know roslibjs or roslibpy.
 //!
-//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed; `/cmd_vel`
-//! to the robot, from whoever has the token, the lease, and armed.
+//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed, and `/map` and
+//! `/pose` where the bridge maps; `/cmd_vel` to the robot, from whoever has the token, the lease, and armed.
 //!
 //! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off by default.
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a
@@ -10,8 +10,8 @@
 //!    Anyone may call `/slamlab/stop` and `/slamlab/emergency_stop`, but where watching needs the
 //!    token: there the proof must come in time. Then `/cmd_vel` drives, at 10 Hz or faster: the
 //!    rules are those of every client ([`crate::safety`]). `/rosapi` says what there is (`rosapi`).
-//! 3. There is no `/map`: whoever watches draws its own, and the bridge none, for it must keep up
-//!    with its robot on the smallest computer. `export` draws it from a recording.
+//! 3. There is no `/map` where the bridge does not map: whoever watches draws its own, and `export`
+//!    draws it from a recording.
 //! 4. A driving message must show how old it is at most, and rosbridge's do not say. So a driver is
 //!    pinged ten times a second with the bridge's time; WebSocket answers in order, so what follows
 //!    on an answer was sent after its ping was seen.
@@ -205,13 +205,20 @@ impl Peer<'_> {
         topic: String,
         throttle: Duration,
     ) -> Result<(), End> {
-        if !Topics::NAMES.contains(&topic.as_str()) {
-            return self.refuse(id, &message::no_topic(&topic));
+        let maps = self.shared.mapping.is_some();
+        if !Topics::names(maps).contains(&topic.as_str()) {
+            return self.refuse(id, &message::no_topic(&topic, maps));
         }
         if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
-            let sent = None;
+            let (sent, is_map) = (None, topic == "/map");
             self.subscriptions
                 .insert(topic, Subscription { throttle, sent });
+            // It is sent when it changes, and to who asks for it, who may have missed that.
+            let mapping = self.shared.mapping.as_ref();
+            let map = mapping.and_then(|mapping| mapping.shown().borrow().map.clone());
+            if let Some(map) = map.filter(|_| is_map) {
+                return self.forward(&map);
+            }
         }
         Ok(())
     }

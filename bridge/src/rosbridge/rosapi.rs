@@ -14,14 +14,16 @@ use crate::shared::Shared;
 
 const NODE: &str = "/slamlab_bridge";
 
-/// Topics with their types, those that are published first.
-const TOPICS: [(&str, &str); 4] = [
+/// Topics with their types: what is taken, what is published, and what a bridge publishes that maps.
+const TOPICS: [(&str, &str); 6] = [
+    (super::VELOCITY, "geometry_msgs/msg/Twist"),
     ("/scan", "sensor_msgs/msg/LaserScan"),
     ("/odom", "nav_msgs/msg/Odometry"),
     ("/tf", "tf2_msgs/msg/TFMessage"),
-    (super::VELOCITY, "geometry_msgs/msg/Twist"),
+    ("/map", "nav_msgs/msg/OccupancyGrid"),
+    ("/pose", "geometry_msgs/msg/PoseWithCovarianceStamped"),
 ];
-const PUBLISHED: usize = 3;
+const WITHOUT_MAP: usize = 4;
 
 /// The answer of the service of this name behind `/rosapi/`; an error in words where it has none.
 pub(super) fn answer(
@@ -34,24 +36,29 @@ pub(super) fn answer(
         let value = argument(args, name).and_then(Value::as_str);
         value.ok_or_else(|| format!("{name} is missing, or no text"))
     };
+    let topics = match shared.mapping {
+        Some(_) => &TOPICS[..],
+        None => TOPICS.split_at(WITHOUT_MAP).0,
+    };
+    let published = topics.get(1..).unwrap_or_default();
     Ok(match service {
         "topics" => {
-            let (topics, types): (Vec<_>, Vec<_>) = TOPICS.into_iter().unzip();
+            let (topics, types): (Vec<_>, Vec<_>) = topics.iter().copied().unzip();
             json!({ "topics": topics, "types": types, "typedefs_full_text": [] })
         }
         "topics_for_type" => {
             let of = text("type")?;
             let is_of = |(_, kind): &&(&str, &str)| same_type(kind, of);
-            json!({ "topics": names(TOPICS.iter().filter(is_of)) })
+            json!({ "topics": names(topics.iter().filter(is_of)) })
         }
         "topic_type" => {
             let topic = text("topic")?;
-            let mut found = TOPICS.iter().filter(|(name, _)| *name == topic);
+            let mut found = topics.iter().filter(|(name, _)| *name == topic);
             json!({ "type": found.next().map_or("", |(_, kind)| kind) })
         }
         "publishers" => {
             let topic = text("topic")?;
-            let is_there = names(&TOPICS[..PUBLISHED]).contains(&topic);
+            let is_there = names(published).contains(&topic);
             json!({ "publishers": if is_there { vec![NODE] } else { vec![] } })
         }
         "subscribers" => {
@@ -72,7 +79,7 @@ pub(super) fn answer(
             let _ = text("node")?;
             json!({
                 "subscribing": [super::VELOCITY],
-                "publishing": names(&TOPICS[..PUBLISHED]),
+                "publishing": names(published),
                 "services": services(),
             })
         }

@@ -72,6 +72,12 @@ fn whole() -> Settings {
         tls_cert: path(),
         tls_key: path(),
         mdns: Some(true),
+        map: Some(MapSettings {
+            file: path(),
+            method: Some("scan-matching".into()),
+            save_seconds: Some(5),
+            set: [("matcher.cell".to_owned(), 0.1)].into(),
+        }),
         source: Some(vec![SourceSettings {
             name: "ld06:/dev/serial0".parse().unwrap(),
             mount: Some(Mount {

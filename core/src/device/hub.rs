@@ -63,6 +63,9 @@ pub enum Action {
     SendAll(FromBridge),
     /// End this client's connection with this code.
     Close(ClientId, u16),
+    /// Begin the bridge's own map anew, as this client asked, who may; where there is none, it is
+    /// refused.
+    ResetMap(ClientId),
 }
 
 /// A client that was let in.
@@ -71,6 +74,8 @@ struct Connected {
     /// As others see it.
     name: String,
     role: Role,
+    /// A part of the bridge itself.
+    is_own: bool,
 }
 
 /// The state of a bridge.
@@ -182,6 +187,15 @@ impl Hub {
 
     /// Lets a client in that calls itself `name`; its number, never used again.
     pub fn join(&mut self, name: String, right: Right) -> ClientId {
+        self.let_in(name, right, false)
+    }
+
+    /// The same for a part of the bridge itself, which counts as no client.
+    pub fn join_own(&mut self, name: String, right: Right) -> ClientId {
+        self.let_in(name, right, true)
+    }
+
+    fn let_in(&mut self, name: String, right: Right, is_own: bool) -> ClientId {
         self.last_client += 1;
         let client = self.last_client;
         let role = right.role;
@@ -202,7 +216,12 @@ impl Hub {
         if let Some(manoeuvre) = self.manoeuvre {
             self.send(client, manoeuvre.message(true));
         }
-        self.clients.insert(client, Connected { name: seen, role });
+        let connected = Connected {
+            name: seen,
+            role,
+            is_own,
+        };
+        self.clients.insert(client, connected);
         client
     }
 
@@ -224,7 +243,8 @@ impl Hub {
     /// How many clients are there.
     #[must_use]
     pub fn client_count(&self) -> usize {
-        self.clients.len()
+        let clients = self.clients.values();
+        clients.filter(|client| !client.is_own).count()
     }
 
     /// Takes a message of a client, which came at `came`.
@@ -311,6 +331,7 @@ impl Hub {
                 Output::Refused(client, reason) => self.send(client, FromBridge::Refused(reason)),
                 Output::Close(client, code) => self.actions.push_back(Action::Close(client, code)),
                 Output::Changed => self.tell_state(asker),
+                Output::ResetMap(client) => self.actions.push_back(Action::ResetMap(client)),
             }
         }
     }
@@ -357,7 +378,7 @@ impl Hub {
     fn heartbeat(&mut self, client: ClientId) {
         let heartbeat = BridgeHeartbeat {
             dropped: 0,
-            clients: self.clients.len() as u16,
+            clients: self.client_count() as u16,
             robot_micros: self.robot.newest.0.0,
         };
         self.send(client, FromBridge::Heartbeat(heartbeat));

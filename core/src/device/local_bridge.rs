@@ -18,8 +18,8 @@ use std::time::Duration;
 
 use crate::robot::Stamp;
 use crate::wire::message::{
-    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, MessageError, Right, Role, Severity,
-    ToBridge, Watching, decode, encode,
+    BridgeHello, CHALLENGE_BYTES, Format, FromBridge, Header, MessageError, RefusalReason, Right,
+    Role, Severity, ToBridge, Watching, decode, encode,
 };
 
 use super::hub::{Action, Hub, hello};
@@ -243,6 +243,8 @@ impl LocalBridge {
                 }
                 Action::Send(client, message) if self.client == Some(client) => self.send(&message),
                 Action::SendAll(message) if self.client.is_some() => self.send(&message),
+                // The page maps, and nobody else here.
+                Action::ResetMap(_) => self.send(&FromBridge::Refused(RefusalReason::NoMap)),
                 // Nobody is there; and the only client, which may drive, is never shown out.
                 Action::Send(..) | Action::SendAll(_) | Action::Close(..) => (),
             }

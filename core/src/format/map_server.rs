@@ -35,6 +35,8 @@ mod yaml;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use nalgebra::Point2;
+
 use crate::geom::Pose2;
 use crate::map::{CellIndex, CellRect, CellState, Grid};
 
@@ -162,6 +164,19 @@ impl OccupancyMap {
                 .map(|cell| occupancy(grid, cell, mode))
                 .collect(),
         })
+    }
+
+    /// The middles of the cells that are more likely occupied than not, map frame.
+    #[must_use]
+    pub fn occupied(&self) -> Vec<Point2<f64>> {
+        let middle = |at: usize| {
+            let (row, col) = (at / self.width.max(1), at % self.width.max(1));
+            let [x, y] = [col, row].map(|cell| (cell as f64 + 0.5) * self.resolution);
+            self.origin * Point2::new(x, y)
+        };
+        let cells = self.cells.iter().enumerate();
+        let occupied = cells.filter(|(_, cell)| **cell > 50);
+        occupied.map(|(at, _)| middle(at)).collect()
     }
 }
 

@@ -288,6 +288,11 @@ impl Client {
         }
     }
 
+    /// Asks the bridge to begin its own map anew.
+    pub fn reset_map(&mut self, now: u64) {
+        self.say(now, &ToBridge::ResetMap);
+    }
+
     /// Messages to send, in order; they are forgotten here.
     pub fn take_outgoing(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outgoing)

@@ -8,6 +8,7 @@
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
 //! radians inside.
 
+pub mod carried_pose;
 pub mod client;
 mod clock;
 mod inbox;

@@ -44,6 +44,10 @@ pub(crate) async fn report() -> (bool, Map<String, Value>) {
             "the token of a watcher resets the emergency stop",
             ToBridge::ResetEmergencyStop { epoch: 1 },
         ),
+        (
+            "the token of a watcher begins the bridge's map anew",
+            ToBridge::ResetMap,
+        ),
     ] {
         let mut client = stand.enter(&wall).await;
         client.say(message).await;

@@ -145,6 +145,7 @@ fn a_watcher_who_wants_to_drive_is_shown_out_and_may_stop() {
             ToBridge::Renew { epoch },
             ToBridge::Release { epoch },
             ToBridge::ResetEmergencyStop { epoch },
+            ToBridge::ResetMap,
             drive,
         ] {
             let mut watcher = bridge.watcher().await;

@@ -8,6 +8,7 @@ mod adapters;
 mod client;
 mod driving;
 mod manoeuvre;
+mod mapping;
 mod recording;
 mod rights;
 #[allow(dead_code)] // `examples/bridge_report` uses the rest

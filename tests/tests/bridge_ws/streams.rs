@@ -14,7 +14,7 @@ use tokio::net::TcpStream;
 use super::client::{Bridge, Came, Client};
 use super::robot::with_robot;
 
-fn simulated() -> Config {
+pub(crate) fn simulated() -> Config {
     Config {
         sources: vec![Box::new(SimSource::new("arena,lidar").unwrap())],
         ..Config::default()

@@ -45,7 +45,7 @@ export class Conversation {
       this.#shown.run.update(NaN);
       player.changed();
     };
-    link = this.link = wire(module, { moved, state: (state) => post({ kind: "bridge", state }) });
+    link = this.link = wire(module, { moved, state: (state, walls) => post({ kind: "bridge", state, walls }) });
   }
 
   /** Of the robot that is there, and of those that the bridge may name later. */
@@ -70,6 +70,6 @@ export class Conversation {
     if (this.#shown && this.player.run === this.#shown.run) this.player.run = null;
     this.link.close();
     this.#module.free();
-    post({ kind: "bridge", state: null });
+    post({ kind: "bridge", state: null, walls: new Float32Array(0) });
   }
 }

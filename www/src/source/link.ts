@@ -11,8 +11,9 @@ const STATE_MILLIS = 250;
 export interface LinkEvents {
   /** A message came, or time passed: the run may have changed. */
   moved(): void;
-  /** The state of bridge and robot, a few times a second. */
-  state(state: BridgeState): void;
+  /** The state of bridge and robot, a few times a second; with the walls of the bridge's own map
+      where those are others. */
+  state(state: BridgeState, walls: Float32Array | null): void;
 }
 
 /** µs of this page's clock. */
@@ -26,6 +27,7 @@ export abstract class Link {
   protected fault = "";
   readonly #ticker: ReturnType<typeof setInterval>;
   #reportedAt = -Infinity;
+  #revision = 0;
 
   constructor(protected readonly module: WebRun, protected readonly events: LinkEvents) {
     this.#ticker = setInterval(() => {
@@ -57,7 +59,11 @@ export abstract class Link {
     const now = performance.now();
     if (now - this.#reportedAt < STATE_MILLIS) return;
     this.#reportedAt = now;
-    const { connection, fault } = this;
-    this.events.state({ ...this.module.bridge(), connection, fault });
+    const { connection, fault, module } = this;
+    const state = { ...module.bridge(), connection, fault };
+    const revision = state.map?.revision ?? 0;
+    const walls = revision === this.#revision ? null : module.bridge_map_walls();
+    this.#revision = revision;
+    this.events.state(state, walls);
   }
 }

@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use nalgebra::Matrix3;
-use slamlab_core::format::map_server::{MapMode, OccupancyMap};
+use slamlab_core::format::map_server::OccupancyMap;
 use slamlab_core::geom::{Pose2, PoseEstimate};
-use slamlab_core::map::Grid;
 use slamlab_core::robot::EvenBeams;
 use slamlab_core::wire::message::ScanBody;
 
@@ -94,10 +93,8 @@ pub(super) fn points(body: &ScanBody, now: Duration) -> Vec<u8> {
     cdr.u8(1).finish()
 }
 
-/// `nav_msgs/OccupancyGrid`: 0 free, 100 occupied, -1 unknown; `None` of a map without a known
-/// cell.
-pub(super) fn map(grid: &Grid, now: Duration) -> Option<Vec<u8>> {
-    let map = OccupancyMap::of_grid(grid, MapMode::Trinary).ok()?;
+/// `nav_msgs/OccupancyGrid`: 0 free, 100 occupied, -1 unknown.
+pub(super) fn map(map: &OccupancyMap, now: Duration) -> Vec<u8> {
     let mut cdr = Cdr::new();
     cdr.header(now, "map").time(now).f32(map.resolution as f32);
     cdr.u32(map.width as u32).u32(map.height as u32);
@@ -106,7 +103,7 @@ pub(super) fn map(grid: &Grid, now: Duration) -> Option<Vec<u8>> {
     for cell in &map.cells {
         cdr.bytes(&cell.to_le_bytes());
     }
-    Some(cdr.finish())
+    cdr.finish()
 }
 
 /// Position, and the quaternion of a turn about z.

@@ -1,12 +1,18 @@
 //! The odometry, added up: where it alone puts the robot, and how fast the robot goes.
 
 use nalgebra::Matrix3;
+use slamlab_core::geom::{Pose2, PoseEstimate};
 use slamlab_core::robot::{Odometry, Stamp};
+use slamlab_core::wire::carried_pose::CarriedPose;
+use slamlab_core::wire::message::PoseBody;
 
-/// Adds up the odometry.
+/// Adds up the odometry, and lays it into the bridge's map where the bridge maps.
 #[derive(Debug)]
 pub(crate) struct Odom {
     summed: Odometry,
+    carried: CarriedPose,
+    /// A pose was told, and not taken yet.
+    is_told: bool,
 }
 
 /// What the odometry says after a step.
@@ -24,6 +30,8 @@ impl Default for Odom {
     fn default() -> Self {
         Self {
             summed: Odometry::standing(Stamp(0)),
+            carried: CarriedPose::default(),
+            is_told: false,
         }
     }
 }
@@ -31,6 +39,7 @@ impl Default for Odom {
 impl Odom {
     pub(crate) fn moved(&mut self, step: &Odometry) -> Moved {
         self.summed = self.summed.then(step);
+        self.carried.odometry(step);
         let seconds = step.to.since(step.from);
         let rate = if seconds > 0.0 { 1.0 / seconds } else { 0.0 };
         let motion = &step.motion;
@@ -40,11 +49,24 @@ impl Odom {
             speeds_cov: step.cov * (rate * rate),
         }
     }
+
+    pub(crate) fn tell(&mut self, pose: &PoseBody) {
+        self.carried.tell(pose);
+        self.is_told = true;
+    }
+
+    /// Where the robot is now in the bridge's map, and `odom_from_robot`; once for each pose that
+    /// was told.
+    pub(crate) fn localised(&mut self) -> Option<(PoseEstimate, Pose2)> {
+        let now = self.carried.now().filter(|_| self.is_told)?;
+        self.is_told = false;
+        Some((now, self.summed.motion))
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use slamlab_core::geom::Pose2;
+    use slamlab_core::wire::message::PoseState;
 
     use super::*;
 
@@ -66,5 +88,30 @@ mod tests {
         assert_eq!(moved.speeds_cov, 4.0 * Matrix3::identity());
         let still = odom.moved(&step(1_500_000, 1_500_000, Pose2::identity()));
         assert_eq!(still.speeds, [0.0; 3]);
+    }
+
+    #[test]
+    fn the_map_lies_where_the_pose_was_told_whatever_the_odometry_says_since() {
+        let step = |from: u64| Odometry {
+            from: Stamp(from),
+            to: Stamp(from + 100_000),
+            motion: Pose2::new(0.1, 0.0, 0.0),
+            cov: Matrix3::zeros(),
+        };
+        let mut odom = Odom::default();
+        let told = PoseEstimate::exact(Pose2::new(5.0, 1.0, std::f64::consts::FRAC_PI_2));
+        odom.tell(&PoseBody::new(200_000, &told, PoseState::Localised));
+        let _ = odom.moved(&step(0));
+        assert!(odom.localised().is_none());
+        let _ = odom.moved(&step(100_000));
+        let (now, odom_from_robot) = odom.localised().unwrap();
+        let map_from_odom = now.pose * odom_from_robot.inverse();
+        assert!(odom.localised().is_none(), "it was taken");
+        odom.tell(&PoseBody::new(200_000, &told, PoseState::Localised));
+        let _ = odom.moved(&step(200_000));
+        let (now, odom_from_robot) = odom.localised().unwrap();
+        let again = now.pose * odom_from_robot.inverse();
+        assert!((now.pose.y() - 1.1).abs() < 1e-12);
+        assert!(map_from_odom.minus(&again).norm() < 1e-12);
     }
 }

@@ -88,6 +88,8 @@ pub enum Output {
     Close(ClientId, u16),
     /// Tell everyone the new state.
     Changed,
+    /// Begin the bridge's own map anew, as this client asked.
+    ResetMap(ClientId),
 }
 
 /// The state; at first disarmed, and without a robot.

@@ -44,6 +44,10 @@ impl Safety {
                 // What was stopped meanwhile does not go on.
                 .map(|()| self.driven = self.driven.map(|_| now)),
             ToBridge::ResetEmergencyStop { epoch } => self.reset(now, id, epoch),
+            ToBridge::ResetMap => {
+                self.out.push(Output::ResetMap(id));
+                Ok(())
+            }
         };
         if let Err(reason) = done {
             self.out.push(Output::Refused(id, reason));

@@ -213,6 +213,7 @@ fn everybody_may_stop_and_a_watcher_nothing_else() {
         drive(1, 9, 0),
         hold(1, 9, 0),
         ToBridge::ResetEmergencyStop { epoch: 1 }.into(),
+        ToBridge::ResetMap.into(),
     ] {
         let out = ask(&mut safety, 1, WATCHER, asked.clone());
         assert_eq!(
@@ -411,6 +412,7 @@ fn each_role_may_do_what_the_table_says_and_nothing_else() {
         driving,
         holding,
         ToBridge::ResetEmergencyStop { epoch: 1 },
+        ToBridge::ResetMap,
     ];
     let all = (anyone.iter().map(|message| (message, true)))
         .chain(drivers.iter().map(|message| (message, false)));

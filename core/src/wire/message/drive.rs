@@ -135,5 +135,7 @@ named! {
         NoRobot = "no-robot",
         /// A figure is not a finite number.
         NotFinite = "not-finite",
+        /// The bridge does not map.
+        NoMap = "no-map",
     }
 }

@@ -48,12 +48,15 @@
 //! 7. Every driving message says the newest bridge time (`micros` of any header) that its sender
 //!    had seen, and how old that may be: both ends of the network's delay count, and neither clock
 //!    is compared with the other.
-//! 8. [`ToBridge::Stop`] is for everyone, with or without a token. It disarms, and so do bumpers,
+//! 8. A bridge that maps sends pose, map and how it does to every client ([`FromBridge::Pose`],
+//!    [`FromBridge::Map`], [`FromBridge::Mapping`]), at once when that comes in.
+//! 9. [`ToBridge::Stop`] is for everyone, with or without a token. It disarms, and so do bumpers,
 //!    faults and reconnects ([`FromBridge::Safety`] says why); whoever holds the lease arms again.
 
 mod access;
 mod body;
 mod drive;
+mod mapping;
 mod names;
 mod number;
 mod packet;
@@ -67,6 +70,7 @@ pub use body::{
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
 pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, RefusalReason, SafetyBody};
+pub use mapping::{MapBody, MapBodyError, MappingBody, PoseBody, PoseState};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
 pub use role::{Right, Role};
 
@@ -78,7 +82,7 @@ pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a
 /// type or an order does.
-pub const SCHEMA: u64 = 0x8d2e_160f_f2c6_1ba4;
+pub const SCHEMA: u64 = 0xac4e_58f8_8e8d_176f;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends,
 /// 1007 malformed, 1008 too many messages, 1009 too large, 1013 answers and notices, which must not
@@ -144,6 +148,12 @@ pub enum FromBridge {
     /// A few readings on the move, of a robot that scans only standing: they show who came, and are
     /// not for the map.
     PartialScan(ScanBody),
+    /// Where the robot is in the bridge's own map, with each scan; only of a bridge that maps.
+    Pose(PoseBody),
+    /// That map, once at first and whenever it changed, every second at most.
+    Map(MapBody),
+    /// How its mapping does, whenever that changes and each second.
+    Mapping(MappingBody),
 }
 
 /// What a client says. The number of a variant plus 128 is its kind.
@@ -199,6 +209,9 @@ pub enum ToBridge {
         /// Of the lease.
         epoch: u32,
     },
+    /// Throw the bridge's own map away, and begin another where the robot stands. A file that it is
+    /// kept in keeps the old one, under another name.
+    ResetMap,
 }
 
 /// The bridge introduces itself.

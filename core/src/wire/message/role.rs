@@ -34,7 +34,8 @@ impl Role {
             | ToBridge::Arm { .. }
             | ToBridge::Drive(_)
             | ToBridge::Hold { .. }
-            | ToBridge::ResetEmergencyStop { .. } => Self::Driver,
+            | ToBridge::ResetEmergencyStop { .. }
+            | ToBridge::ResetMap => Self::Driver,
         };
         self as u8 >= least as u8
     }

@@ -42,6 +42,8 @@ export interface Brush {
   readonly chosenSubmap: number | null;
   /** Maps that were loaded. */
   readonly loadedMaps: readonly LoadedMap[];
+  /** The walls of the bridge's own map, and where its frame lies; null while that is not known. */
+  readonly bridgeMap: { readonly place: readonly [number, number, number] | null; readonly walls: Float32Array };
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is

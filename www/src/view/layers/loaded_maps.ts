@@ -1,4 +1,5 @@
-// Maps that were loaded, where they were found to lie: walls, the way through them, landmarks.
+// Maps beside that of the run: those that were loaded, where they were found to lie (walls, the way
+// through them, landmarks), and the walls of the bridge's own.
 
 import { type Brush, stroke } from "./layer.js";
 import { drawPoints } from "./submaps.js";
@@ -25,4 +26,6 @@ export function draw(brush: Brush): void {
     }
     context.restore();
   }
+  const { place, walls } = brush.bridgeMap;
+  if (place) drawPoints(brush, walls, place, colour, WIDTH);
 }

@@ -19,6 +19,7 @@ fn any_asked() -> impl Strategy<Value = Asked> {
         1 => Just(ToBridge::Stop.into()),
         1 => Just(ToBridge::EmergencyStop.into()),
         3 => epoch().prop_map(|epoch| ToBridge::ResetEmergencyStop { epoch }.into()),
+        1 => Just(ToBridge::ResetMap.into()),
     ]
 }
 

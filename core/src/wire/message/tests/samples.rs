@@ -131,6 +131,27 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             sweep: 0.05,
             qualities: vec![],
         }),
+        FromBridge::Pose(PoseBody {
+            stamp: 20,
+            pose: [1.0, -2.0, 0.5],
+            cov: [0.5, 0.25, 0.0, 0.5, 0.0, 0.125],
+            state: PoseState::Localised,
+        }),
+        FromBridge::Map(MapBody {
+            revision: 21,
+            cell: 0.05,
+            corner: [-1.0, 2.0],
+            width: 3,
+            height: 100,
+            runs: vec![400, 401, 402],
+        }),
+        FromBridge::Mapping(MappingBody {
+            method: "scan-matching".into(),
+            scans: 22,
+            file: "flat.slamlab".into(),
+            saved: 23,
+            fault: Some("the disk is full".into()),
+        }),
     ]
 }
 
@@ -162,5 +183,6 @@ pub(super) fn to_bridge() -> Vec<ToBridge> {
         ToBridge::Stop,
         ToBridge::EmergencyStop,
         ToBridge::ResetEmergencyStop { epoch },
+        ToBridge::ResetMap,
     ]
 }

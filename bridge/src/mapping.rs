@@ -1,0 +1,288 @@
+//! Mapping without a page: the bridge itself runs the core's session beside the hub.
+//!
+//! ```text
+//!   hub ── messages ──> outbox ──> mapper (a thread) ── pose, map, how it does ──> hub ──> clients
+//!                                    └─ snapshots ──> keeper (a thread) ──> file
+//! ```
+//!
+//! 1. The mapper is a client of the hub like a page, and maps by the same code
+//!    ([`slamlab_core::live::Live`]). What waits for it is bounded, the newest first: while it is
+//!    busy with a scan others take that one's place, and nobody waits for it.
+//! 2. What it finds stands in one place ([`Shown`]) from which the hub tells all clients, and HTTP
+//!    serves files.
+//! 3. The keeper packs and writes the map, so that no disk keeps the mapper waiting (`keeper`).
+//! 4. Where there is a file at the start, the run goes on in it: where the robot was left, or, if
+//!    it does not see that there, wherever it finds itself.
+
+mod file;
+mod keeper;
+mod mapper;
+mod serve;
+mod shown;
+
+use std::collections::VecDeque;
+use std::io;
+use std::path::PathBuf;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use slamlab_core::estimation::Start;
+use slamlab_core::format::map_server::OccupancyMap;
+use slamlab_core::format::slamlab::SlamlabError;
+use slamlab_core::live::{Live, LiveConfig, LiveError};
+use slamlab_core::robot::RobotModel;
+use slamlab_core::settings::{Idle, Scope, SettingError, Settings, Source};
+use slamlab_core::slam::{EarlierMap, Method, SlamError};
+use slamlab_core::wire::message::{BridgeHello, RobotFigures};
+use tokio::sync::{oneshot, watch};
+
+use crate::clock::Clock;
+use crate::hub::outbox::Outbox;
+use file::MapFile;
+use keeper::Keeper;
+use mapper::Mapper;
+pub(crate) use serve::routes;
+pub(crate) use shown::Shown;
+
+/// What others ask of the mapper and wait for it, at most.
+const MOST_ASKED: usize = 4;
+/// Seed of the planner's random numbers.
+const SEED: u64 = 1;
+/// How the mapper is called among the clients.
+pub(crate) const NAME: &str = "map";
+
+/// How the bridge maps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapConfig {
+    /// Where the map is kept (`.slamlab`); without it, it is gone with the program.
+    pub file: Option<PathBuf>,
+    /// How the pose is estimated. Default scan matching, the only one whose map can be kept.
+    pub method: Method,
+    /// Settings that differ from the defaults of the robot, by their keys.
+    pub settings: Vec<(String, f64)>,
+    /// Between two times that the map is written, while it changes. Default 30 s.
+    pub save_every: Duration,
+}
+
+impl Default for MapConfig {
+    fn default() -> Self {
+        Self {
+            file: None,
+            method: Method::ScanMatching,
+            settings: vec![],
+            save_every: Duration::from_secs(30),
+        }
+    }
+}
+
+/// Why the bridge does not map.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// A method whose map cannot be kept.
+    #[error(
+        "map file {}: only scan-matching goes on in a saved map, not {}; leave the file out, or the method", path.display(),
+        method.name()
+    )]
+    Method {
+        /// The file.
+        path: PathBuf,
+        /// The method.
+        method: Method,
+    },
+    /// A method that draws no map.
+    #[error("map method {}: it finds a robot in a map that is given, and the bridge is to draw one", method.name())]
+    NeedsMap {
+        /// The method.
+        method: Method,
+    },
+    /// A setting that does not exist, or is out of range.
+    #[error("map setting: {0}")]
+    Setting(#[from] SettingError),
+    /// A setting that does nothing here.
+    #[error("map setting: {0}")]
+    Idle(Idle),
+    /// The settings do not go together.
+    #[error("map: {0}")]
+    Live(#[from] LiveError),
+    /// The system said no.
+    #[error("map file {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: io::Error,
+    },
+    /// It holds no map, or a damaged one; it stays as it is.
+    #[error("map file {}: {source}; it is left as it is", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and where.
+        source: SlamlabError,
+    },
+    /// It holds another kind of thing.
+    #[error("map file {}: {found}; a .slamlab file was expected, and this one is left as it is", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+    },
+    /// Its map cannot be gone on in.
+    #[error("map file {}: {source}; it is left as it is", path.display())]
+    Restore {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: SlamError,
+    },
+    /// No thread could be had.
+    #[error("mapping got no thread: {0}")]
+    Thread(io::Error),
+}
+
+/// What others ask of the mapper.
+#[derive(Debug)]
+enum Asked {
+    /// Begin anew; a file is moved aside.
+    Reset,
+    /// The map as it is now, as the bytes of a file.
+    Pack(oneshot::Sender<Result<Vec<u8>, String>>),
+}
+
+/// Mapping that is ready to begin: everything that can be wrong with it was looked at.
+#[derive(Debug)]
+pub(crate) struct Ready {
+    live: Live,
+    keeper: Option<Keeper>,
+    save_every: Duration,
+}
+
+/// A bridge's mapping under way.
+#[derive(Debug)]
+pub(crate) struct Mapping {
+    shown: watch::Receiver<Shown>,
+    asked: SyncSender<Asked>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    /// Maps whose description was handed out: their images are asked for next.
+    described: Mutex<VecDeque<(u64, Arc<OccupancyMap>)>>,
+    packed: serve::Packed,
+}
+
+/// Looks at settings and file.
+///
+/// # Errors    [`MapError`]; nothing was begun or written then.
+pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<Ready, MapError> {
+    let method = config.method;
+    if method.needs_prior_map() {
+        return Err(MapError::NeedsMap { method });
+    }
+    if let (Some(path), true) = (&config.file, method != Method::ScanMatching) {
+        let path = path.clone();
+        return Err(MapError::Method { path, method });
+    }
+    check_settings(config, robot)?;
+    let mut live = Live::new(LiveConfig {
+        name: NAME.to_owned(),
+        token: None,
+        method,
+        prior_map: None,
+        cycle: false,
+        settings: config.settings.clone(),
+        seed: SEED,
+    })?;
+    let mut keeper = None;
+    if let Some(path) = &config.file {
+        let file = MapFile::new(path.clone());
+        let mut times = vec![];
+        if let Some(experiment) = file.read()? {
+            times.clone_from(&experiment.map.times);
+            let map = Arc::new(experiment.map);
+            let start = Start::Left;
+            live.go_on_in(EarlierMap { map, start })
+                .map_err(|source| MapError::Restore {
+                    path: path.clone(),
+                    source,
+                })?;
+        }
+        file.check_folder()?;
+        keeper = Some(Keeper::start(file, config.settings.clone(), times)?);
+    }
+    Ok(Ready {
+        live,
+        keeper,
+        save_every: config.save_every,
+    })
+}
+
+/// A setting that has no effect is a slip, as it is on every command line.
+fn check_settings(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<(), MapError> {
+    let model = robot.and_then(RobotFigures::model);
+    let model = model.unwrap_or_else(RobotModel::pioneer);
+    let on_command = robot.is_some_and(|robot| robot.scans_on_command);
+    let scope = Scope {
+        source: Source::Live,
+        method: config.method,
+    };
+    let changes = config.settings.iter().map(|(key, value)| (key, *value));
+    let idle = Settings::of_robot(&model, on_command).take(&scope, changes)?;
+    idle.into_iter()
+        .next()
+        .map_or(Ok(()), |idle| Err(MapError::Idle(idle)))
+}
+
+impl Ready {
+    /// Begins to map what comes into `outbox`.
+    ///
+    /// # Errors    [`MapError::Thread`].
+    pub(crate) fn start(
+        self,
+        hello: BridgeHello,
+        outbox: Arc<Outbox>,
+        clock: Clock,
+    ) -> Result<Mapping, MapError> {
+        let (sender, shown) = watch::channel(Shown::default());
+        let (asked, asks) = sync_channel(MOST_ASKED);
+        let mapper = Mapper::new(self, outbox, clock, sender, asks);
+        let thread = std::thread::Builder::new()
+            .name("map".into())
+            .spawn(move || mapper.run(hello))
+            .map_err(MapError::Thread)?;
+        Ok(Mapping {
+            shown,
+            asked,
+            thread: Mutex::new(Some(thread)),
+            described: Mutex::default(),
+            packed: serve::Packed::default(),
+        })
+    }
+}
+
+impl Mapping {
+    /// What was found; it changes with each scan.
+    pub(crate) fn shown(&self) -> watch::Receiver<Shown> {
+        self.shown.clone()
+    }
+
+    /// Has the map begin anew; whether the mapper will.
+    pub(crate) fn reset(&self) -> bool {
+        self.asked.try_send(Asked::Reset).is_ok()
+    }
+
+    /// Whether the mapper has ended by itself, which it never should.
+    pub(crate) fn is_broken(&self) -> bool {
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
+        thread.as_ref().is_some_and(JoinHandle::is_finished)
+    }
+
+    /// Waits until the map is written. Its outbox must be closed before.
+    pub(crate) fn finish(&self) {
+        let mut thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
+        if thread.take().is_some_and(|thread| thread.join().is_err()) {
+            tracing::error!("the mapper panicked");
+        }
+    }
+}

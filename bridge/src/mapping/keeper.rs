@@ -1,0 +1,170 @@
+//! Packs maps and writes the file, on a thread of its own.
+//!
+//! In: snapshots of the map. Out: the file, or bytes for whoever asked. One job waits at most: a
+//! map that finds the keeper busy is written the next time.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use slamlab_core::estimation::SavedMap;
+use slamlab_core::format::slamlab::{self, Experiment};
+use slamlab_core::robot::Stamp;
+use slamlab_core::slam::Method;
+
+use super::MapError;
+use super::file::MapFile;
+
+/// What the keeper is to do.
+enum Job {
+    /// Write this map, of so many scans.
+    Save(SavedMap, u64),
+    /// The map begins anew: what is kept stays under another name.
+    MoveAside,
+}
+
+/// How the file does.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Kept {
+    /// Scans of this run that stand in it.
+    pub(super) scans: u64,
+    /// Why it is not as new as it should be.
+    pub(super) fault: Option<String>,
+}
+
+/// The keeper, as the mapper holds it.
+#[derive(Debug)]
+pub(super) struct Keeper {
+    jobs: Option<SyncSender<Job>>,
+    kept: Arc<Mutex<Kept>>,
+    thread: Option<JoinHandle<()>>,
+    /// Name of the file.
+    pub(super) name: String,
+    /// When scans of earlier runs were taken, for the next file.
+    pub(super) times: Vec<(Stamp, f64)>,
+}
+
+impl Keeper {
+    /// Keeps maps in `file`; `times` are those that stand in it.
+    ///
+    /// # Errors    [`MapError::Thread`].
+    pub(super) fn start(
+        file: MapFile,
+        settings: Vec<(String, f64)>,
+        times: Vec<(Stamp, f64)>,
+    ) -> Result<Self, MapError> {
+        let (jobs, waiting) = sync_channel(1);
+        let kept = Arc::default();
+        let name = file.name();
+        let shared = Arc::clone(&kept);
+        let thread = std::thread::Builder::new()
+            .name("keep-map".into())
+            .spawn(move || run(&file, &settings, &waiting, &shared))
+            .map_err(MapError::Thread)?;
+        Ok(Self {
+            jobs: Some(jobs),
+            kept,
+            thread: Some(thread),
+            name,
+            times,
+        })
+    }
+
+    /// How the file does.
+    pub(super) fn kept(&self) -> Kept {
+        lock(&self.kept).clone()
+    }
+
+    /// Writes a map of so many scans; `false` where the keeper is busy with another.
+    pub(super) fn save(&self, map: SavedMap, scans: u64) -> bool {
+        let job = Job::Save(map, scans);
+        (self.jobs.as_ref()).is_some_and(|jobs| jobs.try_send(job).is_ok())
+    }
+
+    /// Moves the file aside.
+    pub(super) fn move_aside(&mut self) {
+        self.times.clear();
+        self.wait_for(Job::MoveAside);
+    }
+
+    /// Writes a last map, if there is one, and waits until all is written.
+    pub(super) fn finish(mut self, last: Option<(SavedMap, u64)>) -> Kept {
+        if let Some((map, scans)) = last {
+            self.wait_for(Job::Save(map, scans));
+        }
+        self.jobs = None;
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the map's keeper panicked");
+        }
+        self.kept()
+    }
+
+    /// What must not be left out waits for what is being written.
+    fn wait_for(&self, job: Job) {
+        if let Some(jobs) = &self.jobs
+            && jobs.send(job).is_err()
+        {
+            tracing::error!("the map is kept no longer: its thread has ended");
+        }
+    }
+}
+
+fn lock(kept: &Mutex<Kept>) -> MutexGuard<'_, Kept> {
+    kept.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &Mutex<Kept>) {
+    while let Ok(job) = jobs.recv() {
+        match job {
+            Job::Save(map, scans) => {
+                let done = packed(file.title(), settings.to_vec(), map)
+                    .and_then(|bytes| file.write(&bytes).map_err(|error| error.to_string()));
+                let mut kept = lock(kept);
+                match done {
+                    Ok(()) => *kept = Kept { scans, fault: None },
+                    Err(why) => {
+                        let why = format!("{} is not written: {why}", file.name());
+                        if kept.fault.as_ref() != Some(&why) {
+                            tracing::error!("{why}");
+                        }
+                        kept.fault = Some(why);
+                    }
+                }
+            }
+            Job::MoveAside => {
+                let moved = file.move_aside();
+                let mut kept = lock(kept);
+                *kept = Kept::default();
+                match moved {
+                    Ok(Some(path)) => {
+                        tracing::info!("the map before is in {} now", path.display());
+                    }
+                    Ok(None) => (),
+                    Err(error) => {
+                        let why = format!("{} cannot be moved aside: {error}", file.name());
+                        tracing::error!("{why}");
+                        kept.fault = Some(why);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The bytes of a file.
+pub(super) fn packed(
+    title: String,
+    settings: Vec<(String, f64)>,
+    map: SavedMap,
+) -> Result<Vec<u8>, String> {
+    let experiment = Experiment {
+        title,
+        program: concat!("slamlab-bridge ", env!("CARGO_PKG_VERSION")).to_owned(),
+        method: Method::ScanMatching.name().to_owned(),
+        settings,
+        map,
+    };
+    slamlab::write(&experiment).map_err(|error| error.to_string())
+}
