@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::rights::Name;
-use slamlab_bridge::settings::{MapSettings, Settings, SettingsError, source_help};
+use slamlab_bridge::settings::{Failsafe, MapSettings, Settings, SettingsError, source_help};
 use slamlab_bridge::source::SourceName;
 use slamlab_core::slam::{Method, UnknownMethod};
 use slamlab_core::wire::message::Role;
@@ -93,26 +93,40 @@ struct MapFlags {
     /// How it maps [default: scan-matching, the only method whose map can be kept]
     #[arg(long, value_name = "NAME", value_parser = method)]
     method: Option<Method>,
-    /// A setting of mapping other than its default, as the page names them; may stand more than once
+    /// A setting of mapping other than its default, as the page names it; may stand more than once
     #[arg(long, value_name = "KEY=NUMBER", value_parser = setting)]
     set: Vec<(String, f64)>,
     /// Write the map so often, seconds [default: 30]
     #[arg(long, value_name = "SECONDS")]
     map_save_seconds: Option<u64>,
+    /// What the robot does when the link to its driver is lost [default: hold]
+    #[arg(long, value_name = "WHAT")]
+    on_link_loss: Option<Failsafe>,
+    /// What it does when its battery gets low [default: hold]
+    #[arg(long, value_name = "WHAT")]
+    on_low_battery: Option<Failsafe>,
+    /// Below so many volts the battery is low [default: 6.6]
+    #[arg(long, value_name = "VOLTS")]
+    low_volts: Option<f32>,
+    /// The driver's right by which it goes home, made for that with `token add`
+    #[arg(long, value_name = "NAME")]
+    failsafe_right: Option<Name>,
 }
 
 impl MapFlags {
     fn settings(self) -> Option<MapSettings> {
-        let is_on = self.map.is_some()
-            || self.method.is_some()
-            || !self.set.is_empty()
-            || self.map_save_seconds.is_some();
-        is_on.then(|| MapSettings {
+        let is_on = self.map.is_some();
+        let settings = MapSettings {
             file: self.map.flatten(),
             method: self.method.map(|method| method.name().to_owned()),
             save_seconds: self.map_save_seconds,
+            on_link_loss: self.on_link_loss,
+            on_low_battery: self.on_low_battery,
+            low_volts: self.low_volts,
+            failsafe_right: self.failsafe_right,
             set: self.set.into_iter().collect(),
-        })
+        };
+        (is_on || settings != MapSettings::default()).then_some(settings)
     }
 }
 

@@ -74,7 +74,7 @@ pub use slamlab_core::device::safety;
 
 pub use clock::Clock;
 pub use listen::{BindError, bind};
-pub use mapping::{MapConfig, MapError};
+pub use mapping::{HomeConfig, MapConfig, MapError};
 pub use page::{Page, PageError};
 pub use serve::{Config, RunError, Serving, run, start};
 pub use shared::Limits;

@@ -31,7 +31,7 @@ use std::time::Duration;
 use slamlab_core::estimation::Start;
 use slamlab_core::format::map_server::OccupancyMap;
 use slamlab_core::format::slamlab::SlamlabError;
-use slamlab_core::live::{Live, LiveConfig, LiveError};
+use slamlab_core::live::{HomingConfig, Live, LiveConfig, LiveError};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{Idle, Scope, SettingError, Settings, Source};
 use slamlab_core::slam::{EarlierMap, Method, SlamError};
@@ -40,9 +40,11 @@ use tokio::sync::{oneshot, watch};
 
 use crate::clock::Clock;
 use crate::hub::outbox::Outbox;
+use crate::rights::Name;
 use file::MapFile;
 use keeper::Keeper;
 use mapper::Mapper;
+pub(crate) use mapper::ToHub;
 pub(crate) use serve::routes;
 pub(crate) use shown::Shown;
 
@@ -51,7 +53,7 @@ const MOST_ASKED: usize = 4;
 /// Seed of the planner's random numbers.
 const SEED: u64 = 1;
 /// How the mapper is called among the clients.
-pub(crate) const NAME: &str = "map";
+pub(crate) const NAME: &str = "bridge";
 
 /// How the bridge maps.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +66,17 @@ pub struct MapConfig {
     pub settings: Vec<(String, f64)>,
     /// Between two times that the map is written, while it changes. Default 30 s.
     pub save_every: Duration,
+    /// Whether the robot may go home by itself. Default no: it holds, whatever is lost.
+    pub home: Option<HomeConfig>,
+}
+
+/// When the robot goes home by itself, and by which right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HomeConfig {
+    /// Name of a driver's right that was given for this; taken away, the robot holds.
+    pub right: Name,
+    /// When, and how sure it must be.
+    pub when: HomingConfig,
 }
 
 impl Default for MapConfig {
@@ -73,6 +86,7 @@ impl Default for MapConfig {
             method: Method::ScanMatching,
             settings: vec![],
             save_every: Duration::from_secs(30),
+            home: None,
         }
     }
 }
@@ -139,6 +153,14 @@ pub enum MapError {
         /// Why not.
         source: SlamError,
     },
+    /// Nobody gave the right by which the robot would go home.
+    #[error(
+        "failsafe right {right}: there is no right of that name that is good for driving; make it with `slamlab-bridge token add {right} --role driver`"
+    )]
+    NoRight {
+        /// Its name.
+        right: Name,
+    },
     /// No thread could be had.
     #[error("mapping got no thread: {0}")]
     Thread(io::Error),
@@ -159,6 +181,7 @@ pub(crate) struct Ready {
     live: Live,
     keeper: Option<Keeper>,
     save_every: Duration,
+    pub(crate) home: Option<HomeConfig>,
 }
 
 /// A bridge's mapping under way.
@@ -215,6 +238,7 @@ pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<
         live,
         keeper,
         save_every: config.save_every,
+        home: config.home.clone(),
     })
 }
 
@@ -242,11 +266,12 @@ impl Ready {
         self,
         hello: BridgeHello,
         outbox: Arc<Outbox>,
+        to_hub: ToHub,
         clock: Clock,
     ) -> Result<Mapping, MapError> {
         let (sender, shown) = watch::channel(Shown::default());
         let (asked, asks) = sync_channel(MOST_ASKED);
-        let mapper = Mapper::new(self, outbox, clock, sender, asks);
+        let mapper = Mapper::new(self, outbox, to_hub, clock, sender, asks);
         let thread = std::thread::Builder::new()
             .name("map".into())
             .spawn(move || mapper.run(hello))

@@ -76,6 +76,13 @@ impl Rights {
         self.0.contains(granted)
     }
 
+    /// What the right of this name is good for.
+    pub(crate) fn role_of(&self, name: &Name) -> Option<Role> {
+        let name = name.to_string();
+        let mut all = self.0.iter().map(|granted| &granted.right);
+        all.find(|right| right.name == name).map(|right| right.role)
+    }
+
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> usize {

@@ -169,8 +169,9 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         audit: audit.clone(),
         rights: rights.clone(),
     });
-    let mapping = map.map(|map| task.map(map, hello)).transpose()?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
+    let mapping = map.map(|map| task.map(map, hello, hub.clone()));
+    let mapping = mapping.transpose()?;
     let shared = Arc::new(Shared {
         page: config.page,
         about,

@@ -25,7 +25,7 @@ use slamlab_core::slam::UnknownMethod;
 
 use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
-pub use map::MapSettings;
+pub use map::{Failsafe, MapSettings};
 
 /// The default address: this machine only.
 pub const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
@@ -216,6 +216,22 @@ pub enum SettingsError {
         value: u64,
         /// Greatest that may stand there.
         most: u64,
+    },
+    /// A robot that may go home by nobody's right.
+    #[error(
+        "a robot that goes home drives by a right that was given for it: name it as failsafe-right, and make it with \
+         `slamlab-bridge token add NAME --role driver`"
+    )]
+    NoFailsafeRight,
+    /// No battery has so many volts.
+    #[error("low-volts is {value}; expected {least} to {most}")]
+    LowVolts {
+        /// What stands there.
+        value: f32,
+        /// Least that may stand there.
+        least: f32,
+        /// Greatest.
+        most: f32,
     },
     /// A place where no sensor is.
     #[error(

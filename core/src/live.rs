@@ -15,6 +15,7 @@
 //!    nothing begins or goes on by itself when the robot is armed.
 
 mod bridge_map;
+mod homing;
 #[cfg(test)]
 mod tests;
 
@@ -32,6 +33,7 @@ use crate::wire::message::{
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 pub use bridge_map::BridgeMap;
+pub use homing::{Homing, HomingConfig};
 
 /// Something for a person to read.
 #[derive(Clone, Debug, PartialEq)]
@@ -325,6 +327,13 @@ impl Live {
             RefusalReason::NoRobot => {
                 "The robot's link is down: it cannot be armed, nor its emergency stop reset"
             }
+            RefusalReason::Stopped => "The robot was stopped: only a person arms it again",
+            RefusalReason::BatteryLow => {
+                "The battery is nearly empty: charge it before the robot is armed"
+            }
+            RefusalReason::NoScan => {
+                "The sensor is silent: look at its link before the robot is armed"
+            }
             RefusalReason::NoMap => "This bridge does not map: there is nothing to begin anew",
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
@@ -529,7 +538,7 @@ fn session_for(
             Method::ScanMatching,
             Some("The bridge has no robot: what its sensor sees is mapped by scan matching"),
         ),
-        // A bridge has no map to hand out.
+        // The map that a bridge has is shown, and not localised in.
         (Some(_), method, None) if method.needs_prior_map() => (
             Method::LineEkf,
             Some("No map was given to find the robot in: the line filter draws one"),

@@ -125,7 +125,7 @@ pub use inspection::{Candidate, Inspection, LearnedOdometry, Sighting};
 #[cfg(feature = "run")]
 pub use link::{LinkStart, NoLink, read_link};
 #[cfg(feature = "run")]
-pub use live::{BridgeStatus, DeviceStatus, LiveSetup};
+pub use live::{BridgeMapStatus, BridgeStatus, DeviceStatus, LiveSetup};
 #[cfg(feature = "run")]
 pub use loaded_map::{LoadedMapPicture, MapAlignment, WebLoadedMap};
 #[cfg(feature = "cable")]

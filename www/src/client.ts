@@ -361,6 +361,10 @@ export class Client {
     this.send({ kind: "emergency", on });
   }
 
+  resetBridgeMap(): void {
+    this.send({ kind: "reset-bridge-map" });
+  }
+
   explore(): void {
     this.#order({ kind: "explore" });
   }

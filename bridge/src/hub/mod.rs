@@ -14,7 +14,8 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    BridgeHello, DeviceState, FromBridge, Header, Lease, RefusalReason, Right, ToBridge, close,
+    BridgeHello, DeviceState, FromBridge, Header, Lease, RefusalReason, Right, Role, Severity,
+    ToBridge, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -23,10 +24,10 @@ use crate::access_log::{AccessLog, Kind, Peer};
 use crate::audit::{Audit, Story, What};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
-use crate::mapping::{self, MapError, Mapping, Ready, Shown};
+use crate::mapping::{self, MapError, Mapping, Ready, Shown, ToHub};
 use crate::metrics::Metrics;
 use crate::record::Recorder;
-use crate::rights::{Granted, Rights};
+use crate::rights::{Granted, Name, Rights};
 use crate::safety::ClientId;
 use crate::source::{Order, Running, SourceEvent};
 use outbox::Outbox;
@@ -53,6 +54,8 @@ pub(crate) enum FromClient {
     ),
     /// It ended.
     Left(ClientId),
+    /// The mapper has a sentence for everybody.
+    Notice(Severity, String),
 }
 
 /// What came of a message.
@@ -100,6 +103,9 @@ struct Mapped {
     /// As everybody was told last.
     told: Shown,
     is_broken: bool,
+    /// By which the robot goes home; without one it holds.
+    right: Option<Name>,
+    role: Role,
 }
 
 /// Its thread ends with the hub, however that ends.
@@ -168,12 +174,22 @@ impl Task {
         &mut self,
         ready: Ready,
         hello: BridgeHello,
+        hub: mpsc::Sender<FromClient>,
     ) -> Result<Arc<Mapping>, MapError> {
+        let right = ready.home.as_ref().map(|home| home.right.clone());
+        let role = self.role_by(right.as_ref());
+        if let Some(right) = right.clone().filter(|_| !role.may_drive()) {
+            return Err(MapError::NoRight { right });
+        }
         let outbox = Arc::new(Outbox::default());
-        let client = self
-            .hub
-            .join_own(mapping::NAME.to_owned(), Right::default());
-        let mapping = Arc::new(ready.start(hello, Arc::clone(&outbox), self.clock)?);
+        let shown = Right {
+            role,
+            name: String::new(),
+        };
+        let client = self.hub.join_own(mapping::NAME.to_owned(), shown);
+        let to_hub = ToHub { client, hub };
+        let mapping = ready.start(hello, Arc::clone(&outbox), to_hub, self.clock)?;
+        let mapping = Arc::new(mapping);
         self.mapped = Some(Mapped {
             client,
             outbox,
@@ -181,9 +197,19 @@ impl Task {
             mapping: Arc::clone(&mapping),
             told: Shown::default(),
             is_broken: false,
+            right,
+            role,
         });
         self.act();
         Ok(mapping)
+    }
+
+    /// What a right is good for now.
+    fn role_by(&self, right: Option<&Name>) -> Role {
+        let rights = self.rights.borrow();
+        right
+            .and_then(|right| rights.role_of(right))
+            .unwrap_or_default()
     }
 
     /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
@@ -242,7 +268,32 @@ impl Task {
         for id in over {
             self.end_right(now, id);
         }
+        self.follow_right(now);
         self.act();
+    }
+
+    /// The mapper may what its right says now.
+    fn follow_right(&mut self, now: Duration) {
+        let right = self.mapped.as_ref().and_then(|mapped| mapped.right.clone());
+        let role = self.role_by(right.as_ref());
+        let Some(mapped) = self.mapped.as_mut().filter(|mapped| mapped.role != role) else {
+            return;
+        };
+        mapped.role = role;
+        let (client, may_drive) = (mapped.client, role.may_drive());
+        self.hub.give(now, client, role);
+        let right = right.map_or(String::new(), |right| right.to_string());
+        let (severity, text) = match may_drive {
+            true => (
+                Severity::Info,
+                format!("The right {right} is there: the robot may go home by itself."),
+            ),
+            false => (
+                Severity::Warning,
+                format!("The right {right} was taken away: the robot does not go home by itself."),
+            ),
+        };
+        self.hub.notify(severity, text);
     }
 
     fn end_right(&mut self, now: Duration, id: ClientId) {
@@ -314,6 +365,7 @@ impl Task {
                 let _ = asker.send(answer);
             }
             FromClient::Left(id) => self.left(now, id),
+            FromClient::Notice(severity, text) => self.hub.notify(severity, text),
         }
         self.act();
         self.asker = None;

@@ -3,13 +3,15 @@
 
 use std::time::Duration;
 
-use slamlab_core::wire::message::{FromBridge, SafetyBody, Severity};
+use slamlab_core::wire::message::{FromBridge, Right, SafetyBody, Severity};
 
 use super::{Guest, Task};
-use crate::access_log::Kind;
+use crate::access_log::{Kind, Peer};
 use crate::audit::{What, Who};
+use crate::mapping;
 use crate::notify;
 use crate::record::Recorder;
+use crate::rights::Name;
 use crate::safety::ClientId;
 use crate::source::Running;
 
@@ -70,10 +72,24 @@ impl Task {
 
     /// Somebody who is here, for the audit.
     pub(super) fn who(&self, id: ClientId) -> Option<Who> {
-        let guest = self.guests.get(&id)?;
+        let Some(guest) = self.guests.get(&id) else {
+            return self.own(id);
+        };
         let right = guest.granted.as_ref().map(|granted| granted.right.clone());
         let right = right.unwrap_or_default();
         Some(Who::new(id, &right, &guest.name, guest.peer))
+    }
+
+    /// The mapper, where it has that number.
+    fn own(&self, id: ClientId) -> Option<Who> {
+        let mapped = self.mapped.as_ref().filter(|mapped| mapped.client == id)?;
+        let name = mapped.right.as_ref().map_or(String::new(), Name::to_string);
+        let right = Right {
+            role: mapped.role,
+            name,
+        };
+        let here = Peer(([127, 0, 0, 1], 0).into());
+        Some(Who::new(id, &right, mapping::NAME, here))
     }
 
     pub(super) fn audit(&self, now: Duration, what: &What) {

@@ -6,18 +6,20 @@ use std::time::Duration;
 
 use slamlab_core::estimation::SavedMap;
 use slamlab_core::format::map_server::{MapMode, OccupancyMap};
-use slamlab_core::live::Live;
+use slamlab_core::live::{Homing, Live, Note};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::{
-    BridgeHello, Format, FromBridge, Header, MapBody, MappingBody, encode,
+    BridgeHello, Format, FromBridge, Header, MapBody, MappingBody, ToBridge, decode, encode,
 };
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 
 use super::keeper::{Keeper, packed};
 use super::{Asked, Ready, Shown};
 use crate::clock::Clock;
+use crate::hub::FromClient;
 use crate::hub::outbox::{Next, Outbox};
 use crate::record::ros::MOST_CELLS;
+use crate::safety::ClientId;
 
 /// Between two looks at what is due.
 const TICK: Duration = Duration::from_millis(50);
@@ -27,10 +29,27 @@ const MAP_SHARE: u32 = 20;
 /// Between two reports of how it does, where nothing changes.
 const REPORT: Duration = Duration::from_secs(1);
 
+/// The mapper's way to the hub, for a robot that goes home.
+#[derive(Debug)]
+pub(crate) struct ToHub {
+    pub(crate) client: ClientId,
+    pub(crate) hub: mpsc::Sender<FromClient>,
+}
+
+impl ToHub {
+    /// A hub that has no room now gets the next one: what is not repeated stops the robot.
+    fn say(&self, what: FromClient) {
+        let _ = self.hub.try_send(what);
+    }
+}
+
 /// See the module.
 pub(super) struct Mapper {
     live: Live,
+    homing: Option<Homing>,
+    next_tick: Duration,
     outbox: Arc<Outbox>,
+    to_hub: ToHub,
     clock: Clock,
     shown: watch::Sender<Shown>,
     asks: Receiver<Asked>,
@@ -54,6 +73,7 @@ impl Mapper {
     pub(super) fn new(
         ready: Ready,
         outbox: Arc<Outbox>,
+        to_hub: ToHub,
         clock: Clock,
         shown: watch::Sender<Shown>,
         asks: Receiver<Asked>,
@@ -61,7 +81,10 @@ impl Mapper {
         let now = clock.now();
         Self {
             live: ready.live,
+            homing: ready.home.map(|home| Homing::new(home.when)),
+            next_tick: now,
             outbox,
+            to_hub,
             clock,
             shown,
             asks,
@@ -93,6 +116,7 @@ impl Mapper {
             while let Ok(asked) = self.asks.try_recv() {
                 self.obey(asked);
             }
+            self.drive();
             self.show();
         }
         self.finish();
@@ -115,10 +139,43 @@ impl Mapper {
         if let Err(why) = received {
             tracing::warn!("mapping: a message was left out: {why}");
         }
-        // It keeps no conversation going: the hub is in the same program.
-        self.live.take_outgoing();
+        self.flush();
         for note in self.live.take_notes() {
             tracing::info!("mapping: {}", note.text);
+        }
+    }
+
+    /// Lets the robot go home, where it may.
+    fn drive(&mut self) {
+        let now = self.clock.now();
+        let Some(homing) = self.homing.as_mut().filter(|_| now >= self.next_tick) else {
+            return;
+        };
+        self.next_tick = now + TICK;
+        let micros = now.as_micros() as u64;
+        if let Some(Note { severity, text }) = homing.step(micros, &mut self.live) {
+            self.to_hub.say(FromClient::Notice(severity, text));
+        }
+        // A hub that is silent has been busy: it is in the same program.
+        let _ = self.live.tick(micros);
+        self.flush();
+    }
+
+    /// Sends what drives the robot. No conversation is to be kept going with the own hub.
+    fn flush(&mut self) {
+        for bytes in self.live.take_outgoing() {
+            let Ok((header, message)) = decode::<ToBridge>(&bytes, Format::Binary) else {
+                continue;
+            };
+            if matches!(
+                message,
+                ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. }
+            ) {
+                continue;
+            }
+            let (client, now) = (self.to_hub.client, self.clock.now());
+            self.to_hub
+                .say(FromClient::Message(client, header, message, now));
         }
     }
 

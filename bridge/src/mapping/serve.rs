@@ -45,7 +45,7 @@ pub(crate) fn routes() -> Router<Arc<Shared>> {
 enum No {
     Private,
     Nothing,
-    NoSuch,
+    Gone,
     Failed(String),
 }
 
@@ -60,7 +60,7 @@ impl IntoResponse for No {
                 StatusCode::SERVICE_UNAVAILABLE,
                 "Nothing is mapped yet.\n".to_owned(),
             ),
-            Self::NoSuch => (
+            Self::Gone => (
                 StatusCode::GONE,
                 "This image is too old, or never was: read /map.yaml again.\n".to_owned(),
             ),
@@ -100,8 +100,8 @@ async fn image(
 ) -> Result<Response, No> {
     let revision = image.strip_suffix(".pgm");
     let revision = revision.and_then(|number| number.parse().ok());
-    let cells = mapping(&shared)?.described(revision.ok_or(No::NoSuch)?);
-    let cells = cells.ok_or(No::NoSuch)?;
+    let cells = mapping(&shared)?.described(revision.ok_or(No::Gone)?);
+    let cells = cells.ok_or(No::Gone)?;
     Ok(as_file(PGM, files(&cells, &image)?.image))
 }
 

@@ -3,9 +3,9 @@
 //! In: a recording. Out: another in chunks, with the same messages, and beside them `/map`, `/pose`
 //! and the transform from `map` to `odom`.
 //!
-//! The bridge itself does not estimate anything: it must keep up with its robot on the smallest
-//! computer. So this is done afterwards, by the replay that `evaluate` and the page run. A map
-//! stands in the file every [`MAP_EVERY`] s, as it was known then.
+//! Not every bridge maps, and one that does may leave scans out to keep up. So this is done
+//! afterwards, by the replay that `evaluate` and the page run. A map stands in the file every
+//! [`MAP_EVERY`] s, as it was known then.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,7 +1,8 @@
 //! A subset of rosbridge v2, for scripts that know roslibjs or roslibpy.
 //!
-//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed, and `/map` and
-//! `/pose` where the bridge maps; `/cmd_vel` to the robot, from whoever has the token, the lease, and armed.
+//! In: JSON of such a client. Out: `/scan`, `/odom` and `/tf` to those who subscribed, and `/map`
+//! and `/pose` where the bridge maps; `/cmd_vel` to the robot, from whoever has the token, the
+//! lease, and armed.
 //!
 //! 1. It stands on the bridge's own port, at [`PATH`], behind the same gates; it is off by default.
 //! 2. rosbridge has no place for a token. Services stand in: `/slamlab/challenge` gives a

@@ -14,7 +14,8 @@ use crate::shared::Shared;
 
 const NODE: &str = "/slamlab_bridge";
 
-/// Topics with their types: what is taken, what is published, and what a bridge publishes that maps.
+/// Topics with their types: what is taken, what is published, and what only a bridge that maps
+/// publishes.
 const TOPICS: [(&str, &str); 6] = [
     (super::VELOCITY, "geometry_msgs/msg/Twist"),
     ("/scan", "sensor_msgs/msg/LaserScan"),

@@ -15,7 +15,7 @@ use crate::hexadecimal;
 use crate::hub::Answer;
 
 /// Behind `/slamlab/`.
-pub(super) const NAMES: [&str; 9] = [
+pub(super) const NAMES: [&str; 10] = [
     "challenge",
     "enter",
     "take",
@@ -25,6 +25,7 @@ pub(super) const NAMES: [&str; 9] = [
     "stop",
     "emergency_stop",
     "reset_emergency_stop",
+    "reset_map",
 ];
 
 /// How far a client has come.
@@ -82,6 +83,7 @@ impl Peer<'_> {
             "stop" => ToBridge::Stop,
             "emergency_stop" => ToBridge::EmergencyStop,
             "reset_emergency_stop" => ToBridge::ResetEmergencyStop { epoch },
+            "reset_map" => ToBridge::ResetMap,
             _ => return Ok(no_service()),
         };
         let arms = matches!(message, ToBridge::Arm { .. });

@@ -4,14 +4,30 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use slamlab_core::live::HomingConfig;
 use slamlab_core::slam::Method;
 
 use super::{Settings, SettingsError};
-use crate::mapping::MapConfig;
+use crate::mapping::{HomeConfig, MapConfig};
+use crate::rights::Name;
 
+/// Least and greatest volts of a battery.
+const VOLTS: (f32, f32) = (1.0, 100.0);
 /// Longest time between two times that the map is written, s: a day.
 const LONGEST: u64 = 24 * 60 * 60;
+
+/// What the robot does when something is lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failsafe {
+    /// It stands where it is.
+    #[default]
+    Hold,
+    /// It goes to where it was armed, along the known way; in any doubt it stands.
+    Home,
+}
 
 /// `[map]`: where it stands, the bridge maps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +42,18 @@ pub struct MapSettings {
     /// Between two times that it is written, s. Default 30.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub save_seconds: Option<u64>,
+    /// What the robot does when the link to its driver is lost. Default `hold`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on_link_loss: Option<Failsafe>,
+    /// What it does when its battery gets low. Default `hold`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on_low_battery: Option<Failsafe>,
+    /// Below so many volts the battery is low. Default 6.6, for six cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low_volts: Option<f32>,
+    /// The right by which it goes home: a driver's, made for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub failsafe_right: Option<Name>,
     /// Settings of the page, by their keys, that differ from their defaults.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, f64>,
@@ -41,6 +69,10 @@ impl MapSettings {
             file: self.file.or(below.file),
             method: self.method.or(below.method),
             save_seconds: self.save_seconds.or(below.save_seconds),
+            on_link_loss: self.on_link_loss.or(below.on_link_loss),
+            on_low_battery: self.on_low_battery.or(below.on_low_battery),
+            low_volts: self.low_volts.or(below.low_volts),
+            failsafe_right: self.failsafe_right.or(below.failsafe_right),
             set,
         }
     }
@@ -50,6 +82,9 @@ impl MapSettings {
         Ok(Self {
             method: Some(config.method.name().to_owned()),
             save_seconds: Some(config.save_every.as_secs()),
+            on_link_loss: Some(self.on_link_loss.unwrap_or_default()),
+            on_low_battery: Some(self.on_low_battery.unwrap_or_default()),
+            low_volts: Some(self.low_volts.unwrap_or(HomingConfig::default().low_volts)),
             ..self
         })
     }
@@ -73,7 +108,31 @@ impl MapSettings {
             method: method.transpose()?.unwrap_or(default.method),
             settings: self.set.clone().into_iter().collect(),
             save_every,
+            home: self.home()?,
         })
+    }
+
+    /// When the robot goes home by itself; none where it always holds.
+    fn home(&self) -> Result<Option<HomeConfig>, SettingsError> {
+        let goes = |what: Option<Failsafe>| what == Some(Failsafe::Home);
+        let default = HomingConfig::default();
+        let low_volts = self.low_volts.unwrap_or(default.low_volts);
+        if !(VOLTS.0..=VOLTS.1).contains(&low_volts) {
+            let (value, (least, most)) = (low_volts, VOLTS);
+            return Err(SettingsError::LowVolts { value, least, most });
+        }
+        let when = HomingConfig {
+            on_link_loss: goes(self.on_link_loss),
+            on_low_battery: goes(self.on_low_battery),
+            low_volts,
+            ..default
+        };
+        if !when.on_link_loss && !when.on_low_battery {
+            return Ok(None);
+        }
+        let right = self.failsafe_right.clone();
+        let right = right.ok_or(SettingsError::NoFailsafeRight)?;
+        Ok(Some(HomeConfig { right, when }))
     }
 }
 

@@ -76,6 +76,10 @@ fn whole() -> Settings {
             file: path(),
             method: Some("scan-matching".into()),
             save_seconds: Some(5),
+            on_link_loss: Some(Failsafe::Home),
+            on_low_battery: Some(Failsafe::Hold),
+            low_volts: Some(6.5),
+            failsafe_right: Some("home".parse().unwrap()),
             set: [("matcher.cell".to_owned(), 0.1)].into(),
         }),
         source: Some(vec![SourceSettings {
@@ -248,4 +252,26 @@ fn a_lidar_sits_where_the_file_says_and_nothing_else_can_be_mounted() {
         let error = open(other).err().unwrap().to_string();
         assert!(error.contains(other) && error.contains("mount"), "{error}");
     }
+}
+
+#[test]
+fn a_robot_goes_home_only_by_a_right_and_a_map_is_made_by_a_method_that_there_is() {
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
+    let home = "[map]\non-link-loss = \"home\"";
+    assert!(refused(home).contains("failsafe-right"));
+    assert!(refused("[map]\nlow-volts = nan").contains("low-volts is NaN; expected 1 to 100"));
+    assert!(refused("[map]\nsave-seconds = 0").contains("save-seconds is 0; expected 1 to"));
+    let method = refused("[map]\nmethod = \"magic\"");
+    assert!(
+        method.contains("magic") && method.contains("scan-matching"),
+        "{method}"
+    );
+    let settings = read(&format!("{home}\nfailsafe-right = \"home\"")).unwrap();
+    let map = settings.complete().unwrap().map().unwrap().unwrap();
+    let home = map.home.unwrap();
+    assert!(home.when.on_link_loss && !home.when.on_low_battery);
+    let held = read("[map]").unwrap().complete().unwrap().map().unwrap();
+    assert_eq!(held, Some(crate::MapConfig::default()));
+    let off = Settings::default().complete().unwrap().map().unwrap();
+    assert!(off.is_none());
 }

@@ -24,8 +24,8 @@ use std::time::Duration;
 
 use crate::wire::message::{
     BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FromBridge, Header, Notice,
-    ProbeAnswer, Right, RobotFigures, Role, SCHEMA, SafetyBody, Severity, ToBridge, Watching,
-    Welcome, close,
+    ProbeAnswer, RefusalReason, Right, RobotFigures, Role, SCHEMA, SafetyBody, Severity, ToBridge,
+    Watching, Welcome, close,
 };
 
 use super::safety::{Client, ClientId, Input, LEASE, Output, Safety, WATCHDOG};
@@ -276,12 +276,53 @@ impl Hub {
                     matches!(&asked, ToBridge::Drive(body) if body.motion.is_manoeuvre());
                 self.ordered_manoeuvre = None;
                 let client = Client { id, role };
+                if let Some(reason) = self.keeps_from_arming(now, id, &asked) {
+                    self.send(id, FromBridge::Refused(reason));
+                    return;
+                }
                 self.rule(now, Input::Asks(client, header.sequence, asked));
                 if gives_manoeuvre {
                     let order = self.ordered_manoeuvre.take();
                     self.manoeuvre_given(id, header.sequence, order);
                 }
             }
+        }
+    }
+
+    /// Why a robot that could be armed is not to be.
+    fn keeps_from_arming(
+        &self,
+        now: Duration,
+        id: ClientId,
+        asked: &ToBridge,
+    ) -> Option<RefusalReason> {
+        // Who has no lease is told that, whatever else is wrong.
+        if !matches!(asked, ToBridge::Arm { .. }) || self.safety.driver() != Some(id) {
+            return None;
+        }
+        let is_own = self.clients.get(&id).is_some_and(|client| client.is_own);
+        // Whatever else disarmed it, a person or a fault, is for a person to undo.
+        let may_go_on = matches!(
+            self.safety.reason(),
+            DisarmReason::DriverGone | DisarmReason::LeaseExpired | DisarmReason::TakenOver
+        );
+        match () {
+            () if is_own && !may_go_on => Some(RefusalReason::Stopped),
+            () if self.safety.is_armed() => None,
+            () if self.robot.plausible.is_empty(now) => Some(RefusalReason::BatteryLow),
+            () if self.robot.is_blind(now) => Some(RefusalReason::NoScan),
+            () => None,
+        }
+    }
+
+    /// Gives a client another right, or takes it; without one it watches on.
+    pub fn give(&mut self, now: Duration, client: ClientId, role: Role) {
+        let Some(connected) = self.clients.get_mut(&client) else {
+            return;
+        };
+        connected.role = role;
+        if !role.may_drive() {
+            self.rule(now, Input::Revoked(client));
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod connection;
 mod driving;
+mod homing;
 mod settings;
 
 use nalgebra::Point2;

@@ -31,8 +31,8 @@ impl Default for CarriedPose {
 }
 
 impl CarriedPose {
-    /// Takes a motion as the robot stamped it. A robot whose clock starts again may stand elsewhere:
-    /// what was told before it is void.
+    /// Takes a motion as the robot stamped it. A robot whose clock starts again may stand
+    /// elsewhere: what was told before it is void.
     pub fn odometry(&mut self, step: &Odometry) {
         if self.history.now().is_some_and(|now| step.from < now) {
             *self = Self::default();

@@ -7,6 +7,7 @@ mod access;
 mod adapters;
 mod client;
 mod driving;
+mod failsafe;
 mod manoeuvre;
 mod mapping;
 mod recording;

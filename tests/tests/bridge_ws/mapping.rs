@@ -192,8 +192,8 @@ fn a_map_survives_the_end_of_the_bridge_and_is_gone_on_in() {
     });
 }
 
-/// The robot was carried between two runs. Where it does not find itself at once it maps a piece of its
-/// own until it is proved where that lies, and the map of before is not spoilt by it.
+/// The robot was carried between two runs. Where it does not find itself at once it maps a piece of
+/// its own until it is proved where that lies, and the map of before is not spoilt by it.
 #[test]
 fn a_robot_that_was_carried_meanwhile_finds_itself_in_the_map_of_before() {
     async_on_a_calm_machine(async || {

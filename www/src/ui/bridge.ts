@@ -2,6 +2,7 @@
 // where there is no bridge.
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { bundle } from "../bundle.js";
 import type { BridgeState } from "../protocol/devices.js";
 import type { DeviceStateName, DeviceStatus, DisarmReasonName, RoleName } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
@@ -65,6 +66,8 @@ export class SlamBridge extends SlamElement {
   ];
 
   protected override readonly topics = ["bridge", "run"] as const;
+  #ofMap: Promise<void> | null = null;
+  #renderMap: typeof import("./bridge_map.js").render | null = null;
 
   override render(): TemplateResult | typeof nothing {
     const { bridge } = this.store;
@@ -74,10 +77,21 @@ export class SlamBridge extends SlamElement {
       <h2>Robot</h2>
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
       ${bridge.connection === "open" ? state(bridge) : ""}
+      ${this.#map(bridge)}
       <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off; they stay off until this is undone"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
     `;
+  }
+
+  /** What tells of the bridge's own map comes with the first that there is. */
+  #map(bridge: BridgeState): TemplateResult | typeof nothing {
+    if (!bridge.map || bridge.connection !== "open") return nothing;
+    this.#ofMap ??= bundle(this.store, "bridge_map.js", "What tells of the bridge's map").then((part) => {
+      this.#renderMap = (part as typeof import("./bridge_map.js") | null)?.render ?? null;
+      this.requestUpdate();
+    });
+    return this.#renderMap?.(bridge, bridge.map, this.client) ?? nothing;
   }
 }
 

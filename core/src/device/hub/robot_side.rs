@@ -21,7 +21,13 @@ pub(super) struct RobotSide {
     /// Newest stamp, and when it came.
     pub(super) newest: (Stamp, Duration),
     is_up: bool,
+    /// When a sensor that scans all the time was heard last; none before it was heard at all.
+    scanned: Option<Duration>,
+    scans_on_command: bool,
 }
+
+/// Without a scan for so long a sensor is silent: a few revolutions of the slowest lidar.
+const SILENT: Duration = Duration::from_secs(2);
 
 /// What an event means for driving.
 #[derive(Debug, Default)]
@@ -50,7 +56,16 @@ impl RobotSide {
             plausible: Plausible::default(),
             newest: (Stamp::default(), Duration::ZERO),
             is_up: false,
+            scanned: None,
+            scans_on_command: on_command,
         }
+    }
+
+    /// Whether a sensor that was heard, and scans all the time, has fallen silent. One that was never
+    /// heard may be none.
+    pub(super) fn is_blind(&self, now: Duration) -> bool {
+        let is_late = |at: Duration| now.saturating_sub(at) > SILENT;
+        !self.scans_on_command && self.scanned.is_some_and(is_late)
     }
 
     /// The order as far as it is safe.
@@ -69,6 +84,7 @@ impl RobotSide {
     pub(super) fn event(&mut self, now: Duration, source: u8, event: &SourceEvent) -> Consequence {
         let mut consequence = Consequence::default();
         if let SourceEvent::Scan(scan) = event {
+            self.scanned = Some(now);
             let safe_mode = self.safe_mode.as_mut();
             consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.scan(scan));
         }

@@ -137,6 +137,13 @@ impl Plausible {
         (now.saturating_sub(since) >= LOW_FOR).then_some(DisarmReason::Battery)
     }
 
+    /// Whether the battery is nearly empty, and has been for long enough.
+    #[must_use]
+    pub fn is_empty(&self, now: Duration) -> bool {
+        let since = self.low_since;
+        since.is_some_and(|since| now.saturating_sub(since) >= LOW_FOR)
+    }
+
     /// Whether the robot has said too long nothing; once, until it speaks again.
     pub fn silence(&mut self, now: Duration) -> Option<DisarmReason> {
         let heard = self.heard?;

@@ -137,5 +137,11 @@ named! {
         NotFinite = "not-finite",
         /// The bridge does not map.
         NoMap = "no-map",
+        /// A part of the bridge may not arm a robot that was stopped by somebody, or by a fault.
+        Stopped = "stopped",
+        /// The robot cannot be armed: its battery is nearly empty.
+        BatteryLow = "battery-low",
+        /// The robot cannot be armed: its sensor has fallen silent.
+        NoScan = "no-scan",
     }
 }
