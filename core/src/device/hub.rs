@@ -91,6 +91,9 @@ pub struct Hub {
     told: SafetyBody,
     /// Orders so far.
     orders: u64,
+    /// The robot was armed until the link to its driver was lost or the lease taken, and nobody
+    /// stopped it since: a part of the bridge may go on with it.
+    may_go_on: bool,
     /// Number of the newest order since a message came, if it is a manoeuvre.
     ordered_manoeuvre: Option<u64>,
     next_heartbeat: Duration,
@@ -112,6 +115,7 @@ impl Hub {
             manoeuvre: None,
             told: SafetyBody::default(),
             orders: 0,
+            may_go_on: false,
             ordered_manoeuvre: None,
             next_heartbeat: Duration::ZERO,
             next_driver_heartbeat: Duration::ZERO,
@@ -301,13 +305,9 @@ impl Hub {
             return None;
         }
         let is_own = self.clients.get(&id).is_some_and(|client| client.is_own);
-        // Whatever else disarmed it, a person or a fault, is for a person to undo.
-        let may_go_on = matches!(
-            self.safety.reason(),
-            DisarmReason::DriverGone | DisarmReason::LeaseExpired | DisarmReason::TakenOver
-        );
         match () {
-            () if is_own && !may_go_on => Some(RefusalReason::Stopped),
+            // Whatever else disarmed it, a person or a fault, is for a person to undo.
+            () if is_own && !self.may_go_on => Some(RefusalReason::Stopped),
             () if self.safety.is_armed() => None,
             () if self.robot.plausible.is_empty(now) => Some(RefusalReason::BatteryLow),
             () if self.robot.is_blind(now) => Some(RefusalReason::NoScan),
@@ -362,7 +362,18 @@ impl Hub {
             Input::Asks(client, ..) if client.role.may_drive() => Some(client.id),
             _ => None,
         };
-        for output in self.safety.on(now, input) {
+        let was_armed = self.safety.is_armed();
+        let is_stop = matches!(
+            &input,
+            Input::Asks(_, _, ToBridge::Stop | ToBridge::EmergencyStop)
+                | Input::Robot(_)
+                | Input::Shutdown
+        );
+        let outputs = self.safety.on(now, input);
+        if was_armed || self.safety.is_armed() || is_stop {
+            self.may_go_on = !is_stop && !self.safety.is_armed() && self.has_lost_its_driver();
+        }
+        for output in outputs {
             match output {
                 Output::Order(order) => {
                     let order = self.robot.limit(order);
@@ -375,6 +386,13 @@ impl Hub {
                 Output::ResetMap(client) => self.actions.push_back(Action::ResetMap(client)),
             }
         }
+    }
+
+    fn has_lost_its_driver(&self) -> bool {
+        matches!(
+            self.safety.reason(),
+            DisarmReason::DriverGone | DisarmReason::LeaseExpired | DisarmReason::TakenOver
+        )
     }
 
     /// Tells everybody the state, if it is another than they know; else only a driver who asked for

@@ -61,8 +61,8 @@ impl RobotSide {
         }
     }
 
-    /// Whether a sensor that was heard, and scans all the time, has fallen silent. One that was never
-    /// heard may be none.
+    /// Whether a sensor that was heard, and scans all the time, has fallen silent. One that was
+    /// never heard may be none.
     pub(super) fn is_blind(&self, now: Duration) -> bool {
         let is_late = |at: Duration| now.saturating_sub(at) > SILENT;
         !self.scans_on_command && self.scanned.is_some_and(is_late)

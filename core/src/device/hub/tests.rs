@@ -11,7 +11,7 @@ use super::*;
 use crate::geom::Pose2;
 use crate::robot::{Command, Odometry, RobotModel, Scan, Stamp};
 use crate::wire::message::{
-    BumpersBody, DriveBody, LinkBody, LinkState, ManoeuvreBody, RefusalReason,
+    BatteryBody, BumpersBody, DriveBody, LinkBody, LinkState, ManoeuvreBody, RefusalReason,
 };
 
 const ROBOT: u8 = 0;
@@ -317,4 +317,100 @@ fn sensors_alone_get_no_orders() {
     hub.message(at(1), at(1), client, header(1), ToBridge::Stop);
     let is_order = |action: &Action| matches!(action, Action::Order { .. });
     assert!(!actions(&mut hub).iter().any(is_order));
+}
+
+fn refused(hub: &mut Hub) -> Option<RefusalReason> {
+    actions(hub).into_iter().find_map(|action| match action {
+        Action::Send(_, FromBridge::Refused(reason)) => Some(reason),
+        _ => None,
+    })
+}
+
+/// Takes the lease and arms; why not.
+fn arm(hub: &mut Hub, now: Duration, client: ClientId) -> Option<RefusalReason> {
+    actions(hub);
+    let force = false;
+    hub.message(now, now, client, header(1), ToBridge::Take { force });
+    let mut taken = actions(hub).into_iter();
+    let epoch = taken.find_map(|action| match action {
+        Action::Send(_, FromBridge::Granted(lease)) => Some(lease.epoch),
+        _ => None,
+    });
+    let epoch = epoch.unwrap_or_default();
+    hub.message(now, now, client, header(2), ToBridge::Arm { epoch });
+    refused(hub)
+}
+
+#[test]
+fn a_part_of_the_bridge_arms_only_what_a_lost_link_disarmed() {
+    let (mut hub, driver) = armed();
+    let own = hub.join_own("bridge".to_owned(), of_role(Role::Driver));
+    assert_eq!(hub.client_count(), 1);
+    hub.leave(at(20), driver);
+    assert_eq!(arm(&mut hub, at(30), own), None);
+    assert!(hub.safety.is_armed());
+    let watcher = hub.join("watcher".to_owned(), of_role(Role::Watcher));
+    hub.message(at(40), at(40), watcher, header(1), ToBridge::Stop);
+    // Its own lease runs out meanwhile: that makes no stop undone.
+    hub.tick(at(3000));
+    assert_eq!(hub.safety.reason(), DisarmReason::LeaseExpired);
+    hub.event(at(3000), LIDAR, far_walls(Stamp(3_000_000)));
+    assert_eq!(
+        arm(&mut hub, at(3010), own),
+        Some(RefusalReason::Stopped),
+        "a person arms it again"
+    );
+
+    // Nor does a driver who goes after the stop. Who looks now and then sees only that.
+    let driver = hub.join("driver".to_owned(), of_role(Role::Driver));
+    let take = ToBridge::Take { force: true };
+    hub.message(at(3020), at(3020), driver, header(1), take.clone());
+    assert_eq!(arm(&mut hub, at(3030), driver), None);
+    hub.message(at(3040), at(3040), watcher, header(3), ToBridge::Stop);
+    hub.leave(at(3050), driver);
+    assert_eq!(hub.safety.reason(), DisarmReason::DriverGone);
+    assert_eq!(
+        arm(&mut hub, at(3060), own),
+        Some(RefusalReason::Stopped),
+        "it stood already when the driver went"
+    );
+
+    // A right that is taken away ends what is done by it.
+    let driver = hub.join("driver".to_owned(), of_role(Role::Driver));
+    hub.message(at(3070), at(3070), driver, header(1), take);
+    assert_eq!(arm(&mut hub, at(3080), driver), None);
+    hub.leave(at(3090), driver);
+    assert_eq!(arm(&mut hub, at(3100), own), None);
+    hub.give(at(3110), own, Role::Watcher);
+    assert!(!hub.safety.is_armed() && hub.safety.driver().is_none());
+}
+
+#[test]
+fn an_empty_battery_and_a_silent_lidar_keep_a_robot_from_being_armed() {
+    let battery = |volts| {
+        SourceEvent::Battery(BatteryBody {
+            source: ROBOT,
+            stamp: 0,
+            volts,
+        })
+    };
+    let (mut hub, driver) = armed();
+    hub.message(at(20), at(20), driver, header(3), ToBridge::Stop);
+    for millis in (100..=2500).step_by(100) {
+        hub.event(at(millis), ROBOT, battery(5.5));
+        hub.event(at(millis), LIDAR, far_walls(Stamp(1000 * millis)));
+    }
+    assert_eq!(
+        arm(&mut hub, at(2510), driver),
+        Some(RefusalReason::BatteryLow)
+    );
+    hub.event(at(2600), ROBOT, battery(7.2));
+    assert_eq!(
+        arm(&mut hub, at(4600), driver),
+        Some(RefusalReason::NoScan),
+        "the last one came 2.1 s ago"
+    );
+    hub.event(at(4700), LIDAR, far_walls(Stamp(4_700_000)));
+    assert_eq!(arm(&mut hub, at(4710), driver), None);
+    assert!(hub.safety.is_armed());
 }

@@ -1,4 +1,5 @@
-//! A robot whose driver is gone: it goes home where it may and knows the way, and stays in any doubt.
+//! A robot whose driver is gone: it goes home where it may and knows the way, and stays in any
+//! doubt.
 
 use super::*;
 use crate::geom::Length;
