@@ -1,5 +1,5 @@
-// The bridge's own map: how it does, and that it can be begun anew. A bundle of its own, which comes
-// with the first bridge that maps.
+// The bridge's own map: how it does, and that it can be begun anew. A bundle of its own, which
+// comes with the first bridge that maps.
 
 import { html, nothing, type TemplateResult } from "lit";
 import type { BridgeMapStatus } from "../protocol/module.js";
