@@ -10,6 +10,7 @@
 // | panels.js | the tab of filter, paths or settings is chosen |
 // | inspector.js | something is inspected |
 // | race.js | a run is compared with others |
+// | bridge_map.js | the bridge maps, too |
 // | registration.js, editor.js | the lab or the world editor is opened |
 // | files.js | a file of others is opened |
 // | svg_context.js | the view is saved as a drawing |
