@@ -107,7 +107,9 @@ test('corners of complete submaps are landmarks: drawn, told, and saved with the
   // Each stands, where its submap lies, on one of the map, as far as two submaps agree.
   const [x, y, heading] = await inside(lab, ({ submap }) => submap(1));
   const near = rows.filter((row) => row !== '').filter((row) => {
-    const [px, py, confidence, kind] = row.split(',').map(Number) as [number, number, number, number];
+    // In the file y runs to the right.
+    const [px, right, confidence, kind] = row.split(',').map(Number) as [number, number, number, number];
+    const py = -right;
     expect(confidence).toBeGreaterThanOrEqual(1);
     expect(kind, 'a point').toBe(0);
     const at = [x + (Math.cos(heading) * px - Math.sin(heading) * py) / 1000, y + (Math.sin(heading) * px + Math.cos(heading) * py) / 1000] as const;

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Point2};
 use slamlab_core::estimation::{Landmark, MapLandmark, PointLandmark, ScanMatcher};
 use slamlab_core::features::PointKind;
+use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::Stage;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -10,11 +11,13 @@ use crate::border::{LandmarkName, LandmarkRow, flat};
 use crate::run::WebRun;
 use crate::view::flag;
 
-/// Landmarks of a map of submaps. Each complete submap is looked through once; those of the map
-/// follow from them whenever it grew or was drawn elsewhere.
+/// Landmarks of a map of submaps. Each complete submap is looked through once, and again when its
+/// keyframes were moved; those of the map follow from them whenever it grew or was drawn elsewhere.
 #[derive(Debug, Default)]
 pub(crate) struct FoundLandmarks {
     of_submaps: Vec<Vec<MapLandmark>>,
+    /// Where the keyframes of each lay then.
+    seen_from: Vec<Vec<Pose2>>,
     /// Complete submaps, and the version of the grid, that `of_map` is of.
     known: (usize, u64),
     of_map: Vec<MapLandmark>,
@@ -28,9 +31,16 @@ impl FoundLandmarks {
         }
         let known = (complete, matcher.grid_version());
         if known != self.known {
-            let new = self.of_submaps.len()..complete;
-            self.of_submaps
-                .extend(new.map(|submap| matcher.landmarks_in(submap)));
+            self.of_submaps.resize_with(complete, Vec::new);
+            self.seen_from.resize_with(complete, Vec::new);
+            let all = self.of_submaps.iter_mut().zip(&mut self.seen_from);
+            for (submap, (landmarks, seen_from)) in all.enumerate() {
+                let now: Vec<Pose2> = matcher.keyframes_in(submap).collect();
+                if have_moved(seen_from, &now) {
+                    *landmarks = matcher.landmarks_in(submap);
+                    *seen_from = now;
+                }
+            }
             self.of_map = matcher.landmarks_of(&self.of_submaps);
             self.known = known;
         }
@@ -41,6 +51,17 @@ impl FoundLandmarks {
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
+}
+
+/// Whether any keyframe lies elsewhere than before, or there are others.
+fn have_moved(before: &[Pose2], now: &[Pose2]) -> bool {
+    /// Less moves no corner out of the gate by which it is found again, m and rad.
+    const STILL: [f64; 2] = [0.01, 0.003];
+    let is_elsewhere = |(before, now): (&Pose2, &Pose2)| {
+        let off = before.minus(now);
+        off.x.abs().max(off.y.abs()) > STILL[0] || off.z.abs() > STILL[1]
+    };
+    before.len() != now.len() || before.iter().zip(now).any(is_elsewhere)
 }
 
 #[wasm_bindgen]

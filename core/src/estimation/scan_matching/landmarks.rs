@@ -68,6 +68,13 @@ impl ScanMatcher {
         known.found_again()
     }
 
+    /// Where the keyframes of a submap lie in it, in the order of the drive. They move as the map
+    /// is refined, and what is found in them moves along.
+    pub fn keyframes_in(&self, submap: usize) -> impl Iterator<Item = Pose2> {
+        let own = self.keyframes.iter().filter(move |k| k.submap == submap);
+        own.map(|keyframe| keyframe.submap_from_robot)
+    }
+
     /// Those of one submap alone, in its frame; none where there is no such submap.
     #[must_use]
     pub fn landmarks_in(&self, submap: usize) -> Vec<MapLandmark> {
