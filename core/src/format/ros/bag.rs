@@ -24,6 +24,9 @@ const MESSAGE: u8 = 2;
 const CHUNK: u8 = 5;
 const CONNECTION: u8 = 7;
 
+/// Digits and points of a version that are told.
+const LONGEST_VERSION: usize = 8;
+
 /// Reads a bag piece by piece.
 #[derive(Debug, Default)]
 pub(super) struct BagReader {
@@ -50,9 +53,12 @@ impl BagReader {
         let Some(rest) = begun.strip_prefix(ANY_BAG) else {
             return Ok(None);
         };
-        let version = rest.split(|b| *b == b'\n').next().unwrap_or(rest);
-        let version = String::from_utf8_lossy(version).trim().to_owned();
-        Err(RosError::Version(version))
+        // What is no number may be anything, of any length.
+        let digits = rest
+            .iter()
+            .take_while(|b| b.is_ascii_digit() || **b == b'.');
+        let version = digits.take(LONGEST_VERSION).map(|b| char::from(*b));
+        Err(RosError::Version(version.collect()))
     }
 
     pub(super) fn push(&mut self, bytes: &[u8]) {
