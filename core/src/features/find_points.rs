@@ -59,6 +59,15 @@ impl PointFeatureConfig {
     /// What [`CircleConfig::min_arc`] may be, rad.
     pub const MIN_ARC: Bounds = [0.1, 3.1];
 
+    /// The same, but only what can be a landmark: corners and circles. Where two lines cross says
+    /// nothing that the lines do not, and where the silhouette of something ends depends on where
+    /// it is looked at from.
+    #[must_use]
+    pub fn of_landmarks(mut self) -> Self {
+        (self.crossings.is_on, self.spikes.is_on) = (false, false);
+        self
+    }
+
     /// Checks all settings.
     ///
     /// # Errors    [`OutOfBounds`] with the first one out of range.

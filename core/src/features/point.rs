@@ -46,6 +46,25 @@ impl PointKind {
         std::mem::discriminant(self) == std::mem::discriminant(other)
     }
 
+    /// Takes in what another sighting of it says: a radius is the mean of both, by their
+    /// information.
+    pub fn refine(&mut self, seen: &Self) {
+        if let (
+            Self::Circle { radius, var_radius },
+            Self::Circle {
+                radius: seen,
+                var_radius: var_seen,
+            },
+        ) = (self, seen)
+        {
+            let gain = *var_radius / (*var_radius + var_seen);
+            // Both are known exactly.
+            let gain = if gain.is_finite() { gain } else { 0.0 };
+            *radius += gain * (seen - *radius);
+            *var_radius *= 1.0 - gain;
+        }
+    }
+
     /// Whether it is the middle of something round.
     #[must_use]
     pub fn is_round(&self) -> bool {

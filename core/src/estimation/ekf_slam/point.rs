@@ -73,20 +73,7 @@ impl PointEntry {
     fn see(&mut self, kind: &PointKind, scans: u32) {
         self.sightings += 1;
         self.last_seen = scans;
-        if let (
-            PointKind::Circle { radius, var_radius },
-            PointKind::Circle {
-                radius: seen,
-                var_radius: var_seen,
-            },
-        ) = (&mut self.kind, kind)
-        {
-            let gain = *var_radius / (*var_radius + var_seen);
-            // Both are known exactly.
-            let gain = if gain.is_finite() { gain } else { 0.0 };
-            *radius += gain * (seen - *radius);
-            *var_radius *= 1.0 - gain;
-        }
+        self.kind.refine(kind);
     }
 }
 

@@ -19,10 +19,7 @@ use nalgebra::{Matrix2, Matrix3, Point2, Vector3};
 
 use super::ScanMatcher;
 use crate::association::{PointMatchConfig, match_points};
-use crate::features::{
-    CornerConfig, CrossingConfig, LineConfig, PointFeature, PointFeatureConfig, PointKind,
-    SpikeConfig, find_points,
-};
+use crate::features::{LineConfig, PointFeature, PointFeatureConfig, PointKind, find_points};
 use crate::geom::{Pose2, PoseEstimate};
 
 /// A corner or something round that was found again.
@@ -79,7 +76,10 @@ impl ScanMatcher {
     #[must_use]
     pub fn landmarks_in(&self, submap: usize) -> Vec<MapLandmark> {
         let mut known = Known::default();
-        let (lines, config) = (LineConfig::default(), wanted());
+        let (lines, config) = (
+            LineConfig::default(),
+            PointFeatureConfig::default().of_landmarks(),
+        );
         for keyframe in self.keyframes.iter().filter(|k| k.submap == submap) {
             let points = keyframe.points(self.config.matching.sigma);
             // What a keyframe keeps is finite; where it is not, it shows nothing.
@@ -103,19 +103,6 @@ impl MapLandmark {
             confidence: 1.0,
             beams: [0; 2],
         }
-    }
-}
-
-/// What is a landmark: corners and circles. Where the silhouette of something ends depends on where
-/// it is looked at from, and where two lines cross says nothing that walls do not.
-fn wanted() -> PointFeatureConfig {
-    let (mut crossings, mut spikes) = (CrossingConfig::default(), SpikeConfig::default());
-    (crossings.is_on, spikes.is_on) = (false, false);
-    PointFeatureConfig {
-        corners: CornerConfig::default(),
-        crossings,
-        spikes,
-        ..PointFeatureConfig::default()
     }
 }
 
@@ -193,18 +180,7 @@ fn merge(known: &mut PointFeature, seen: &PointFeature) {
     known.position += gain * (seen.position - known.position);
     known.cov -= gain * known.cov;
     known.cov = (known.cov + known.cov.transpose()) * 0.5;
-    if let (
-        PointKind::Circle { radius, var_radius },
-        PointKind::Circle {
-            radius: seen,
-            var_radius: var_seen,
-        },
-    ) = (&mut known.kind, seen.kind)
-    {
-        let gain = *var_radius / (*var_radius + var_seen).max(f64::MIN_POSITIVE);
-        *radius += gain * (seen - *radius);
-        *var_radius *= 1.0 - gain;
-    }
+    known.kind.refine(&seen.kind);
 }
 
 #[cfg(test)]

@@ -84,7 +84,6 @@ fn points_of(scan: &PreparedScan, lines: &[LineFeature]) -> Result<Vec<PointFeat
     if !config.ekf.landmarks.has_points() {
         return Ok(vec![]);
     }
-    let mut asked = config.point_features;
-    (asked.crossings.is_on, asked.spikes.is_on) = (false, false);
+    let asked = config.point_features.of_landmarks();
     Ok(find_points(&scan.points, lines, &config.lines, &asked)?)
 }
