@@ -15,7 +15,9 @@
 //!    nothing begins or goes on by itself when the robot is armed.
 
 mod bridge_map;
+mod carried_pose;
 mod homing;
+mod pose_state;
 #[cfg(test)]
 mod tests;
 
@@ -29,10 +31,11 @@ use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::slam::{EarlierMap, Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, PoseBody, PoseState, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, PoseBody, RecordingBody, RefusalReason, RobotFigures, Severity,
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 pub use bridge_map::BridgeMap;
+pub use carried_pose::CarriedPose;
 pub use homing::{Homing, HomingConfig};
 
 /// Something for a person to read.
@@ -209,7 +212,7 @@ impl Live {
     /// Where the robot is, for others who have its odometry too; `None` before it said anything.
     #[must_use]
     pub fn pose(&self) -> Option<PoseBody> {
-        let state = PoseState::of(self.session.slam());
+        let state = pose_state::of(self.session.slam());
         let estimate = self.session.estimate();
         (self.newest > 0).then(|| PoseBody::new(self.newest, &estimate, state))
     }

@@ -85,7 +85,7 @@ const MAY_IMPORT: [(&str, Imports); 28] = [
             "sim",
         ]),
     ),
-    ("wire", These(&["geom", "robot"])),
+    ("wire", These(&["geom", "robot", "format"])),
     ("settings", AllBefore),
     ("twin", AllBefore),
     ("session", AllBefore),

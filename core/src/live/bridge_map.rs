@@ -1,10 +1,10 @@
 //! The map that the bridge itself keeps, as far as this client knows it: it is shown beside that of
 //! the run, which does not know of it.
 
+use super::carried_pose::CarriedPose;
 use crate::format::map_server::OccupancyMap;
 use crate::geom::Pose2;
 use crate::robot::Odometry;
-use crate::wire::carried_pose::CarriedPose;
 use crate::wire::message::{FromBridge, MapBodyError, MappingBody};
 
 /// See the module.

@@ -14,7 +14,7 @@
 
 use nalgebra::Point2;
 
-use super::{Live, Note};
+use super::{Live, Note, pose_state};
 use crate::geom::{Length, PoseEstimate};
 use crate::map::{CellState, Grid};
 use crate::pilot::{Mode, Status};
@@ -303,7 +303,7 @@ impl Homing {
 
     /// What speaks against driving by this pose.
     fn doubt_of(&self, estimate: &PoseEstimate, live: &Live) -> Option<Doubt> {
-        let state = PoseState::of(live.session().slam());
+        let state = pose_state::of(live.session().slam());
         if state != PoseState::Localised {
             return Some(Doubt::Pose(state));
         }

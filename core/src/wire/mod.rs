@@ -5,10 +5,12 @@
 //! Page, bridge, firmware tests and simulated devices share them, so that there is one truth about
 //! each byte.
 //!
+//! Of [`crate::format`] it takes what a map is, so that the wire tells the map that is saved, and no
+//! other.
+//!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
 //! radians inside.
 
-pub mod carried_pose;
 pub mod client;
 mod clock;
 mod inbox;

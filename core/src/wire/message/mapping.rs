@@ -3,10 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::names::named;
-use crate::estimation::{Localisation, ScanMatcher};
 use crate::format::map_server::{MOST_CELLS, NOTHING_KNOWN, OccupancyMap};
 use crate::geom::{Pose2, PoseEstimate};
-use crate::slam::Slam;
 
 named! {
     /// Whether the bridge's pose is to be believed.
@@ -24,25 +22,6 @@ named! {
         /// It is known where the robot is in what was mapped since the start, and not where that
         /// lies in the saved map.
         Unplaced = "unplaced",
-    }
-}
-
-impl PoseState {
-    /// What a run says of its pose.
-    #[must_use]
-    pub fn of(slam: &Slam) -> Self {
-        let view = slam.view();
-        if slam.points().is_none() {
-            return Self::Unknown;
-        }
-        if !view.map.is_none_or(ScanMatcher::is_placed) {
-            return Self::Unplaced;
-        }
-        match view.pose_quality.map(|quality| quality.localisation) {
-            None | Some(Localisation::Localised) => Self::Localised,
-            Some(Localisation::Ambiguous) => Self::Ambiguous,
-            Some(Localisation::Lost) => Self::Lost,
-        }
     }
 }
 

@@ -4,10 +4,10 @@
 //! the bridge's map. A bridge that maps takes its time for each scan, so that its poses come behind
 //! the odometry; where they come before it, they wait for it.
 
-use super::message::{PoseBody, PoseState};
 use crate::geom::PoseEstimate;
 use crate::points::MotionHistory;
 use crate::robot::{Odometry, Stamp};
+use crate::wire::message::{PoseBody, PoseState};
 
 /// A pose that was told so long ago is of no use any more, s.
 const LONGEST: f64 = 5.0;
