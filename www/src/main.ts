@@ -136,6 +136,11 @@ function askForLayers(): void {
 }
 store.on("view", askForLayers);
 askForLayers();
+client.onRestart = () => {
+  Object.assign(asked, { rooms: false, points: false, wheels: false, field: null });
+  askForLayers();
+  requestInspection();
+};
 
 /** The registration lab, over all else; its code comes when it is opened first. */
 let lab: SlamRegistration | null = null;
