@@ -20,7 +20,7 @@ test.describe('a first visit', () => {
   });
 });
 
-const REST = '**/slamlab_web_rest.wasm';
+const REST = '**/slamlab_web_rest.wasm*';
 
 test('the rest of the module comes when somebody does more than watch; where it cannot, that is refused and the run goes on', async ({ lab, page, problems }) => {
   let asked = 0;
