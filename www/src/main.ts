@@ -313,7 +313,10 @@ const figures = {
   get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
   get framesPerSecond() { return map.frames; },
   get blocks() { return scene.tiles.size; },
-  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale, angle: map.camera.angle }; },
+  /** WebGL2 or canvas. */
+  get drawnWith() { return map.drawnWith; },
+  get picture() { return map.picture(); },
   /** Places where the robot may be; 0 where it knows. */
   get points() { return scene.points.length / POINT_STRIDE; },
   /** Landmarks of the filter: number, kind, place and confidence. */

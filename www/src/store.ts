@@ -155,6 +155,8 @@ export class Store {
   layers: Record<LayerName, boolean> = Object.fromEntries(
     LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph", "wheels"].includes(name)]),
   ) as Record<LayerName, boolean>;
+  /** Layers from the ground up. */
+  layerOrder: readonly LayerName[] = LAYERS;
   /** Whether the page opens without its server, and whether there is a newer build of it. */
   offline: Offline = { kind: "storing" };
   renewal: Renewal = null;

@@ -1,12 +1,14 @@
-// The map: three canvases with a camera that can be panned, zoomed, fitted, and tied to the robot.
+// The map: three sheets with a camera that can be panned, zoomed, turned, fitted, and tied to the
+// robot. They are drawn with WebGL2, or on 2D canvases where there is none.
 //
-// | canvas | drawn |
+// | sheet | drawn |
 // |---|---|
 // | overlays: the robot, what it sees and what it plans | for each picture |
 // | record: trails, submaps, closures | when they have grown, some times a second; or when it is looked at otherwise |
 // | ground: grid and rules | when they change; only the part that does, while the view stands |
 //
-// Record and ground take long: at most one of them is drawn for a picture.
+// Record and ground take long: at most one of them is drawn for a picture. In another order of
+// layers more is on the quicker sheets (`parts.ts`).
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
@@ -15,8 +17,10 @@ import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
 import { type Box, Camera, union } from "./camera.js";
-import { drawGround, drawOverlays, drawRecord } from "./draw.js";
+import { CanvasBulk } from "./canvas_bulk.js";
+import { CanvasSurface } from "./canvas_surface.js";
 import { listenToGestures } from "./gestures.js";
+import { watchGl } from "./gl/surface.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
@@ -24,8 +28,10 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
+import { drawSheet, SHEETS as DRAWN_SHEETS, type SheetName } from "./parts.js";
+import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
-import { Sheet } from "./sheet.js";
+import type { Surface } from "./surface.js";
 import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
@@ -96,7 +102,10 @@ export class SlamMap extends SlamElement {
   #fitAt = -Infinity;
   #target: { x: number; y: number; scale: number } | null = null;
   #palette: Palette | null = null;
-  #sheets = { ground: new Sheet(), record: new Sheet() };
+  /** What it is drawn on, and what is there to draw on where there is no WebGL2. */
+  #surface: Surface | null = null;
+  /** What ground and record show, and since when, milliseconds; empty while they show nothing. */
+  #sheets = { ground: { shows: "", drawnAt: -Infinity }, record: { shows: "", drawnAt: -Infinity } };
   /** Of the grid that the ground shows. */
   #tilesVersion = -1;
   /** Length of the trail that the record shows. */
@@ -156,6 +165,10 @@ export class SlamMap extends SlamElement {
         this.#light(null);
       },
     });
+    watchGl(this.#element("gl") as HTMLCanvasElement, {
+      came: (surface) => this.#drawOn(surface, "info", "The map is drawn with WebGL2 again."),
+      went: (why) => this.#drawOn(new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement), "warn", `The map is drawn without WebGL2, which takes longer: ${why}.`),
+    });
     const resized = new ResizeObserver(() => this.#resize());
     resized.observe(this);
     // What is told there comes later than what it tells of.
@@ -167,6 +180,7 @@ export class SlamMap extends SlamElement {
   override render(): TemplateResult {
     const { follow, source, editing, inspecting, method } = this.store;
     return html`
+      <canvas id="gl"></canvas>
       <canvas id="ground"></canvas>
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
@@ -417,11 +431,7 @@ export class SlamMap extends SlamElement {
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
     this.#uncover(before);
-    for (const id of ["ground", "record", "overlays"]) {
-      const canvas = this.#element(id) as HTMLCanvasElement;
-      canvas.width = Math.round(clientWidth * ratio);
-      canvas.height = Math.round(clientHeight * ratio);
-    }
+    this.#surface?.resize(this.camera);
     this.#forget();
     this.#fitAt = -Infinity;
     const cross = this.#element("cross");
@@ -463,8 +473,8 @@ export class SlamMap extends SlamElement {
   #steer(seconds: number, now: number): void {
     const { store, scene, camera } = this;
     if (this.lead) {
-      const { x, y, scale } = this.lead.camera;
-      Object.assign(camera, { x, y, scale });
+      const { x, y, scale, angle } = this.lead.camera;
+      Object.assign(camera, { x, y, scale, angle });
       return;
     }
     if (this.#auto && now - this.#fitAt > REFIT_MILLIS && scene.status) {
@@ -491,25 +501,44 @@ export class SlamMap extends SlamElement {
     }
   }
 
+  /** From here on the map is drawn on that; tells so, unless it is what everybody has. */
+  #drawOn(surface: Surface, level: "info" | "warn", words: string): void {
+    const isFirst = this.#surface === null;
+    this.#surface?.clear();
+    this.#surface = surface;
+    surface.resize(this.camera);
+    this.#forget();
+    if (!(isFirst && surface.kind === "webgl2")) this.store.note({ time: this.scene.status?.time ?? 0, level, text: words });
+  }
+
+  /** What the map is drawn with, for the curious and for tests. */
+  get drawnWith(): Surface["kind"] | null {
+    return this.#surface?.kind ?? null;
+  }
+
   #paint(now: number): void {
     const { camera, scene, store } = this;
+    const surface = this.#surface;
+    if (!surface) return;
+    if (surface.takeStale()) this.#forget();
     const time = now / 1000;
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
+    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.layerOrder.join(), store.tab === "paths"].join();
     const ground = `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`;
     const record = `${view},${this.#spotVersion}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
-    this.#drawSheet(now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
+    this.#drawSheets(surface, now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
     const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
-    if (overlays !== this.#overlays) drawOverlays(this.#brush(this.#context("overlays"), time), store.layers);
+    if (overlays !== this.#overlays) this.#record(surface, "overlays", null, now);
     this.#overlays = overlays;
+    surface.show(camera);
   }
 
   /** Draws ground or record, where that is due: the one that has waited longest. */
-  #drawSheet(now: number, ground: string, record: string, growth: string): void {
-    const { camera, scene, store } = this;
+  #drawSheets(surface: Surface, now: number, ground: string, record: string, growth: string): void {
+    const { scene } = this;
     const sheets = this.#sheets;
     const tiles = this.#tiles();
     const isGroundDue = ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion;
@@ -519,33 +548,44 @@ export class SlamMap extends SlamElement {
     const isGroundFirst = !isRecordDue || sheets.ground.drawnAt <= sheets.record.drawnAt;
     if (isGroundDue && (isGroundFirst || sheets.ground.shows === "")) {
       const changed = tiles.takeChanged();
-      drawGround(this.#brush(this.#context("ground"), now / 1000), store.layers, ground === sheets.ground.shows ? changed : null);
+      this.#record(surface, "ground", ground === sheets.ground.shows ? changed : null, now);
       if (ground !== sheets.ground.shows) this.#scaleBar();
-      sheets.ground.drawn(ground, camera, now);
+      sheets.ground = { shows: ground, drawnAt: now };
       this.#tilesVersion = tiles.version;
     }
     if (isRecordDue && (!(isGroundDue && isGroundFirst) || sheets.record.shows === "")) {
-      drawRecord(this.#brush(this.#context("record"), now / 1000), store.layers);
-      sheets.record.drawn(record, camera, now);
+      this.#record(surface, "record", null, now);
+      sheets.record = { shows: record, drawnAt: now };
       [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
     }
-    for (const name of ["ground", "record"] as const) sheets[name].move(this.#element(name), camera);
+  }
+
+  #record(surface: Surface, sheet: SheetName, within: Box | null, now: number): void {
+    const { camera, store } = this;
+    surface.record(sheet, camera, within, (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));
   }
 
   /** Draws what is seen into a context that writes a file, in CSS pixels. */
   drawInto(context: CanvasRenderingContext2D): void {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
     // What breathes stands still; the trail is drawn to its end.
-    const brush = { ...this.#brush(context, 0), camera, recordedTrail: this.scene.trailLength };
-    drawGround(brush, this.store.layers, null);
-    drawRecord(brush, this.store.layers);
-    drawOverlays(brush, this.store.layers);
+    const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
+    for (const sheet of DRAWN_SHEETS) drawSheet(sheet, brush, this.store.layers, this.store.layerOrder);
   }
 
-  #brush(context: CanvasRenderingContext2D, time: number): Brush {
-    const { camera, scene, store } = this;
+  /** The picture on the screen, for tests: without what lies over the map. */
+  picture(): ImageData | null {
+    const { width, height, ratio } = this.camera;
+    const context = new OffscreenCanvas(Math.round(width * ratio), Math.round(height * ratio)).getContext("2d");
+    if (!context || !this.#surface) return null;
+    this.#surface.copyTo(context, this.camera);
+    return context.getImageData(0, 0, context.canvas.width, context.canvas.height);
+  }
+
+  #brush(context: Pencil, bulk: Bulk, camera: Camera, time: number): Brush {
+    const { scene, store } = this;
     return {
-      context, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
+      context, bulk, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
       time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
       rooms: this.#rooms(), tears: store.quality?.tears ?? [], hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
@@ -579,12 +619,6 @@ export class SlamMap extends SlamElement {
     const length = ruleStep(this.camera.scale / 3);
     this.#element("bar").style.setProperty("width", `${length * this.camera.scale}px`);
     this.#element("length").textContent = length >= 1 ? `${length} m` : `${Math.round(length * 100)} cm`;
-  }
-
-  #context(id: string): CanvasRenderingContext2D {
-    const context = (this.#element(id) as HTMLCanvasElement).getContext("2d");
-    if (!context) throw new Error("this browser gives no 2D canvas");
-    return context;
   }
 
   #element(id: string): HTMLElement {

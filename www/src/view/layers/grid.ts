@@ -1,24 +1,9 @@
-// The occupancy grid: stretches its tiles over the canvas, and rules a grid of metres over them.
+// The occupancy grid, and the metres that are ruled over it.
 
 import type { Brush } from "./layer.js";
 
-/** Tiles meet on whole device pixels, or seams would show. */
-export function draw({ context, camera, tiles }: Pick<Brush, "context" | "camera" | "tiles">): void {
-  const side = tiles.tileCells * tiles.resolution;
-  const pixel = (x: number, y: number): [number, number] => {
-    const [screenX, screenY] = camera.toScreen(x, y);
-    return [Math.round(screenX * camera.ratio), Math.round(screenY * camera.ratio)];
-  };
-  const view = camera.visible;
-  context.resetTransform();
-  context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
-  for (const tile of tiles.all()) {
-    const [x, y] = [tile.col * side, tile.row * side];
-    if (x > view.maxX || y > view.maxY || x + side < view.minX || y + side < view.minY) continue;
-    const [left, top] = pixel(x, y + side);
-    const [right, bottom] = pixel(x + side, y);
-    context.drawImage(tile.canvas, left, top, right - left, bottom - top);
-  }
+export function draw({ bulk, tiles }: Brush): void {
+  bulk.tiles(tiles);
 }
 
 /** Thin lines every `step` metres, chosen by `ruleStep`. */
