@@ -3,8 +3,7 @@
 
 import { Camera, type Box } from "./camera.js";
 import { CanvasBulk } from "./canvas_bulk.js";
-import { SHEETS, type SheetName } from "./parts.js";
-import type { Draw, Surface } from "./surface.js";
+import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
 
 interface Sheet {
   readonly canvas: HTMLCanvasElement;

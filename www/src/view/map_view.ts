@@ -3,14 +3,15 @@
 //
 // | sheet | drawn |
 // |---|---|
-// | overlays: the robot, what it sees and what it plans | for each picture |
+// | overlays: the robot, what it sees and what it plans | for each picture, unless that takes long |
 // | record: trails, submaps, closures | when they have grown, some times a second; or when it is looked at otherwise |
 // | ground: grid and rules | when they change; only the part that does, while the view stands |
 //
-// Record and ground take long: at most one of them is drawn for a picture. In another order of
-// layers more is on the quicker sheets (`parts.ts`).
+// Record and ground take long, and so may overlays: at most one of those is drawn for a picture. In
+// another order of layers more is on the quicker sheets (`parts.ts`).
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
 import { current as currentLesson } from "../lessons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
@@ -20,7 +21,7 @@ import { type Box, Camera, union } from "./camera.js";
 import { CanvasBulk } from "./canvas_bulk.js";
 import { CanvasSurface } from "./canvas_surface.js";
 import { listenToGestures } from "./gestures.js";
-import { watchGl } from "./gl/surface.js";
+import { Graphics } from "./graphics.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
@@ -28,10 +29,10 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
-import { drawSheet, SHEETS as DRAWN_SHEETS, type SheetName } from "./parts.js";
+import { drawSheet } from "./parts.js";
 import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
-import type { Surface } from "./surface.js";
+import { SHEETS as DRAWN_SHEETS, type SheetName, type Surface } from "./surface.js";
 import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
@@ -42,6 +43,12 @@ const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
+/** So long a busy page is waited for before the map is drawn with WebGL2, milliseconds. */
+const LONGEST_IDLE = 1000;
+/** A map that is turned by less is upright, rad. */
+const LEAST_ANGLE = 1e-3;
+/** Overlays that take longer than this take turns with the other sheets, milliseconds. */
+const LONG_MILLIS = 5;
 /** How far beside the card it comes out, CSS pixels. */
 const UNCOVERED = 40;
 /** Pixels of free height from which on a phone has room for the scale. */
@@ -57,6 +64,10 @@ const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-pane
 
 /** What a change would go from and to, map frame, m. */
 type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
+
+/** What a sheet shows, empty while it is nothing; since when, and how long that took, milliseconds. */
+interface Drawn { readonly shows: string; readonly drawnAt: number; readonly took: number }
+const NOTHING: Drawn = { shows: "", drawnAt: -Infinity, took: 0 };
 
 export class SlamMap extends SlamElement {
   static override styles = css`
@@ -104,15 +115,15 @@ export class SlamMap extends SlamElement {
   #palette: Palette | null = null;
   /** What it is drawn on, and what is there to draw on where there is no WebGL2. */
   #surface: Surface | null = null;
-  /** What ground and record show, and since when, milliseconds; empty while they show nothing. */
-  #sheets = { ground: { shows: "", drawnAt: -Infinity }, record: { shows: "", drawnAt: -Infinity } };
+  #graphics: Graphics | null = null;
+  #canvasSurface: CanvasSurface | null = null;
+  #sheets: Record<SheetName, Drawn> = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
   /** Of the grid that the ground shows. */
   #tilesVersion = -1;
   /** Length of the trail that the record shows. */
   #recordedTrail = 0;
   /** What had been recorded by then. */
   #growth = "";
-  #overlays = "";
   #lastTick = 0;
   #inCycle = false;
   #hasTable = false;
@@ -125,6 +136,7 @@ export class SlamMap extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.#graphics?.begin();
     this.#startTicking();
     this.store.on("theme", () => (this.#palette = null));
     this.store.on("contest", () => {
@@ -155,6 +167,10 @@ export class SlamMap extends SlamElement {
         else this.#leader.#release();
         camera.zoomAt(factor, x, y);
       },
+      turn: (angle, around) => {
+        const { store, camera } = this.#leader;
+        this.#leader.#turnAt(angle, around && !store.follow ? around : camera.toScreen(camera.x, camera.y));
+      },
       tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
       draws: () => this.store.editing !== null,
       draw: (from, to) => this.#setDraft({ from: this.camera.toMap(...from), to: this.camera.toMap(...to) }),
@@ -165,16 +181,30 @@ export class SlamMap extends SlamElement {
         this.#light(null);
       },
     });
-    watchGl(this.#element("gl") as HTMLCanvasElement, {
-      came: (surface) => this.#drawOn(surface, "info", "The map is drawn with WebGL2 again."),
-      went: (why) => this.#drawOn(new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement), "warn", `The map is drawn without WebGL2, which takes longer: ${why}.`),
+    this.#graphics = new Graphics(this.#element("gl") as HTMLCanvasElement, this.store, {
+      came: (surface) => this.#drawOn(surface, ""),
+      went: (why, isLoss) => {
+        this.#drawOn(this.#canvases, why);
+        if (isLoss) this.store.note({ time: this.scene.status?.time ?? 0, level: "warn", text: `The map is drawn with Canvas 2D for now: ${why}.` });
+      },
     });
     const resized = new ResizeObserver(() => this.#resize());
     resized.observe(this);
     // What is told there comes later than what it tells of.
     const inspector = document.querySelector("#inspector");
     if (inspector) resized.observe(inspector);
+    this.#surface = this.#canvases;
     this.#resize();
+    // What is seen first does not wait for a graphics card.
+    const begin = (): void => void (this.isConnected && this.#graphics?.begin());
+    if ("requestIdleCallback" in window) requestIdleCallback(begin, { timeout: LONGEST_IDLE });
+    else setTimeout(begin, LONGEST_IDLE);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.#graphics?.end();
+    if (this.hasUpdated) this.#surface = this.#canvases;
   }
 
   override render(): TemplateResult {
@@ -186,7 +216,7 @@ export class SlamMap extends SlamElement {
       <canvas id="overlays"></canvas>
       <div
         id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared."
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -194,6 +224,7 @@ export class SlamMap extends SlamElement {
         <button class="icon pinch" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
         <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
+        ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title="Turn the map upright (J)" aria-label="Turn the map upright" @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
         <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
         <button class="icon" data-testid="inspect" title="Inspect: click anything for its numbers (I)" aria-label="Inspect" aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
         ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title="Change the map by hand (E)" aria-label="Change the map by hand" aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
@@ -214,6 +245,19 @@ export class SlamMap extends SlamElement {
     this.store.set("view", { follow: false });
     this.#auto = true;
     this.#fitAt = -Infinity;
+  }
+
+  /** Turns the map by so much, to the left, rad; without that, upright. */
+  turn(angle = -this.camera.angle): void {
+    this.#turnAt(angle, this.camera.toScreen(this.camera.x, this.camera.y));
+  }
+
+  #turnAt(angle: number, around: readonly [number, number]): void {
+    this.camera.turnAt(angle, ...around);
+    // Upright is upright.
+    if (Math.abs(this.camera.angle) < LEAST_ANGLE) this.camera.angle = 0;
+    this.#fitAt = -Infinity;
+    this.requestUpdate();
   }
 
   /** Goes to a part of the map, and stays there. */
@@ -247,7 +291,7 @@ export class SlamMap extends SlamElement {
 
   /** All is drawn anew, at once. */
   #forget(): void {
-    [this.#sheets.ground.shows, this.#sheets.record.shows, this.#overlays] = ["", "", ""];
+    this.#sheets = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
   }
 
   #jump = true;
@@ -501,19 +545,18 @@ export class SlamMap extends SlamElement {
     }
   }
 
-  /** From here on the map is drawn on that; tells so, unless it is what everybody has. */
-  #drawOn(surface: Surface, level: "info" | "warn", words: string): void {
-    const isFirst = this.#surface === null;
+  get #canvases(): CanvasSurface {
+    return (this.#canvasSurface ??= new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement));
+  }
+
+  /** From here on the map is drawn on that; `why` it is not WebGL2. */
+  #drawOn(surface: Surface, why: string): void {
+    this.store.set("drawing", { drawing: { with: surface.kind, why } });
+    if (surface === this.#surface) return;
     this.#surface?.clear();
     this.#surface = surface;
     surface.resize(this.camera);
     this.#forget();
-    if (!(isFirst && surface.kind === "webgl2")) this.store.note({ time: this.scene.status?.time ?? 0, level, text: words });
-  }
-
-  /** What the map is drawn with, for the curious and for tests. */
-  get drawnWith(): Surface["kind"] | null {
-    return this.#surface?.kind ?? null;
   }
 
   #paint(now: number): void {
@@ -529,34 +572,38 @@ export class SlamMap extends SlamElement {
     const ground = `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`;
     const record = `${view},${this.#spotVersion}`;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
-    this.#drawSheets(surface, now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
     const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
-    if (overlays !== this.#overlays) this.#record(surface, "overlays", null, now);
-    this.#overlays = overlays;
+    this.#drawDue(surface, now, { ground, record, overlays }, `${scene.version},${scene.submaps.isLively ? time : 0}`);
     surface.show(camera);
   }
 
-  /** Draws ground or record, where that is due: the one that has waited longest. */
-  #drawSheets(surface: Surface, now: number, ground: string, record: string, growth: string): void {
+  /** Draws what is due: what takes no time, and of the others the one that has waited longest. The
+      rest is moved with the view meanwhile. */
+  #drawDue(surface: Surface, now: number, shall: Readonly<Record<SheetName, string>>, growth: string): void {
     const { scene } = this;
     const sheets = this.#sheets;
     const tiles = this.#tiles();
-    const isGroundDue = ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion;
     const wait = scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS;
     const hasGrown = growth !== this.#growth && now - sheets.record.drawnAt >= wait;
-    const isRecordDue = record !== sheets.record.shows || hasGrown;
-    const isGroundFirst = !isRecordDue || sheets.ground.drawnAt <= sheets.record.drawnAt;
-    if (isGroundDue && (isGroundFirst || sheets.ground.shows === "")) {
-      const changed = tiles.takeChanged();
-      this.#record(surface, "ground", ground === sheets.ground.shows ? changed : null, now);
-      if (ground !== sheets.ground.shows) this.#scaleBar();
-      sheets.ground = { shows: ground, drawnAt: now };
+    const isDue: Readonly<Record<SheetName, boolean>> = {
+      ground: shall.ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion,
+      record: shall.record !== sheets.record.shows || hasGrown,
+      overlays: shall.overlays !== sheets.overlays.shows,
+    };
+    const due = DRAWN_SHEETS.filter((name) => isDue[name]);
+    const isLong = (name: SheetName): boolean => name !== "overlays" || sheets[name].took > LONG_MILLIS;
+    const first = due.filter(isLong).sort((a, b) => sheets[a].drawnAt - sheets[b].drawnAt)[0];
+    for (const name of due) {
+      if (name !== first && isLong(name) && sheets[name].shows !== "") continue;
+      const begin = performance.now();
+      const changed = name === "ground" ? tiles.takeChanged() : null;
+      const isSameView = shall[name] === sheets[name].shows;
+      this.#record(surface, name, isSameView ? changed : null, now);
+      sheets[name] = { shows: shall[name], drawnAt: now, took: performance.now() - begin };
+      if (name === "record") [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
+      if (name !== "ground") continue;
+      if (!isSameView) this.#scaleBar();
       this.#tilesVersion = tiles.version;
-    }
-    if (isRecordDue && (!(isGroundDue && isGroundFirst) || sheets.record.shows === "")) {
-      this.#record(surface, "record", null, now);
-      sheets.record = { shows: record, drawnAt: now };
-      [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
     }
   }
 

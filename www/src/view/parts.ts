@@ -6,6 +6,7 @@
 
 import type { Brush } from "./layers/layer.js";
 import { LAYERS, type LayerName } from "./scene.js";
+import { SHEETS, type SheetName } from "./surface.js";
 import * as chosen from "./layers/chosen.js";
 import * as closures from "./layers/closures.js";
 import * as compared from "./layers/compared.js";
@@ -38,10 +39,6 @@ import * as walls from "./layers/walls.js";
 import * as wheels from "./layers/wheels.js";
 
 export type Switches = Readonly<Record<LayerName, boolean>>;
-
-/** The lowest first: what changes with the map, what grows with a run, and what moves. */
-export const SHEETS = ["ground", "record", "overlays"] as const;
-export type SheetName = (typeof SHEETS)[number];
 
 interface Part {
   readonly layer: LayerName;

@@ -3,7 +3,10 @@
 
 import type { Box, Camera } from "./camera.js";
 import type { Bulk, Pencil } from "./painter.js";
-import type { SheetName } from "./parts.js";
+
+/** The lowest first: what changes with the map, what grows with a run, and what moves. */
+export const SHEETS = ["ground", "record", "overlays"] as const;
+export type SheetName = (typeof SHEETS)[number];
 
 export type Draw = (context: Pencil, bulk: Bulk) => void;
 

@@ -1,37 +1,20 @@
-// The map on one WebGL2 canvas. A graphics card can be taken away at any time, and given back: who
-// draws is told both, and draws on canvases in between.
+// The map on one WebGL2 canvas. A bundle of its own, loaded where there is a graphics card that it
+// is of use for (`graphics.ts`).
 
 import type { Box, Camera } from "../camera.js";
-import { SHEETS, type SheetName } from "../parts.js";
-import type { Draw, Surface } from "../surface.js";
+import { type Draw, SHEETS, type SheetName, type Surface } from "../surface.js";
 import { List } from "./list.js";
 import { type Recorded, GlRenderer } from "./renderer.js";
 
-export interface Hearer {
-  /** There is a graphics card to draw with. */
-  came(surface: Surface): void;
-  /** There is none, or no more; why. */
-  went(why: string): void;
-}
-
-/** Tells whether the canvas can be drawn on with WebGL2, and whenever that changes. */
-export function watchGl(canvas: HTMLCanvasElement, hearer: Hearer): void {
-  const begin = (): void => {
-    const gl = canvas.getContext("webgl2", { alpha: true, antialias: false, depth: true, stencil: true });
-    if (!gl) return hearer.went("this browser gives no WebGL2");
-    if (gl.isContextLost()) return;
-    const renderer = new GlRenderer(gl);
-    const { fault } = renderer;
-    if (fault === null) hearer.came(new GlSurface(canvas, renderer));
-    else if (!gl.isContextLost()) hearer.went(`its graphics card does not take the programs (${fault})`);
-  };
-  canvas.addEventListener("webglcontextlost", (event) => {
-    // Or it would not be given back.
-    event.preventDefault();
-    hearer.went("the graphics card was taken away");
-  });
-  canvas.addEventListener("webglcontextrestored", begin);
-  begin();
+/** The surface on a context; null if it has been lost meanwhile. Throws where the graphics card does
+    not take the programs. */
+export function surfaceOn(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): Surface | null {
+  if (gl.isContextLost()) return null;
+  const renderer = new GlRenderer(gl);
+  const { fault } = renderer;
+  if (gl.isContextLost()) return null;
+  if (fault !== null) throw new Error(fault);
+  return new GlSurface(canvas, renderer);
 }
 
 class GlSurface implements Surface {
