@@ -16,7 +16,7 @@ import type { Surface } from "./surface.js";
 export const DRAWINGS = ["auto", "webgl2", "canvas"] as const;
 export type Drawing = (typeof DRAWINGS)[number];
 
-const KEY = "slamlab-drawing";
+const KEY = "slamlab-drawn-with";
 /** What graphics cards are called that are none. */
 const EMULATED = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 

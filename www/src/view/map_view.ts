@@ -32,7 +32,8 @@ import { type Palette, readPalette } from "./palette.js";
 import { drawSheet } from "./parts.js";
 import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
-import { SHEETS as DRAWN_SHEETS, type SheetName, type Surface } from "./surface.js";
+import { Sheets } from "./sheets.js";
+import { SHEETS, type Surface } from "./surface.js";
 import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
@@ -47,8 +48,6 @@ const GLIDING_MILLIS = 30;
 const LONGEST_IDLE = 1000;
 /** A map that is turned by less is upright, rad. */
 const LEAST_ANGLE = 1e-3;
-/** Overlays that take longer than this take turns with the other sheets, milliseconds. */
-const LONG_MILLIS = 5;
 /** How far beside the card it comes out, CSS pixels. */
 const UNCOVERED = 40;
 /** Pixels of free height from which on a phone has room for the scale. */
@@ -60,14 +59,10 @@ const LEAST_BESIDE = 960;
 const TIME_LINE = 50;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
+const PANELS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 /** What a change would go from and to, map frame, m. */
 type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
-
-/** What a sheet shows, empty while it is nothing; since when, and how long that took, milliseconds. */
-interface Drawn { readonly shows: string; readonly drawnAt: number; readonly took: number }
-const NOTHING: Drawn = { shows: "", drawnAt: -Infinity, took: 0 };
 
 export class SlamMap extends SlamElement {
   static override styles = css`
@@ -113,17 +108,12 @@ export class SlamMap extends SlamElement {
   #fitAt = -Infinity;
   #target: { x: number; y: number; scale: number } | null = null;
   #palette: Palette | null = null;
-  /** What it is drawn on, and what is there to draw on where there is no WebGL2. */
-  #surface: Surface | null = null;
+  #sheets: Sheets | null = null;
   #graphics: Graphics | null = null;
-  #canvasSurface: CanvasSurface | null = null;
-  #sheets: Record<SheetName, Drawn> = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
-  /** Of the grid that the ground shows. */
-  #tilesVersion = -1;
   /** Length of the trail that the record shows. */
   #recordedTrail = 0;
-  /** What had been recorded by then. */
-  #growth = "";
+  /** Scale that the bar below shows. */
+  #ruledScale = NaN;
   #lastTick = 0;
   #inCycle = false;
   #hasTable = false;
@@ -184,7 +174,7 @@ export class SlamMap extends SlamElement {
     this.#graphics = new Graphics(this.#element("gl") as HTMLCanvasElement, this.store, {
       came: (surface) => this.#drawOn(surface, ""),
       went: (why, isLoss) => {
-        this.#drawOn(this.#canvases, why);
+        this.#drawOn(null, why);
         if (isLoss) this.store.note({ time: this.scene.status?.time ?? 0, level: "warn", text: `The map is drawn with Canvas 2D for now: ${why}.` });
       },
     });
@@ -193,7 +183,7 @@ export class SlamMap extends SlamElement {
     // What is told there comes later than what it tells of.
     const inspector = document.querySelector("#inspector");
     if (inspector) resized.observe(inspector);
-    this.#surface = this.#canvases;
+    this.#sheets = new Sheets(this.#canvases());
     this.#resize();
     // What is seen first does not wait for a graphics card.
     const begin = (): void => void (this.isConnected && this.#graphics?.begin());
@@ -204,7 +194,7 @@ export class SlamMap extends SlamElement {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     this.#graphics?.end();
-    if (this.hasUpdated) this.#surface = this.#canvases;
+    this.#drawOn(null, "");
   }
 
   override render(): TemplateResult {
@@ -286,12 +276,7 @@ export class SlamMap extends SlamElement {
       this.#fitAt = -Infinity;
     }
     this.#jump = true;
-    this.#forget();
-  }
-
-  /** All is drawn anew, at once. */
-  #forget(): void {
-    this.#sheets = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
+    this.#sheets?.forget();
   }
 
   #jump = true;
@@ -458,7 +443,7 @@ export class SlamMap extends SlamElement {
     const phone = matchMedia("(max-width: 760px)").matches;
     const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
     // An open sheet covers the lower part of the map: what is fitted goes above it.
-    const sheet = phone && this.store.tab !== "" ? document.querySelector(SHEETS[this.store.tab])?.getBoundingClientRect() : undefined;
+    const sheet = phone && this.store.tab !== "" ? document.querySelector(PANELS[this.store.tab])?.getBoundingClientRect() : undefined;
     const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
     // In the strip that a long sheet leaves there is room for the robot only.
     this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
@@ -475,8 +460,7 @@ export class SlamMap extends SlamElement {
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
     this.#uncover(before);
-    this.#surface?.resize(this.camera);
-    this.#forget();
+    this.#sheets?.resize(this.camera);
     this.#fitAt = -Infinity;
     const cross = this.#element("cross");
     const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
@@ -545,71 +529,32 @@ export class SlamMap extends SlamElement {
     }
   }
 
-  get #canvases(): CanvasSurface {
-    return (this.#canvasSurface ??= new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement));
+  #canvases(): CanvasSurface {
+    return new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement);
   }
 
-  /** From here on the map is drawn on that; `why` it is not WebGL2. */
-  #drawOn(surface: Surface, why: string): void {
-    this.store.set("drawing", { drawing: { with: surface.kind, why } });
-    if (surface === this.#surface) return;
-    this.#surface?.clear();
-    this.#surface = surface;
-    surface.resize(this.camera);
-    this.#forget();
+  /** From here on the map is drawn on that; on canvases where there is no other, and `why`. */
+  #drawOn(surface: Surface | null, why: string): void {
+    const isThere = !surface && this.#sheets?.surface.kind === "canvas";
+    if (!isThere) this.#sheets?.moveTo(surface ?? this.#canvases(), this.camera);
+    this.store.set("drawing", { drawing: { with: surface?.kind ?? "canvas", why } });
   }
 
   #paint(now: number): void {
     const { camera, scene, store } = this;
-    const surface = this.#surface;
-    if (!surface) return;
-    if (surface.takeStale()) this.#forget();
-    const time = now / 1000;
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
     const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.layerOrder.join(), store.tab === "paths"].join();
-    const ground = `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`;
-    const record = `${view},${this.#spotVersion}`;
-    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
-    const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
-    this.#drawDue(surface, now, { ground, record, overlays }, `${scene.version},${scene.submaps.isLively ? time : 0}`);
-    surface.show(camera);
-  }
-
-  /** Draws what is due: what takes no time, and of the others the one that has waited longest. The
-      rest is moved with the view meanwhile. */
-  #drawDue(surface: Surface, now: number, shall: Readonly<Record<SheetName, string>>, growth: string): void {
-    const { scene } = this;
-    const sheets = this.#sheets;
-    const tiles = this.#tiles();
-    const wait = scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS;
-    const hasGrown = growth !== this.#growth && now - sheets.record.drawnAt >= wait;
-    const isDue: Readonly<Record<SheetName, boolean>> = {
-      ground: shall.ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion,
-      record: shall.record !== sheets.record.shows || hasGrown,
-      overlays: shall.overlays !== sheets.overlays.shows,
-    };
-    const due = DRAWN_SHEETS.filter((name) => isDue[name]);
-    const isLong = (name: SheetName): boolean => name !== "overlays" || sheets[name].took > LONG_MILLIS;
-    const first = due.filter(isLong).sort((a, b) => sheets[a].drawnAt - sheets[b].drawnAt)[0];
-    for (const name of due) {
-      if (name !== first && isLong(name) && sheets[name].shows !== "") continue;
-      const begin = performance.now();
-      const changed = name === "ground" ? tiles.takeChanged() : null;
-      const isSameView = shall[name] === sheets[name].shows;
-      this.#record(surface, name, isSameView ? changed : null, now);
-      sheets[name] = { shows: shall[name], drawnAt: now, took: performance.now() - begin };
-      if (name === "record") [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
-      if (name !== "ground") continue;
-      if (!isSameView) this.#scaleBar();
-      this.#tilesVersion = tiles.version;
-    }
-  }
-
-  #record(surface: Surface, sheet: SheetName, within: Box | null, now: number): void {
-    const { camera, store } = this;
-    surface.record(sheet, camera, within, (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));
+    const lively = scene.submaps.isLively ? now : 0;
+    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches ? now : 0;
+    const drawn = this.#sheets?.draw(camera, now, {
+      ground: { view: `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`, content: `${tiles.version}`, within: () => tiles.takeChanged() },
+      record: { view: `${view},${this.#spotVersion}`, content: `${scene.version},${lively}`, wait: scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS },
+      overlays: { view: `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive}` },
+    }, (sheet) => (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));
+    if (drawn?.includes("record")) this.#recordedTrail = scene.trailLength;
+    if (drawn?.includes("ground") && camera.scale !== this.#ruledScale) this.#scaleBar();
   }
 
   /** Draws what is seen into a context that writes a file, in CSS pixels. */
@@ -617,15 +562,15 @@ export class SlamMap extends SlamElement {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
     // What breathes stands still; the trail is drawn to its end.
     const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
-    for (const sheet of DRAWN_SHEETS) drawSheet(sheet, brush, this.store.layers, this.store.layerOrder);
+    for (const sheet of SHEETS) drawSheet(sheet, brush, this.store.layers, this.store.layerOrder);
   }
 
   /** The picture on the screen, for tests: without what lies over the map. */
   picture(): ImageData | null {
     const { width, height, ratio } = this.camera;
     const context = new OffscreenCanvas(Math.round(width * ratio), Math.round(height * ratio)).getContext("2d");
-    if (!context || !this.#surface) return null;
-    this.#surface.copyTo(context, this.camera);
+    if (!context || !this.#sheets) return null;
+    this.#sheets.surface.copyTo(context, this.camera);
     return context.getImageData(0, 0, context.canvas.width, context.canvas.height);
   }
 
@@ -663,6 +608,7 @@ export class SlamMap extends SlamElement {
   }
 
   #scaleBar(): void {
+    this.#ruledScale = this.camera.scale;
     const length = ruleStep(this.camera.scale / 3);
     this.#element("bar").style.setProperty("width", `${length * this.camera.scale}px`);
     this.#element("length").textContent = length >= 1 ? `${length} m` : `${Math.round(length * 100)} cm`;

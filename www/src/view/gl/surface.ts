@@ -17,16 +17,18 @@ export function surfaceOn(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext)
   return new GlSurface(canvas, renderer);
 }
 
+/** Grows when fonts have come: texts that were drawn before are drawn again. */
+let fonts = 0;
+document.fonts.addEventListener("loadingdone", () => (fonts += 1));
+
 class GlSurface implements Surface {
   readonly kind = "webgl2";
   readonly #sheets = Object.fromEntries(SHEETS.map((name) => [name, { list: new List(), matrix: null }])) as unknown as Record<SheetName, Recorded>;
   #shown = "";
   #generation = 0;
+  #fonts = fonts;
 
-  constructor(readonly canvas: HTMLCanvasElement, readonly renderer: GlRenderer) {
-    // Texts that were drawn before their font had come are drawn again.
-    document.fonts.addEventListener("loadingdone", () => renderer.atlas.clear());
-  }
+  constructor(readonly canvas: HTMLCanvasElement, readonly renderer: GlRenderer) {}
 
   resize({ width, height, ratio }: Camera): void {
     Object.assign(this.canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
@@ -48,6 +50,8 @@ class GlSurface implements Surface {
   }
 
   takeStale(): boolean {
+    if (fonts !== this.#fonts) this.renderer.atlas.clear();
+    this.#fonts = fonts;
     const { generation } = this.renderer;
     const isStale = generation !== this.#generation;
     this.#generation = generation;
