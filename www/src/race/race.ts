@@ -98,7 +98,7 @@ export class SlamRace extends SlamDialog {
   get figures(): readonly object[] {
     return this.#rivals.map(({ difference: { name }, parts: { store, map }, isThere }) => ({
       name, isThere, playing: store.playing, status: store.status, hash: store.hash, method: store.method,
-      camera: { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }, layers: { ...store.layers },
+      camera: { x: map.camera.x, y: map.camera.y, scale: map.camera.scale, angle: map.camera.angle }, layers: { ...store.layers },
     }));
   }
 
