@@ -23,6 +23,28 @@ async function drawnWith(lab: Lab, name: string): Promise<void> {
   await lab.page.waitForTimeout(500);
 }
 
+/** Nothing of the page covers the map's own ground where nothing is drawn: the colour that most
+    pixels of the screen have in a corner of the map is the map's. */
+async function showsGround(lab: Lab): Promise<void> {
+  const box = (await lab.at('map').boundingBox())!;
+  const shot = await lab.page.screenshot({ clip: { x: box.x + box.width - 300, y: box.y + 20, width: 200, height: 120 } });
+  const [seen, ground] = await lab.page.evaluate(async (url) => {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const context = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }).getContext('2d')!;
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, image.width, image.height);
+    const counts = new Map<string, number>();
+    for (let i = 0; i < data.length; i += 4) {
+      const colour = `rgb(${data[i]}, ${data[i + 1]}, ${data[i + 2]})`;
+      counts.set(colour, (counts.get(colour) ?? 0) + 1);
+    }
+    return [[...counts].sort((a, b) => b[1] - a[1])[0]![0], getComputedStyle(document.querySelector('slam-map')!).backgroundColor];
+  }, `data:image/png;base64,${shot.toString('base64')}`);
+  expect(seen, 'the ground of the map is seen').toBe(ground);
+}
+
 test.describe('with WebGL2', () => {
   test.use({ drawnWith: 'webgl2' });
 
@@ -64,6 +86,7 @@ test.describe('with WebGL2', () => {
     });
     await card.evaluate((card) => card.loseContext());
     await drawnWith(lab, 'canvas');
+    await showsGround(lab);
     const without = await lab.differing(before, await lab.picture());
     expect(without.drawn).toBeGreaterThan(20_000);
     expect(without.part, 'the picture is still there').toBeLessThan(MOST_OFF);
@@ -74,6 +97,7 @@ test.describe('with WebGL2', () => {
 
     await card.evaluate((card) => card.restoreContext());
     await drawnWith(lab, 'webgl2');
+    await showsGround(lab);
     expect((await lab.differing(before, await lab.picture())).part, 'it comes back').toBeLessThan(0.005);
     // And goes on.
     await lab.at('play').click();
@@ -98,6 +122,7 @@ test.describe('by itself', () => {
     test.skip(!/swiftshader|llvmpipe/i.test(card), `this machine has a graphics card: ${card}`);
     await expect(lab.at('drawn-with')).toContainText('emulated');
     expect((await lab.state()).drawnWith).toBe('canvas');
+    await showsGround(lab);
   });
 });
 

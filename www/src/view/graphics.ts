@@ -41,7 +41,8 @@ export interface Hearer {
 }
 
 /** Tells whether there is WebGL2 to draw with, and whenever that changes, on a canvas that it puts
-    in the place of `place`. */
+    in the place of `place`. It is hidden while nobody draws on it: of one that has lost its context
+    browsers show a sad face. */
 export class Graphics {
   #canvas: HTMLCanvasElement;
   #gl: WebGL2RenderingContext | null = null;
@@ -71,6 +72,7 @@ export class Graphics {
       if (this.#gl !== gl) return;
       // Or it would not be given back.
       event.preventDefault();
+      canvas.hidden = true;
       this.hearer.went("the graphics card was taken away", true);
     });
     canvas.addEventListener("webglcontextrestored", () => void this.#use(gl));
@@ -86,6 +88,7 @@ export class Graphics {
   #release(): void {
     const gl = this.#gl;
     this.#gl = null;
+    this.#canvas.hidden = true;
     gl?.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
@@ -96,7 +99,9 @@ export class Graphics {
     if (!part) return this.hearer.went("the part of the page that draws with it did not come", false);
     try {
       const surface = part.surfaceOn(this.#canvas, gl);
-      if (surface) this.hearer.came(surface);
+      if (!surface) return;
+      this.#canvas.hidden = false;
+      this.hearer.came(surface);
     } catch (fault) {
       this.#release();
       this.hearer.went(`the graphics card does not take its programs: ${(fault as Error).message}`, false);

@@ -68,6 +68,7 @@ export class SlamMap extends SlamElement {
   static override styles = css`
     :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
     canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; transform-origin: 0 0; }
+    #gl[hidden] { display: none; }
     #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
     #pad.plain { cursor: grab; }
     #pad.wall, #pad.door { cursor: pointer; }
@@ -200,7 +201,7 @@ export class SlamMap extends SlamElement {
   override render(): TemplateResult {
     const { follow, source, editing, inspecting, method } = this.store;
     return html`
-      <canvas id="gl"></canvas>
+      <canvas id="gl" hidden></canvas>
       <canvas id="ground"></canvas>
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>

@@ -6,10 +6,16 @@ export function draw({ bulk, tiles }: Brush): void {
   bulk.tiles(tiles);
 }
 
+/** How far beside the view is ruled, too, as a part of it: what is seen may move before it is drawn
+    anew. */
+const RULED_BESIDE = 0.15;
+
 /** Thin lines every `step` metres, chosen by `ruleStep`. */
 export function drawRules({ context, camera, palette }: Brush): void {
   const step = ruleStep(camera.scale);
-  const view = camera.visible;
+  const { minX, minY, maxX, maxY } = camera.visible;
+  const beside = RULED_BESIDE * Math.max(maxX - minX, maxY - minY);
+  const view = { minX: minX - beside, minY: minY - beside, maxX: maxX + beside, maxY: maxY + beside };
   context.strokeStyle = palette.css.gridline;
   context.lineWidth = camera.px(1);
   for (const [every, alpha] of [[step, 0.5], [step * 5, 1]] as const) {
