@@ -8,7 +8,7 @@ import { Lab } from './lab.ts';
 
 export { expect };
 
-/** What the map is drawn with; by Canvas 2D, whatever graphics card the machine of the tests has. */
+/** What the map is drawn with: Canvas 2D, whatever graphics card the machine of the tests has. */
 export type DrawnWith = 'auto' | 'webgl2' | 'canvas';
 
 export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean; isKept: boolean; drawnWith: DrawnWith }>({

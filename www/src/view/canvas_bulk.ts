@@ -30,7 +30,7 @@ export class CanvasBulk implements Bulk {
     const size = sizeOf(camera);
     const pixels = wholeSide(side, Math.hypot(a, b));
     // Upright and of whole pixels: turned, thousands take four times as long.
-    const corners = new Int32Array(points.length);
+    const corners = room(points.length);
     let count = 0;
     for (let i = 0; i + 1 < points.length; i += 2) {
       const [px, py] = [points[i] ?? NaN, points[i + 1] ?? NaN];
@@ -79,6 +79,14 @@ export class CanvasBulk implements Bulk {
     context.drawImage(canvas, box.minX, -box.maxY, box.maxX - box.minX, box.maxY - box.minY);
     context.restore();
   }
+}
+
+let reused = new Int32Array(0);
+
+/** Room for so many numbers; what was in it before is of no account. */
+function room(length: number): Int32Array {
+  if (reused.length < length) reused = new Int32Array(length);
+  return reused;
 }
 
 /** Device pixels. */

@@ -5,8 +5,8 @@ import { turnBetween } from "../angle.js";
 export interface GestureHandlers {
   pan(dx: number, dy: number): void;
   zoom(factor: number, x: number, y: number): void;
-  /** Turns by so much, rad, around a point; around the middle of the view where there is none. Without it nothing
-      turns. */
+  /** Turns by so much, rad, around a point; around the middle of the view where there is none.
+      Without it nothing turns. */
   turn?(angle: number, around: readonly [number, number] | null): void;
   tap(x: number, y: number): void;
   hover(x: number, y: number): void;

@@ -1,4 +1,5 @@
-// Motions and scalings of the plane, as a 2D context has them: x' = a x + c y + e, y' = b x + d y + f.
+// Motions and scalings of the plane, as a 2D context has them:
+// x' = a x + c y + e, y' = b x + d y + f.
 
 export type Matrix = readonly [a: number, b: number, c: number, d: number, e: number, f: number];
 

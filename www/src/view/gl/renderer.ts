@@ -11,7 +11,7 @@ import { IDENTITY, inverse, type Matrix, scaleOf, times } from "./matrix.js";
 import { GlPencil } from "./pencil.js";
 import { type Program, programsOf } from "./programs.js";
 
-/** Blocks that are sent for a picture at most: a map that comes as a whole comes within a moment. */
+/** Blocks that are sent for a picture at most: a map that comes as a whole comes in a moment. */
 const MOST_BLOCKS = 400;
 /** What was not drawn for so many pictures is given up. */
 const KEPT_PICTURES = 600;

@@ -6,8 +6,8 @@ import { type Draw, SHEETS, type SheetName, type Surface } from "../surface.js";
 import { List } from "./list.js";
 import { type Recorded, GlRenderer } from "./renderer.js";
 
-/** The surface on a context; null if it has been lost meanwhile. Throws where the graphics card does
-    not take the programs. */
+/** The surface on a context; null if it has been lost meanwhile. Throws where the graphics card
+    does not take the programs. */
 export function surfaceOn(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): Surface | null {
   if (gl.isContextLost()) return null;
   const renderer = new GlRenderer(gl);
