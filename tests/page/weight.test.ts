@@ -5,6 +5,8 @@ import { expect, test } from './fixture.ts';
 /** What was reached, and must not be lost again, bytes. */
 const REACHED = 690_000;
 
+test.use({ drawnWith: 'auto' });
+
 test.describe('a first visit', () => {
   test.use({ firstVisit: true });
 
