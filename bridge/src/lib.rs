@@ -55,6 +55,7 @@ mod page;
 mod places;
 mod rate;
 pub mod record;
+mod replaced_file;
 pub mod rights;
 mod rosbridge;
 pub mod secret_file;

@@ -36,13 +36,14 @@ const REASONS: Readonly<Record<DisarmReasonName, string>> = {
   runaway: "it moved without a command",
   shutdown: "the bridge ends",
   revoked: "the driver's right was taken away",
+  geofence: "it has left its geofence; armed again it goes back in, and no other way",
 };
 
 /** What a right is good for. */
 const ROLES: Readonly<Record<RoleName, string>> = {
   watcher: "may look, and stop the robot",
   driver: "may drive",
-  owner: "may drive, and take the robot from anybody",
+  owner: "may drive, take the robot from anybody, and say where it may be",
 };
 
 export class SlamBridge extends SlamElement {
@@ -60,6 +61,11 @@ export class SlamBridge extends SlamElement {
       small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
       dl { margin: 0 0 10px; }
       p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
+      .row { display: flex; flex-wrap: wrap; gap: 6px 12px; align-items: center; }
+      fieldset { margin: 0 0 10px; padding: 8px 10px 2px; border: 1px solid var(--line); border-radius: 12px; }
+      legend { padding: 0 4px; font-size: 13px; font-weight: 600; }
+      label { display: inline-flex; gap: 6px; align-items: center; min-height: 34px; font-size: 13px; }
+      @media (pointer: coarse) { label, .row button { min-height: 44px; } }
       .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
       .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
     `,
@@ -91,7 +97,7 @@ export class SlamBridge extends SlamElement {
       this.#renderMap = (part as typeof import("./bridge_map.js") | null)?.render ?? null;
       this.requestUpdate();
     });
-    return this.#renderMap?.(bridge, bridge.map, this.client) ?? nothing;
+    return this.#renderMap?.({ bridge, map: bridge.map, store: this.store, client: this.client }) ?? nothing;
   }
 }
 

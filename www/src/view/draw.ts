@@ -8,6 +8,7 @@ import * as compared from "./layers/compared.js";
 import * as contest from "./layers/contest.js";
 import * as doors from "./layers/doors.js";
 import * as edits from "./layers/edits.js";
+import * as geofence from "./layers/geofence.js";
 import * as found from "./layers/found.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as graph from "./layers/graph.js";
@@ -115,6 +116,7 @@ export function drawOverlays(brush: Brush, on: Switches): void {
     if (on[name] && !isHidden(name)) paint(brush, WITH_ROBOT.has(name) ? (brush) => withRobot(brush, draw) : draw);
   }
   paint(brush, loadedMaps.draw);
+  paint(brush, geofence.draw);
   paint(brush, contest.draw);
   paint(brush, edits.draw);
   paint(brush, spot.draw);
