@@ -141,8 +141,8 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
         assert!(std::fs::read_to_string(&kept).unwrap().contains("keep-in"));
 
         let bridge = Bridge::start(config(Some(&file))).await;
-        let mut owner = bridge.armed().await;
-        // Who comes in has it before all readings.
+        // Nobody arms before the robot has found itself in the map.
+        let mut owner = bridge.driver().await;
         let again = owner.wait(set).await;
         assert_eq!(again.zones, square(1.5));
         owner.say(ToBridge::ResetMap).await;
