@@ -12,6 +12,7 @@ import type { Outline } from "./view/layers/layer.js";
 import type { Thing } from "./view/things.js";
 import type { GridView } from "./view/tiles.js";
 import type { Host } from "./bridge_address.js";
+import type { FenceDraft } from "./fence.js";
 import type { GamepadState } from "./gamepad.js";
 import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
@@ -110,6 +111,8 @@ export class Store {
   solvedGraph: { readonly name: string; readonly graph: SolvedGraph } | null = null;
   /** What a press on the map changes; null while it moves the view. */
   editing: EditName | null = null;
+  /** The geofence that is being drawn. */
+  fence: FenceDraft | null = null;
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;
@@ -247,7 +250,7 @@ export class Store {
     const isBegun = method === "scan-matching";
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
     this.started = { ...(setup ?? this.setup) };
-    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, loading: "" });
+    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, fence: null, loading: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "chosen", "moved", "quality", "submaps", "lesson"] as const) this.notify(topic);
   }
 

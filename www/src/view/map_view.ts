@@ -12,6 +12,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
+import { withCorner } from "../fence.js";
 import { current as currentLesson } from "../lessons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
@@ -199,15 +200,15 @@ export class SlamMap extends SlamElement {
   }
 
   override render(): TemplateResult {
-    const { follow, source, editing, inspecting, method } = this.store;
+    const { follow, source, editing, fence, inspecting, method } = this.store;
     return html`
       <canvas id="gl" hidden></canvas>
       <canvas id="ground"></canvas>
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared."
+        id="pad" class=${editing || fence ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
+        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), sets start or goal there while the planners are compared, or puts a corner of the geofence there while that is drawn."
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -306,6 +307,11 @@ export class SlamMap extends SlamElement {
       const from = this.#draft?.from;
       this.#setDraft({ from: from ?? [x, y], to: [x, y] });
       if (from) this.#endDraft(true);
+      return;
+    }
+    const [fence, place] = [this.store.fence, this.store.bridge?.map?.place];
+    if (fence && place) {
+      this.store.set("run", { fence: withCorner(fence, place, [x, y]) });
       return;
     }
     if (this.store.inspecting && !this.store.aiming) {
@@ -582,7 +588,7 @@ export class SlamMap extends SlamElement {
       time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
       rooms: this.#rooms(), tears: store.quality?.tears ?? [], hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
-      bridgeMap: { place: store.bridge?.map?.place ?? null, walls: store.bridgeWalls },
+      bridgeMap: { place: store.bridge?.map?.place ?? null, walls: store.bridgeWalls, zones: store.bridge?.map?.geofence.zones ?? [], draft: store.fence },
     };
   }
 

@@ -14,6 +14,7 @@ import * as contest from "./layers/contest.js";
 import * as doors from "./layers/doors.js";
 import * as edits from "./layers/edits.js";
 import * as found from "./layers/found.js";
+import * as geofence from "./layers/geofence.js";
 import * as frontiers from "./layers/frontiers.js";
 import * as graph from "./layers/graph.js";
 import * as grid from "./layers/grid.js";
@@ -91,7 +92,7 @@ const PARTS: readonly Part[] = [
 ];
 
 /** Over all layers: what somebody is just about. */
-const ON_TOP = [loadedMaps.draw, contest.draw, edits.draw, spot.draw, chosen.draw] as const;
+const ON_TOP = [loadedMaps.draw, geofence.draw, contest.draw, edits.draw, spot.draw, chosen.draw] as const;
 
 /** Where the parts of each layer begin: LAYERS are in that order. */
 const isFirst = (part: Part, at: number): boolean => PARTS.findIndex(({ layer }) => layer === part.layer) === at;

@@ -1,7 +1,8 @@
 // What every layer is given.
 
-import type { ContestState, EditName, Rooms, Sighting, Tear } from "../../protocol/module.js";
+import type { ContestState, EditName, FenceZone, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
+import type { FenceDraft, Place } from "../../fence.js";
 import type { LoadedMap, Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
 import type { Bulk, PathPencil, Pencil } from "../painter.js";
@@ -44,8 +45,9 @@ export interface Brush {
   readonly chosenSubmap: number | null;
   /** Maps that were loaded. */
   readonly loadedMaps: readonly LoadedMap[];
-  /** The walls of the bridge's own map, and where its frame lies; null while that is not known. */
-  readonly bridgeMap: { readonly place: readonly [number, number, number] | null; readonly walls: Float32Array };
+  /** The walls of the bridge's own map, and where its frame lies; null while that is not known.
+      Where the robot may be in it, and what is being drawn of that. */
+  readonly bridgeMap: { readonly place: Place | null; readonly walls: Float32Array; readonly zones: readonly FenceZone[]; readonly draft: FenceDraft | null };
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
