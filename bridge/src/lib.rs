@@ -25,7 +25,8 @@
 //!    network that the bridge is here.
 //! 7. `audit` writes down who drove, who stopped and who was refused.
 //! 8. `mapping` runs the core's session on what the hub has, where that is asked for.
-//! 9. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 9. [`zenoh`] reaches the robot through a router, where that is built in and asked for.
+//! 10. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
@@ -69,6 +70,7 @@ pub mod tls;
 pub mod token;
 pub mod trust;
 pub mod udp;
+pub mod zenoh;
 
 pub use slamlab_core::device::safety;
 

@@ -15,6 +15,9 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 mod flags;
 mod open;
@@ -49,9 +52,15 @@ fn sentence(error: &anyhow::Error) -> String {
 }
 
 async fn obey(flags: Flags) -> anyhow::Result<()> {
+    // What libraries have to say of themselves, the bridge says in its own words.
+    let own = Targets::new()
+        .with_default(LevelFilter::INFO)
+        .with_target("zenoh", LevelFilter::OFF);
     tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_target(false)
+        .finish()
+        .with(own)
         .init();
     match flags.command {
         None => serve(flags.serve).await,
@@ -117,7 +126,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         }),
     };
     let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
-    let map = settings.map()?;
+    let (map, zenoh) = (settings.map()?, settings.zenoh()?);
     let config = Config {
         page: Some(page),
         sources,
@@ -132,6 +141,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         audit,
         record: settings.record,
         map,
+        zenoh,
         ..Config::default()
     };
     // Only now is anybody there who could answer at the address.
