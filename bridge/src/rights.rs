@@ -95,6 +95,14 @@ impl Rights {
         all.find(|right| right.name == name).map(|right| right.role)
     }
 
+    /// The right of this name.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn named(&self, name: &Name) -> Option<Granted> {
+        let name = name.to_string();
+        let found = self.0.iter().find(|granted| granted.right.name == name);
+        found.cloned()
+    }
+
     /// How many there are.
     #[must_use]
     pub fn count(&self) -> usize {

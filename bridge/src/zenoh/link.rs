@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ::zenoh::Session;
-use slamlab_core::wire::message::Severity;
+use slamlab_core::wire::message::{FromBridge, Severity};
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
@@ -15,6 +15,7 @@ use super::keys::Keys;
 use super::lane::Urgent;
 use super::namesake::{self, Claim};
 use super::remote::Remote;
+use super::ros::{self, Driver};
 use super::router::{self, Router};
 use super::streams::{Streams, StreamsError};
 use super::{ZenohConfig, ZenohError};
@@ -163,14 +164,28 @@ impl Link {
         let mut claim = Claim::make(session, &self.keys).await?;
         let urgent = Urgent::start().map_err(StreamsError::from)?;
         let (keys, shared) = (&self.keys, &self.shared);
-        let mut streams = Streams::start(session, keys, shared, urgent.clone(), |_| ()).await?;
+        let name = self.ready.config.name.to_string();
+        let (mut node, mut driver) = match &self.ready.config.ros {
+            Some(ros) => {
+                let (node, driver) = ros::start(session, ros, &name, shared).await?;
+                (Some(node), Some(driver))
+            }
+            None => (None, None),
+        };
+        let also = move |message: &FromBridge| {
+            if let Some(node) = &mut node {
+                node.publish(message);
+            }
+        };
+        let mut streams = Streams::start(session, keys, shared, urgent.clone(), also).await?;
         let mut remote = Remote::start(session, keys, shared, urgent).await?;
-        let (name, endpoint) = (&self.ready.config.name, self.ready.router.endpoint());
+        let endpoint = self.ready.router.endpoint();
         let text = format!("Zenoh: the robot is at the router at {endpoint} as {name}.");
         self.say(Severity::Info, text).await;
         tokio::select! {
             error = streams.run() => Err(error.into()),
             () = remote.run() => Err(StreamsError::Ends.into()),
+            () = drive(driver.as_mut()) => Err(StreamsError::Ends.into()),
             () = claim.lost() => Err(Lost::Name(self.ready.config.name.to_string())),
         }
     }
@@ -192,6 +207,14 @@ impl Link {
             sleep(LOOK_AT_NAME).await;
         }
         Ok(())
+    }
+}
+
+/// Obeys tools of ROS, where there is a node for them.
+async fn drive(driver: Option<&mut Driver>) {
+    match driver {
+        Some(driver) => driver.run().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -42,6 +42,8 @@ mod namesake;
 #[cfg(feature = "zenoh")]
 mod remote;
 #[cfg(feature = "zenoh")]
+mod ros;
+#[cfg(feature = "zenoh")]
 mod router;
 #[cfg(feature = "zenoh")]
 mod streams;
