@@ -15,7 +15,9 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
+#[cfg(feature = "zenoh")]
 use tracing_subscriber::filter::{LevelFilter, Targets};
+#[cfg(feature = "zenoh")]
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
@@ -52,16 +54,18 @@ fn sentence(error: &anyhow::Error) -> String {
 }
 
 async fn obey(flags: Flags) -> anyhow::Result<()> {
-    // What libraries have to say of themselves, the bridge says in its own words.
-    let own = Targets::new()
-        .with_default(LevelFilter::INFO)
-        .with_target("zenoh", LevelFilter::OFF);
-    tracing_subscriber::fmt()
+    let log = tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_target(false)
-        .finish()
-        .with(own)
-        .init();
+        .finish();
+    // What Zenoh has to say of itself, the bridge says in its own words.
+    #[cfg(feature = "zenoh")]
+    let log = log.with(
+        Targets::new()
+            .with_default(LevelFilter::INFO)
+            .with_target("zenoh", LevelFilter::OFF),
+    );
+    log.init();
     match flags.command {
         None => serve(flags.serve).await,
         Some(Command::Serve(flags)) => serve(flags).await,

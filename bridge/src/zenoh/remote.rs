@@ -10,7 +10,8 @@
 //! 2. Who has shown a right that drives signs each message after that: the attachment is
 //!    [`MessageKey::sign`] of the payload. Others can write at its key, and it is not heard: not
 //!    counted against its rate, and no reason to end it. What repeats an older message is left out,
-//!    for sequences rise.
+//!    for sequences rise. Who writes there before the client has said hello keeps it from coming in,
+//!    and can do no more.
 //! 3. It ends when the token goes (the client, its network or its router is gone), when it is silent
 //!    for as long as a WebSocket may be, or with a code: `{"close":4009,"reason":"…"}` is the last
 //!    that is said to it. Then its robot stops as for any lost driver.
@@ -144,8 +145,11 @@ impl Remote {
         }
     }
 
-    /// A client that comes once more begins anew.
+    /// A token that is told once more, whoever declared it, begins nothing anew.
     fn begin(&mut self, number: u64) {
+        if self.clients.contains_key(&number) {
+            return;
+        }
         if self.clients.len() >= MOST {
             self.shared.ended(Peer::Router(Some(number)), close::FULL);
             return;

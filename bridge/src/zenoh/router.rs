@@ -29,8 +29,10 @@ const REFUSAL: Duration = Duration::from_millis(300);
 /// After so long without a sign of life the router takes the bridge for gone, ms.
 const LEASE_MILLIS: u64 = 2000;
 /// What the system keeps for the link, bytes: what waits there is older than what waits here, and
-/// cannot be overtaken by what is urgent.
-const SEND_BUFFER: u32 = 64 * 1024;
+/// cannot be overtaken by what is urgent. Linux takes twice as much.
+const SEND_BUFFER: u32 = 16 * 1024;
+/// What Zenoh keeps of readings, bytes: one batch of this length.
+const BATCH: u16 = 8 * 1024;
 
 /// A router, and how it is connected to.
 pub(super) struct Router {
@@ -137,6 +139,8 @@ fn config(zenoh: &ZenohConfig) -> Config {
         ("scouting/multicast/enabled", json!(false)),
         ("scouting/gossip/enabled", json!(false)),
         ("transport/link/tx/lease", json!(LEASE_MILLIS)),
+        ("transport/link/tx/batch_size", json!(BATCH)),
+        ("transport/link/tx/queue/size/data", json!(1)),
         ("transport/link/tcp/so_sndbuf", json!(SEND_BUFFER)),
         (
             "transport/link/tls",

@@ -48,7 +48,7 @@ pub(crate) async fn report() -> (bool, Value) {
     let (mut through, mut straight, mut stops, mut moved) = (vec![], vec![], vec![], 0);
     for round in 0..ROUNDS {
         if round > 0 {
-            driver.arm().await;
+            driver.take_and_arm().await;
         }
         // Back and forth, for it is in a room.
         let forward = if round % 2 == 0 { 0.1 } else { -0.1 };

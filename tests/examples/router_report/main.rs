@@ -15,6 +15,7 @@ mod drive;
 mod lost;
 mod process;
 mod remote;
+mod slow;
 mod trust;
 mod words;
 
@@ -37,6 +38,7 @@ async fn main() -> ExitCode {
     for (name, (one_holds, figure)) in [
         ("driven_and_stopped", drive::report().await),
         ("router_killed", lost::report().await),
+        ("slow_link", slow::report().await),
         ("certificates", trust::report().await),
         ("words", words::report().await),
     ] {

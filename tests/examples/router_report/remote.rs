@@ -174,22 +174,17 @@ impl Remote {
         }
     }
 
+    /// Takes the lease and arms, once the robot is there.
     pub(crate) async fn take_and_arm(&mut self) {
-        self.say(&ToBridge::Take { force: false }).await;
-        self.epoch = self
-            .wait(|message| match message {
-                FromBridge::Granted(lease) => Some(lease.epoch),
-                _ => None,
-            })
-            .await;
-        self.arm().await;
-    }
-
-    /// Arms, once the robot is there.
-    pub(crate) async fn arm(&mut self) {
-        let epoch = self.epoch;
         loop {
-            self.say(&ToBridge::Arm { epoch }).await;
+            self.say(&ToBridge::Take { force: false }).await;
+            self.epoch = self
+                .wait(|message| match message {
+                    FromBridge::Granted(lease) => Some(lease.epoch),
+                    _ => None,
+                })
+                .await;
+            self.say(&ToBridge::Arm { epoch: self.epoch }).await;
             let armed = self
                 .wait(|message| match message {
                     FromBridge::Safety(state) if state.armed => Some(true),
@@ -200,6 +195,7 @@ impl Remote {
             if armed {
                 return;
             }
+            tokio::time::sleep(Duration::from_millis(100)).await;
         }
     }
 
