@@ -17,23 +17,27 @@ const LAST_DOMAIN: u16 = 232;
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct ZenohSettings {
     /// Reach the robot through this Zenoh router, too; needs a program that was built with it
-    #[arg(long = "zenoh", value_name = "tcp/HOST:PORT or tls/HOST:PORT")]
+    #[arg(
+        id = "zenoh",
+        long = "zenoh",
+        value_name = "tcp/HOST:PORT or tls/HOST:PORT"
+    )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub router: Option<Endpoint>,
     /// What the robot is called there [default: the name of this machine]
-    #[arg(long = "zenoh-name", value_name = "NAME")]
+    #[arg(id = "zenoh-name", long = "zenoh-name", value_name = "NAME")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<Name>,
     /// Certificate of the authority that signed the router's, PEM; tls/ needs it
-    #[arg(long = "zenoh-ca", value_name = "FILE")]
+    #[arg(id = "zenoh-ca", long = "zenoh-ca", value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ca: Option<PathBuf>,
     /// Certificate that the bridge shows to the router, PEM
-    #[arg(long = "zenoh-cert", value_name = "FILE")]
+    #[arg(id = "zenoh-cert", long = "zenoh-cert", value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cert: Option<PathBuf>,
     /// Its private key, PEM
-    #[arg(long = "zenoh-key", value_name = "FILE")]
+    #[arg(id = "zenoh-key", long = "zenoh-key", value_name = "FILE")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key: Option<PathBuf>,
     /// Be a node of ROS 2 in this domain, for tools that speak rmw_zenoh

@@ -20,9 +20,9 @@
 //!    alerts go before, on a lane of their own (`lane`), and what comes in waits for neither.
 //! 2. Commands pass the same rules as everybody's, for a remote client is a client of the hub.
 //! 3. Behind a router anybody may write under any key. So who may drive signs each message with a
-//!    key that only token and bridge make ([`slamlab_core::wire::message::MessageKey`]); what is not
-//!    signed by it counts as not said. Whom the router lets in at all, it must say itself: by the
-//!    certificates of its clients.
+//!    key that only token and bridge make ([`slamlab_core::wire::message::MessageKey`]); what is
+//!    not signed by it counts as not said. Whom the router lets in at all, it must say itself: by
+//!    the certificates of its clients.
 //! 4. Where `ros` is set, the same session is a node of ROS 2 (`ros`).
 //!
 //! It is built with the feature `zenoh` only.

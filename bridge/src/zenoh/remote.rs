@@ -10,11 +10,11 @@
 //! 2. Who has shown a right that drives signs each message after that: the attachment is
 //!    [`MessageKey::sign`] of the payload. Others can write at its key, and it is not heard: not
 //!    counted against its rate, and no reason to end it. What repeats an older message is left out,
-//!    for sequences rise. Who writes there before the client has said hello keeps it from coming in,
-//!    and can do no more.
-//! 3. It ends when the token goes (the client, its network or its router is gone), when it is silent
-//!    for as long as a WebSocket may be, or with a code: `{"close":4009,"reason":"…"}` is the last
-//!    that is said to it. Then its robot stops as for any lost driver.
+//!    for sequences rise. Who writes there before the client has said hello keeps it from coming
+//!    in, and can do no more.
+//! 3. It ends when the token goes (the client, its network or its router is gone), when it is
+//!    silent for as long as a WebSocket may be, or with a code: `{"close":4009,"reason":"…"}` is
+//!    the last that is said to it. Then its robot stops as for any lost driver.
 //! 4. It gets what is for it alone, and states; readings it takes from the streams.
 
 use std::collections::BTreeMap;
@@ -234,9 +234,10 @@ impl Client {
         self.send(&FromBridge::Hello(shared.hello(challenge)))?;
         let first = timeout(shared.limits.hello, self.inbox.recv()).await;
         let said = first.map_err(|_| Some(close::ACCESS))?.ok_or(None)?;
-        let (_, ToBridge::Hello(hello)) = self.read(&said)? else {
+        let (header, ToBridge::Hello(hello)) = self.read(&said)? else {
             return Err(Some(close::ACCESS));
         };
+        self.heard = header.sequence;
         let granted = admit(&shared, &challenge, &hello)?;
         let drives = granted.as_ref().filter(|granted| granted.may_drive());
         let key = (drives.zip(hello.proof))
@@ -278,11 +279,18 @@ impl Client {
                         shared.metrics.malformed.add(1);
                         continue;
                     }
+                    // Whoever repeats what was signed once is not heard either.
+                    let (header, message) = match self.read(&said) {
+                        Ok((header, _)) if header.sequence <= self.heard => continue,
+                        Ok(read) => read,
+                        Err(end) => return end,
+                    };
                     if !bucket.take(shared.clock.now()) {
                         return Some(TOO_MANY);
                     }
+                    self.heard = header.sequence;
                     silent = Instant::now() + limits.heartbeat;
-                    if let Err(end) = self.hand_on(entered, &said).await {
+                    if let Err(end) = self.hand_on(entered, header, message).await {
                         return end;
                     }
                 }
@@ -291,8 +299,12 @@ impl Client {
         }
     }
 
-    async fn hand_on(&mut self, entered: &Entered, said: &Said) -> Result<(), End> {
-        let (header, message) = self.read(said)?;
+    async fn hand_on(
+        &self,
+        entered: &Entered,
+        header: Header,
+        message: ToBridge,
+    ) -> Result<(), End> {
         match message {
             ToBridge::Hello(_) => Err(Some(MALFORMED)),
             ToBridge::Heartbeat => Ok(()),
@@ -304,7 +316,7 @@ impl Client {
         }
     }
 
-    fn read(&mut self, said: &Said) -> Result<(Header, ToBridge), End> {
+    fn read(&self, said: &Said) -> Result<(Header, ToBridge), End> {
         if said.payload.len() > self.shared.limits.message {
             return Err(Some(TOO_LARGE));
         }
@@ -315,10 +327,6 @@ impl Client {
             tracing::debug!("a remote client's message: {error}");
             Some(MALFORMED)
         })?;
-        if header.sequence <= self.heard {
-            return Err(Some(MALFORMED));
-        }
-        self.heard = header.sequence;
         Ok((header, message))
     }
 

@@ -1,7 +1,7 @@
 //! What the hub tells everybody, at the router.
 //!
-//! In: an outbox of the hub, as a watcher has. Out: each kind of message at a key of its own, on the
-//! lane that it belongs to; the last of each state to who asks; and whoever stops the robot.
+//! In: an outbox of the hub, as a watcher has. Out: each kind of message at a key of its own, on
+//! the lane that it belongs to; the last of each state to who asks; and whoever stops the robot.
 
 use std::collections::BTreeMap;
 use std::io;

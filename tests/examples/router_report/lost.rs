@@ -16,8 +16,8 @@ const NAME: &str = "doris";
 const TRIALS: u64 = 5;
 /// From the router's end to a robot without motion: 200 ms without an order, and braking.
 const STOPPED_MS: f64 = 1000.0;
-/// From the router's return to the robot's: pauses between tries grow to 4 s, and a router looks who
-/// is called alike.
+/// From the router's return to the robot's: pauses between tries grow to 4 s, and a router looks
+/// who is called alike.
 const BACK_MS: f64 = 10_000.0;
 
 pub(crate) async fn report() -> (bool, Value) {

@@ -1,5 +1,5 @@
-//! Three bridges in processes of their own, a Zenoh router in another, and clients behind it: prints
-//! JSON, and exits with 0 only if all of it holds.
+//! Three bridges in processes of their own, a Zenoh router in another, and clients behind it:
+//! prints JSON, and exits with 0 only if all of it holds.
 //!
 //! `cargo xtask report router`, or with the programs built:
 //! `SLAMLAB_BRIDGE=… cargo run -p slamlab-tests --features zenoh --example router_report`

@@ -6,11 +6,12 @@
 //! | liveliness token of the node | `@ros2_lv/DOMAIN/SESSION/0/0/NN/%/NAMESPACE/NODE` |
 //! | of a publisher (`MP`), subscription (`MS`), service (`SS`) | `@ros2_lv/DOMAIN/SESSION/0/ID/KIND/%/NAMESPACE/NODE/NAME/TYPE/HASH/QOS` |
 //!
-//! In tokens `/` is written as `%`. A type is `std_msgs::msg::dds_::String_`, its hash that of REP-2016.
+//! In tokens `/` is written as `%`. A type is `std_msgs::msg::dds_::String_`, its hash that of
+//! REP-2016.
 //!
-//! # Source    github.com/ros2/rmw_zenoh, docs/design.md and liveliness_utils.cpp (Jazzy to Rolling);
-//! ROS REP-2016 for the hashes. The crate `hiroz-protocol` 0.2 writes the same names, but only
-//! compiles with all of Zenoh's transports.
+//! # Source    github.com/ros2/rmw_zenoh, docs/design.md and liveliness_utils.cpp (Jazzy to
+//! Rolling); ROS REP-2016 for the hashes. The crate `hiroz-protocol` 0.2 writes the same names, but
+//! only compiles with all of Zenoh's transports.
 
 use twox_hash::XxHash3_128;
 

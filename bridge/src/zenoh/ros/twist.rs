@@ -44,8 +44,8 @@ pub(super) fn velocity(cdr: &[u8], is_stamped: bool) -> Option<Command> {
 /// When messages were said, by the bridge's clock.
 ///
 /// Clocks are not compared: of each publisher the least delay so far counts as none, and what came
-/// later than that is so much older ([`ClockMap`]). A publisher that was late from the first message
-/// on is not found out that way; its silence is.
+/// later than that is so much older ([`ClockMap`]). A publisher that was late from the first
+/// message on is not found out that way; its silence is.
 #[derive(Debug, Default)]
 pub(super) struct Ages(BTreeMap<Gid, Publisher>);
 
