@@ -136,6 +136,8 @@ fn config(zenoh: &ZenohConfig) -> Config {
         ("mode", json!("client")),
         ("connect/endpoints", json!([zenoh.router.to_string()])),
         ("connect/timeout_ms", json!(LONGEST.as_millis() as u64)),
+        // Caches for who comes late want to know what is older.
+        ("timestamping/enabled", json!(true)),
         ("scouting/multicast/enabled", json!(false)),
         ("scouting/gossip/enabled", json!(false)),
         ("transport/link/tx/lease", json!(LEASE_MILLIS)),
