@@ -98,7 +98,15 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     let folder = Some(uploads.bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
     let stored: Result<Vec<_>, _> = uploads.bucket.store.list(folder).try_collect().await;
     match stored {
-        Err(error) => fault = fault.or(Some(words(&error))),
+        Err(error) => {
+            fault = fault.or_else(|| {
+                Some(format!(
+                    "{} cannot be listed: {}",
+                    uploads.bucket.url,
+                    words(&error)
+                ))
+            })
+        }
         Ok(objects) => {
             for object in objects {
                 let Some(name) = object.location.filename().filter(|name| is_piece(name)) else {
