@@ -258,4 +258,5 @@ export type Answer =
   /** `null` where no link can tell what was done. */
   | { kind: "kept"; link: string | null; asked: boolean }
   | { kind: "link"; link: string }
-  | { kind: "failed"; about: ErrorKind; text: string };
+  /** `isBroken`: and nothing more can be done by this worker. */
+  | { kind: "failed"; about: ErrorKind; text: string; isBroken: boolean };
