@@ -132,6 +132,12 @@ fn patience() -> ClientOptions {
 
 /// Codes of S3, Azure and Google, and of servers that speak like S3.
 const NO_BUCKET: [&str; 2] = ["NoSuchBucket", "ContainerNotFound"];
+const DENIED: [&str; 4] = [
+    "SignatureDoesNotMatch",
+    "InvalidAccessKeyId",
+    "AccessDenied",
+    "403 Forbidden",
+];
 const FULL: [&str; 6] = [
     "QuotaExceeded",
     "507",
@@ -162,6 +168,7 @@ pub(super) fn words(error: &Error) -> String {
             let says = |codes: &[&str]| codes.iter().any(|code| text.contains(code));
             match () {
                 () if says(&NO_BUCKET) => format!("the bucket is not there ({root})"),
+                () if says(&DENIED) => format!("the store does not take its key ({root})"),
                 () if says(&FULL) => format!("the bucket is full ({root})"),
                 () => root,
             }
