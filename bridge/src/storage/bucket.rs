@@ -130,6 +130,23 @@ fn patience() -> ClientOptions {
         .with_connect_timeout(CONNECT)
 }
 
+/// Codes of S3, Azure and Google, and of servers that speak like S3.
+const NO_BUCKET: [&str; 2] = ["NoSuchBucket", "ContainerNotFound"];
+const DENIED: [&str; 4] = [
+    "SignatureDoesNotMatch",
+    "InvalidAccessKeyId",
+    "AccessDenied",
+    "403 Forbidden",
+];
+const FULL: [&str; 6] = [
+    "QuotaExceeded",
+    "507",
+    "InsufficientStorage",
+    "EntityTooLarge",
+    "XMinioStorageFull",
+    "No space left",
+];
+
 /// What a person reads: what is wrong, and what helps.
 pub(super) fn words(error: &Error) -> String {
     match error {
@@ -148,19 +165,12 @@ pub(super) fn words(error: &Error) -> String {
         other => {
             let root = root(other);
             let text = other.to_string();
-            match [
-                "QuotaExceeded",
-                "507",
-                "InsufficientStorage",
-                "EntityTooLarge",
-                "XMinioStorageFull",
-                "No space left",
-            ]
-            .iter()
-            .any(|full| text.contains(full))
-            {
-                true => format!("the bucket is full ({root})"),
-                false => root,
+            let says = |codes: &[&str]| codes.iter().any(|code| text.contains(code));
+            match () {
+                () if says(&NO_BUCKET) => format!("the bucket is not there ({root})"),
+                () if says(&DENIED) => format!("the store does not take its key ({root})"),
+                () if says(&FULL) => format!("the bucket is full ({root})"),
+                () => root,
             }
         }
     }

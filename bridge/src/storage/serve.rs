@@ -57,12 +57,19 @@ pub(crate) fn routes() -> Router<Arc<Shared>> {
         .route("/recordings/{name}", get(one))
 }
 
-fn uploads(shared: &Shared) -> Result<&Uploads, Response> {
-    if shared.about.watching == Watching::Token {
-        let why = "Watching needs the token here, and so do recordings, whose address has no place for one.\n";
-        return Err((StatusCode::FORBIDDEN, why).into_response());
+fn uploads(shared: &Shared) -> Result<&Uploads, StatusCode> {
+    match shared.about.watching {
+        Watching::Token => Err(StatusCode::FORBIDDEN),
+        Watching::Anyone => shared.uploads.as_deref().ok_or(StatusCode::NOT_FOUND),
     }
-    shared.uploads.as_deref().ok_or_else(nothing)
+}
+
+fn refusal(status: StatusCode) -> Response {
+    if status != StatusCode::FORBIDDEN {
+        return nothing();
+    }
+    let why = "Watching needs the token here, and so do recordings, whose address has no place for one.\n";
+    (status, why).into_response()
 }
 
 fn nothing() -> Response {
@@ -70,7 +77,7 @@ fn nothing() -> Response {
 }
 
 async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
-    let uploads = uploads(&shared)?;
+    let uploads = uploads(&shared).map_err(refusal)?;
     let mut all: BTreeMap<String, Listed> = BTreeMap::new();
     let mut fault = uploads.fault();
     match uploads.pieces() {
@@ -98,7 +105,15 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     let folder = Some(uploads.bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
     let stored: Result<Vec<_>, _> = uploads.bucket.store.list(folder).try_collect().await;
     match stored {
-        Err(error) => fault = fault.or(Some(words(&error))),
+        Err(error) => {
+            fault = fault.or_else(|| {
+                Some(format!(
+                    "{} cannot be listed: {}",
+                    uploads.bucket.url,
+                    words(&error)
+                ))
+            })
+        }
         Ok(objects) => {
             for object in objects {
                 let Some(name) = object.location.filename().filter(|name| is_piece(name)) else {
@@ -128,7 +143,7 @@ async fn one(
     State(shared): State<Arc<Shared>>,
     Path(name): Path<String>,
 ) -> Result<Response, Response> {
-    let uploads = uploads(&shared)?;
+    let uploads = uploads(&shared).map_err(refusal)?;
     // Also keeps paths out that lead elsewhere.
     if !is_piece(&name) {
         return Err(nothing());

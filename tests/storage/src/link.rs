@@ -13,10 +13,10 @@ const DOWN: Duration = Duration::from_millis(300);
 
 /// What passed, and how often it broke.
 #[derive(Debug, Default)]
-pub struct Link {
+pub(crate) struct Link {
     /// Towards the store.
-    pub bytes: AtomicU64,
-    pub breaks: AtomicU64,
+    pub(crate) bytes: AtomicU64,
+    pub(crate) breaks: AtomicU64,
     is_down: AtomicBool,
     /// Breaks that are still to come, and bytes between two.
     left: AtomicU64,
@@ -25,7 +25,7 @@ pub struct Link {
 
 impl Link {
     /// To `store`, breaking so many times, each after so many bytes; with its address.
-    pub async fn start(
+    pub(crate) async fn start(
         store: SocketAddr,
         breaks: u64,
         every: u64,

@@ -12,10 +12,10 @@ use s3s_fs::FileSystem;
 use tokio::net::TcpListener;
 
 /// Who may.
-pub const KEY: (&str, &str) = ("slamlab", "a-secret-of-the-report");
+pub(crate) const KEY: (&str, &str) = ("slamlab", "a-secret-of-the-report");
 
 /// Begins to serve the buckets in `root`; its address.
-pub async fn start(root: &Path) -> Result<SocketAddr> {
+pub(crate) async fn start(root: &Path) -> Result<SocketAddr> {
     let files = FileSystem::new(root).map_err(|error| anyhow!("{error:?}"))?;
     let mut service = S3ServiceBuilder::new(files);
     service.set_auth(SimpleAuth::from_single(KEY.0, KEY.1));
