@@ -34,8 +34,8 @@ pub enum Promise {
     /// An hour of recording through a link that breaks 20 times: every piece that counts as stored
     /// is in the bucket of a real S3-compatible server, byte for byte
     Upload,
-    /// Three robots at a Zenoh router: one driven through it and stopped by others, the router killed
-    /// and started again, certificates that are foreign, settings that cannot be
+    /// Three robots at a Zenoh router: one driven through it and stopped by others, the router
+    /// killed and started again, certificates that are foreign, settings that cannot be
     Router,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,

@@ -15,8 +15,8 @@
 //! 3. It ends when the token goes (the client, its network or its router is gone), when it is
 //!    silent for as long as a WebSocket may be, or with a code: `{"close":4009,"reason":"…"}` is
 //!    the last that is said to it. Then its robot stops as for any lost driver.
-//! 4. The going of a token may overtake what was said before: who stops a robot that way stays until
-//!    it is told that the robot is disarmed, or puts its stop at `slamlab/NAME/stop`.
+//! 4. The going of a token may overtake what was said before: who stops a robot that way stays
+//!    until it is told that the robot is disarmed, or puts its stop at `slamlab/NAME/stop`.
 //! 5. It gets what is for it alone, and states; readings it takes from the streams.
 
 use std::collections::BTreeMap;
