@@ -4,6 +4,7 @@
 import { equals, formula, fraction, id, op, row, sub, sup } from "../registration/formula.js";
 import { CELL } from "../protocol/module.js";
 import { fixed } from "../ui/format.js";
+import { t } from "../words.js";
 import { square } from "./outlines.js";
 import type { Figure, Known, Told } from "./told.js";
 import { metres, number, place } from "./words.js";
@@ -24,7 +25,7 @@ export function cell(x: number, y: number, { examined }: Known): Told {
     ["By the sonars alone", odds(sonars), "cell-sonars", "Log-odds; what both say adds up"],
   ];
   return {
-    title: `Cell ${fixed(at("col"), 0)}, ${fixed(at("row"), 0)}`,
+    title: t`Cell ${fixed(at("col"), 0)}, ${fixed(at("row"), 0)}`,
     fate: STATES[at("state") + 1] ?? "",
     words: l === 0 ? "No beam has said anything of it, or as much for it as against." : "Each scan whose beam ends in it adds a hit, each whose beams pass through it a miss; the sum is kept, the counts are not.",
     figures: [

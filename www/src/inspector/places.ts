@@ -6,6 +6,7 @@ import { equals, fn, formula, id, op, row, sub } from "../registration/formula.j
 import { fixed } from "../ui/format.js";
 import { chi2Words } from "../ui/chi2.js";
 import { seen } from "../ui/tears.js";
+import { t } from "../words.js";
 import { cell } from "./cell.js";
 import { ring, segment } from "./outlines.js";
 import { GONE, type Known, type Told } from "./told.js";
@@ -61,7 +62,7 @@ export function frontier(x: number, y: number, known: Known): Told {
 }
 
 export function submap(index: number, { scene: { submaps } }: Known): Told {
-  const title = `Submap ${index}`;
+  const title = t`Submap ${index}`;
   if (index >= submaps.count) return { title, words: GONE, figures: [], outline: [] };
   const at = (name: Parameters<typeof submaps.figure>[1]): number => submaps.figure(index, name);
   const extent = (name: Parameters<typeof submaps.extent>[1]): number => submaps.extent(index, name);
@@ -105,7 +106,7 @@ export function truth(index: number, { scene: { truth: walls, materials } }: Kno
     formulas: [{
       general: formula(row(id("x"), fn("cos"), id("α"), op("+"), id("y"), fn("sin"), id("α"), equals(), id("r"))),
       numbers: lineEquation(alpha, r),
-      source: `TDK 2016 § 3.2: the line by its normal, ${fixed(degrees(alpha), 1)}°, m`,
+      source: t`TDK 2016 § 3.2: the line by its normal, ${fixed(degrees(alpha), 1)}°, m`,
     }],
     outline: segment(x1, y1, x2, y2),
   };

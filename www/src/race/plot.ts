@@ -2,7 +2,7 @@
 // nobody knows the truth: there it is what each claims, and how far its way lies from the one that
 // is shown.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
 import { apart } from "../compared.js";
 import { type Column, csvOf } from "../csv.js";
@@ -15,6 +15,7 @@ import { colourOf } from "../ui/plot_style.js";
 import { type Plotter, SlamPlotted } from "../ui/plotted.js";
 import type { PaletteName } from "../view/palette.js";
 import type { Scene } from "../view/scene.js";
+import { html } from "../words.js";
 import { DASHES, swatch } from "./swatch.js";
 
 /** A run as the plot shows it. */

@@ -1,12 +1,13 @@
 // The basin of convergence of a method: from which starts it comes to the right pose, filled while
 // one looks.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { BasinAxesName } from "../protocol/module.js";
 import { fixed } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { valueOf } from "../ui/input.js";
 import { colourOf } from "../ui/plot_style.js";
+import { html, t } from "../words.js";
 import { LabElement } from "./element.js";
 import { wordsOf } from "./methods.js";
 import { type BasinMap, REACH } from "./model.js";
@@ -134,8 +135,8 @@ export class LabBasin extends LabElement {
     if (!basin) return "Map of starts: still empty";
     const known = basin.outcomes.filter((outcome) => !Number.isNaN(outcome));
     const part = (outcome: number): string => `${fixed((100 * known.filter((each) => each === outcome).length) / Math.max(known.length, 1), 0)} %`;
-    const cut = basin.state === "cancelled" ? `Cancelled after ${known.length} of ${basin.outcomes.length} starts. ` : "";
-    return `${cut}${wordsOf(basin.method).title}: found from ${part(0)} of ${known.length} starts, wrongly sure in ${part(2)}.`;
+    const cut = basin.state === "cancelled" ? t`Cancelled after ${known.length} of ${basin.outcomes.length} starts. ` : "";
+    return t`${cut}${wordsOf(basin.method).title}: found from ${part(0)} of ${known.length} starts, wrongly sure in ${part(2)}.`;
   }
 }
 

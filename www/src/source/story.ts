@@ -2,6 +2,7 @@
 // or closed. The same for every source.
 
 import type { Level, LocalisationName, RunStatus, WebRun } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { sentence } from "../ui/format.js";
 
 export interface Note {
@@ -145,4 +146,4 @@ export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   return mode === "explore" ? `heads for a frontier ${way}` : way;
 }
 
-const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
+const WINDS = [word("east"), word("north-east"), word("north"), word("north-west"), word("west"), word("south-west"), word("south"), word("south-east")] as const;

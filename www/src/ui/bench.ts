@@ -1,10 +1,11 @@
 // The drive controller on a bench: what it does for a straight drive when motors are not alike and
 // something pulls at a track.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type uPlot from "uplot";
 import type { BenchResponse, BenchTrial } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -78,7 +79,7 @@ export class SlamBench extends SlamPlotted {
   #words(bench: BenchResponse): string {
     const n = bench.seconds.length;
     const [closed, open] = [bench.headings[n - 1] ?? NaN, bench.headings[2 * n - 1] ?? NaN];
-    return `${fixed(degrees(closed), 1)}° against ${fixed(degrees(open), 0)}°`;
+    return t`${fixed(degrees(closed), 1)}° against ${fixed(degrees(open), 0)}°`;
   }
 
   #toggle(event: Event): void {

@@ -1,10 +1,11 @@
 // The planners side by side: the same way asked of all, what each found, how long it took, and its
 // tree on the map.
 
-import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
+import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
+import { html, t } from "../words.js";
 import { fixed, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
@@ -71,7 +72,7 @@ export class SlamContest extends SlamPlotted {
       <p>${goal ? "All search for the same path, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
       <div class="row ends" role="group" aria-label="What the next ${click} on the map sets">
         <button data-testid="contest-start" aria-pressed=${picking === "start"} title="The next ${click} on the map sets the start" @click=${() => this.#pick("start")}><span>Start</span><span class="num">${from}</span></button>
-        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : `next ${click}`}</span></button>
+        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : t`next ${click}`}</span></button>
       </div>
       <div class="row">
         <label>Among<select data-testid="contest-ground" @change=${(e: Event) => this.client.contest({ ground: valueOf(e) as Ground })}>

@@ -1,12 +1,15 @@
 // Numbers in words that people read.
 
+import { decimalMark } from "../spoken.js";
+
 export const DASH = "–";
 
 export function fixed(value: number, digits: number): string {
   if (!Number.isFinite(value)) return DASH;
   const text = Math.abs(value).toFixed(digits);
+  const shown = text.replace(".", decimalMark());
   // What rounds to zero has no sign.
-  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
+  return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
 
 /** 83 s is 1:23. */

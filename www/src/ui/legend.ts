@@ -1,9 +1,10 @@
 // Every layer with its sign, what it means, and a switch.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { LayerName, Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
+import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
@@ -89,9 +90,9 @@ const MOST_CELLS = 64;
 const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, string]; meaning?: string }[] = [
   { view: "continuous", label: "how sure each cell is" },
   { view: "three", label: "three tones, as it is saved" },
-  { view: "distance", label: "distance to the nearest wall", ends: ["0 m", "{most} and more"], meaning: "From the middle of each known cell to that of the nearest occupied one." },
+  { view: "distance", label: "distance to the nearest wall", ends: ["0 m", "and more"], meaning: "From the middle of each known cell to that of the nearest occupied one." },
   { view: "likelihood", label: "likelihood of a beam's end", ends: ["0: 0.4 m off", "1: on a wall"], meaning: "How well a beam that ends there fits the map, walls taken to be off by 0.1 m (standard deviation)." },
-  { view: "room", label: "where the robot may be", ends: ["0 m of room", "{most} and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
+  { view: "room", label: "where the robot may be", ends: ["0 m of room", "and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
 ];
 
 export class SlamLegend extends SlamElement {
@@ -168,7 +169,7 @@ export class SlamLegend extends SlamElement {
     if (!chosen?.ends) return nothing;
     const [low, high] = chosen.ends;
     const most = `${fixed(MOST_CELLS * this.scene.tiles.resolution, 1)} m`;
-    return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high.replace("{most}", most)}</span><small>${chosen.meaning}</small></div>`;
+    return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high === "and more" ? t`${most} and more` : high}</span><small>${chosen.meaning}</small></div>`;
   }
 }
 

@@ -1,8 +1,9 @@
 // The lesson of the run that is shown: what goes wrong, what is to be reached, and how far it is.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { addressOf, current, leave, teach } from "../lessons.js";
 import type { LessonInfo, Mark, MeasureName } from "../protocol/module.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock, DASH, fixed, length, percent } from "./format.js";
 import { icons } from "./icons.js";

@@ -2,9 +2,10 @@
 // what it recognises lies from where it expects it, what a scan showed, and time per scan. Without
 // truth there are no errors, and the claims stand alone.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import type { MethodName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
+import { html, t } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 /** Of methods that have no innovation, why, and what they have in its place. */
@@ -18,7 +19,7 @@ const NO_INNOVATION: Readonly<Partial<Record<MethodName, string>>> = {
 };
 
 const innovation = (title: string, of: string, unit: string, value: number, bounds: readonly [number, number], colour: string): Curve => ({
-  title, meaning: `Innovation: ${of}, mean of a scan, seen less expected. Of an honest filter 95 of 100 lie between the bounds, as often above 0 as below.`, unit,
+  title, meaning: t`Innovation: ${of}, mean of a scan, seen less expected. Of an honest filter 95 of 100 lie between the bounds, as often above 0 as below.`, unit,
   value, bounds, key: "±2σ", digits: 2, colour, isSigned: true,
 });
 

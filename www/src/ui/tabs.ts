@@ -1,8 +1,9 @@
 // On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log
 // share the rest of the side: these choose which.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { Tab } from "../store.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
