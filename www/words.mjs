@@ -18,9 +18,8 @@ const LANGUAGES = ["hu", "cs", "pl"];
 
 /** Of whom nothing is seen, or whose words are the languages themselves. */
 const SAYS_NOTHING = /^(words\/|words\.ts|spoken\.ts|offline_worker\/|protocol)/;
-/** What stays English so far. */
-const NOT_YET = /^(view|editor|inspector|race|registration)\/|^(gamepad|inspect|local_bridge|serial_ports)\.ts|^ui\/(bench|bridge|bridge_map|cable|calibration|chi2|closure_words|consistency|contest|correlations|doors|fit|match_words|matches|pose_graph|prior_map|refinding|rooms|saved_map|sigma|submaps|topics|twin)\.ts/;
-const IS_CORE_DONE = false;
+/** What is drawn on the map stays English so far. */
+const NOT_YET = /^view\//;
 /** What these put together comes to the page as it is, and is recognised there. */
 const TELLS = /^(source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/;
 
@@ -55,8 +54,8 @@ for (const file of readdirSync(at("src"), { recursive: true }).map((name) => nam
   if (file.endsWith(".ts") && !file.endsWith(".d.ts") && !SAYS_NOTHING.test(file) && !NOT_YET.test(file)) readSource(file);
 }
 readPage();
-if (IS_CORE_DONE) for (const text of saidByCore()) put(said, text, "core");
-if (IS_CORE_DONE) for (const text of heardFromCore()) put(/\{\d+\}/.test(text) ? heard : said, text, "core");
+for (const text of saidByCore()) put(said, text, "core");
+for (const text of heardFromCore()) put(/\{\d+\}/.test(text) ? heard : said, text, "core");
 for (const text of heard.keys()) said.delete(text);
 
 const [option, which] = process.argv.slice(2);
