@@ -46,6 +46,8 @@ export class Lab {
   /** Opens the page and waits until the robot has looked around. */
   async open(address = '/'): Promise<void> {
     await this.page.goto(address);
+    // It waits for its language, unless that is English.
+    await expect.poll(() => this.page.evaluate(() => 'slamlab' in window), 'the page has begun').toBe(true);
     await expect.poll(async () => (await this.state()).status?.scans ?? 0, 'the robot scans').toBeGreaterThan(0);
   }
 

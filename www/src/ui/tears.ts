@@ -1,6 +1,7 @@
 // What is said of a place where the map is torn, wherever it is said.
 
 import type { Tear, TearName } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { t } from "../words.js";
 import { clock, fixed } from "./format.js";
 
@@ -18,10 +19,10 @@ export const seen = ([from, to]: readonly [number, number]): string => t`${clock
 export const apart = ({ off }: Tear): string => off === null ? "" : t`${fixed(off, 1)} m off`;
 
 /** What a place is called: one that nothing proves contradicts nothing either. */
-export const called = ({ kind }: Tear): string => kind === "unproven" ? "doubtful" : "torn";
+export const called = ({ kind }: Tear): string => kind === "unproven" ? word("doubtful") : word("torn");
 
 /** Of a mark under the pointer. */
 export function tearWords(tear: Tear): string {
   const off = apart(tear);
-  return `${called(tear)}: ${WHY[tear.kind]}${off === "" ? "" : `, ${off}`}`;
+  return `${t(called(tear))}: ${t(WHY[tear.kind])}${off === "" ? "" : `, ${off}`}`;
 }
