@@ -25,7 +25,7 @@ const TELLS = /^(source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/
 const READS_LIKE_WORDS = /\p{L}{2}.* .*\p{L}|^\p{Lu}\p{Ll}+[.…:!?]?$/u;
 const NO_WORDS = [
   /IBM Plex Mono/, // a font
-  /^[a-z-]+\(/, // CSS
+  /^(calc|rgba?|var|matrix|url)\(/, // CSS
   /^slamlab /, // a name
   /^drag \{0\}$/, // of one drag in the editor
   /^(take over|took over|take over alone)$/, // between the page and its service worker

@@ -3,6 +3,7 @@
 // written by hand say stays English: whoever meets it passes it on to a developer.
 
 import { readFileSync } from "node:fs";
+import { initSync as initLab, registration_offer } from "./pkg/slamlab_lab.js";
 import { initSync, offer, WebRun } from "./pkg/slamlab_web.js";
 
 const here = new URL("./", import.meta.url);
@@ -14,7 +15,6 @@ const SOURCES = [
   "core/src/settings/applies.rs", "core/src/slam.rs", "core/src/live/homing.rs",
   "core/src/estimation/map_alignment.rs", "core/src/estimation/odometry_fit/words.rs", "core/src/estimation/drive_fit.rs",
   "core/src/estimation/scan_matching/removal.rs", "core/src/estimation/scan_matching/merging.rs",
-  "core/src/registration/clouds/measured.rs",
   "web/src/run.rs", "web/src/export.rs", "web/src/contest.rs",
 ];
 /** Words that stand in places of these sentences. */
@@ -26,7 +26,11 @@ export function saidByCore() {
   const run = WebRun.simulate({ ...lessons[0].setup, lesson: null });
   const settings = run.settings({});
   run.free();
+  initLab({ module: readFileSync(at("pkg/slamlab_lab_bg.wasm")) });
+  const { pairs, measured } = registration_offer();
   const texts = [
+    ...pairs.map(({ title }) => title),
+    ...measured.map(({ title }) => title),
     ...sensors.map(({ title }) => title),
     ...methods.flatMap(({ title, meaning }) => [title, meaning]),
     ...devices.map(({ about }) => about),

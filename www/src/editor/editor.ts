@@ -62,7 +62,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   override connectedCallback(): void {
     super.connectedCallback();
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "World editor");
+    this.setAttribute("aria-label", t("World editor"));
     this.tabIndex = -1;
     this.client.desk = this;
     this.#asksToEnd = false;

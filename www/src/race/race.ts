@@ -260,7 +260,7 @@ export class SlamRace extends SlamDialog {
     parts.client.onLost = () => this.#close(rival);
     parts.store.on("toast", () => this.#tell(rival));
     const pane = document.createElement("section");
-    pane.setAttribute("aria-label", difference.name);
+    pane.setAttribute("aria-label", t(difference.name));
     pane.dataset["testid"] = `race-pane-${place}`;
     pane.append(parts.map, Object.assign(this.#chip(parts, difference.name, place, () => this.#close(rival)), { isThere: () => rival.isThere }));
     document.querySelector("#maps")?.append(pane);

@@ -3,6 +3,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { BasinAxesName } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { fixed } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { valueOf } from "../ui/input.js";
@@ -16,7 +17,7 @@ import { between } from "./pose.js";
 const SIZES = [15, 25, 41] as const;
 /** Colours of the outcomes, in the order of the core. */
 const OUTCOMES = [
-  { colour: "map-path", words: "found" },
+  { colour: "map-path", words: word("found") },
   { colour: "line-strong", words: "lost, and says so" },
   { colour: "map-torn", words: "lost, and sure of it" },
 ] as const;

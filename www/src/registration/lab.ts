@@ -96,7 +96,7 @@ export class SlamRegistration extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "Registration lab");
+    this.setAttribute("aria-label", t("Registration lab"));
     this.tabIndex = -1;
     this.#leave = this.#model.on(() => this.requestUpdate());
     this.store.on("theme", () => {

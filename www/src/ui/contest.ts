@@ -4,6 +4,7 @@
 import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { html, t } from "../words.js";
 import { fixed, sentence } from "./format.js";
@@ -66,7 +67,7 @@ export class SlamContest extends SlamPlotted {
     const { source, contest } = this.store;
     const { found, running, error, start, goal, picking, ground, seconds } = contest;
     const from = start ? place(start) : "where the robot is";
-    const click = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
+    const click = matchMedia("(pointer: coarse)").matches ? word("tap") : word("click");
     return html`
       <h2>Planners, side by side</h2>
       <p>${goal ? "All search for the same path, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>

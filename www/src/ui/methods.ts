@@ -5,6 +5,7 @@ import { css, nothing, type TemplateResult } from "lit";
 import { apart, type Compared, shownRun } from "../compared.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodInfo } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { methodPen } from "../view/layers/compared.js";
 import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
@@ -54,7 +55,7 @@ export class SlamMethods extends SlamElement {
       <td><span>${run ? html`<svg viewBox="0 0 26 8" aria-hidden="true">${sign}</svg>` : nothing}${title}</span></td>
       <td>${run ? fixed(run.scanMillis, 1) : DASH}</td>
       <td>${run ? run.loopClosures : DASH}</td>
-      <td title=${gap ? t`at most ${fixed(gap.most, 2)} m` : ""} data-testid="apart-${name}">${gap ? `${fixed(gap.rms, 2)} m` : isShown ? "shown" : DASH}</td>
+      <td title=${gap ? t`at most ${fixed(gap.most, 2)} m` : ""} data-testid="apart-${name}">${gap ? `${fixed(gap.rms, 2)} m` : isShown ? word("shown") : DASH}</td>
       <td>${isShown ? nothing : html`<button data-testid="run-${name}" @click=${() => this.client.again(name)}>${run ? "Again" : "Run"}</button>`}</td></tr>`;
   }
 }

@@ -44,6 +44,7 @@ export class SlamSetup extends SlamElement {
     label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
     label > * { color: var(--ink); font-size: 14px; }
     .wide { grid-column: 1 / -1; }
+    .grid label:has(> select) { min-width: 0; }
     .seed { display: flex; gap: 6px; }
     .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
     .files { display: grid; grid-template-columns: repeat(6, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }

@@ -2,6 +2,7 @@
 
 import { css, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
+import { word } from "../spoken.js";
 import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
@@ -46,7 +47,7 @@ export class SlamStatus extends SlamElement {
       </div>
       <dl>
         ${figure(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
-        ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
+        ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : word("paused"), "pace", "Seconds of simulation for each second of the clock")}
         ${figure("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${figure("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
         ${figure("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
