@@ -28,7 +28,6 @@ import "./ui/edit.js";
 import "./ui/gamepad.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
-import "./ui/language.js";
 import "./ui/last_run.js";
 import "./ui/lesson.js";
 import { SlamGallery } from "./ui/gallery.js";

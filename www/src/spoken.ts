@@ -7,6 +7,9 @@ import type { Translator } from "./words/translator.js";
 export const LANGUAGES = { en: "English", hu: "Magyar", cs: "Čeština", pl: "Polski" } as const;
 export type Language = keyof typeof LANGUAGES;
 
+/** Heard when another language is spoken. */
+export const LANGUAGE_CHANGED = "language-changed";
+
 interface Spoken { translator: Translator | null }
 const KEY = Symbol.for("slamlab.words");
 const spoken: Spoken = ((globalThis as { [KEY]?: Spoken })[KEY] ??= { translator: null });

@@ -3,7 +3,7 @@
 
 import { type CSSResultGroup, type CSSResultOrNative, LitElement } from "lit";
 import type { Client } from "../client.js";
-import { LANGUAGE_CHANGED } from "../language.js";
+import { LANGUAGE_CHANGED } from "../spoken.js";
 import type { Store, Topic } from "../store.js";
 import type { Scene } from "../view/scene.js";
 import { shared } from "./style.js";

@@ -1,6 +1,7 @@
 // What the page shows, and every key.
 
 import { css, type TemplateResult } from "lit";
+import { bundle } from "../bundle.js";
 import type { Offline } from "../offline.js";
 import { begin } from "../tour.js";
 import { html } from "../words.js";
@@ -51,6 +52,12 @@ export class SlamHelp extends SlamDialog {
   `];
 
   protected override readonly topics = ["offline"] as const;
+
+  /** Who looks for another language looks here. */
+  override show(): void {
+    super.show();
+    void bundle(this.store, "language.js", "The choice of the language");
+  }
 
   override render(): TemplateResult {
     return html`<dialog aria-labelledby="title" data-testid="help-dialog" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>

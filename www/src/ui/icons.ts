@@ -21,7 +21,6 @@ export const icons = {
   follow: icon(svg`<circle cx="12" cy="12" r="6.5"/><path d="M12 2.5v4M12 17.5v4M2.5 12h4M17.5 12h4"/><circle cx="12" cy="12" r="1.6" fill="currentColor"/>`),
   sun: icon(svg`<circle cx="12" cy="12" r="4.2"/><path d="M12 2.5v2.3M12 19.2v2.3M2.5 12h2.3M19.2 12h2.3M5.3 5.3l1.6 1.6M17.1 17.1l1.6 1.6M18.7 5.3l-1.6 1.6M6.9 17.1l-1.6 1.6"/>`),
   moon: icon(svg`<path d="M20 14.2A8.3 8.3 0 0 1 9.8 4 8.3 8.3 0 1 0 20 14.2z"/>`),
-  globe: icon(svg`<circle cx="12" cy="12" r="9"/><path d="M3 12h18M12 3c2.6 2.5 4 5.5 4 9s-1.4 6.5-4 9c-2.6-2.5-4-5.5-4-9s1.4-6.5 4-9"/>`),
   help: icon(svg`<circle cx="12" cy="12" r="9"/><path d="M9.4 9.3a2.7 2.7 0 1 1 4 2.6c-.9.5-1.4 1-1.4 2"/><path d="M12 17h.01" stroke-width="2.4"/>`),
   open: icon(svg`<path d="M3.5 18.5v-12h6l2 2.5h9v9.5z"/><path d="M12 16.5v-5M9.7 13.6 12 11.3l2.3 2.3"/>`),
   save: icon(svg`<path d="M12 4v11M7.5 10.5 12 15l4.5-4.5M4.5 19.5h15"/>`),

@@ -46,8 +46,8 @@ export class SlamRooms extends SlamElement {
   }
 
   #doorTo(rooms: Rooms, room: number, framed: boolean): string {
-    const name = this.#nameOf(rooms, room);
-    return framed ? t`Door: ${name}` : t`Door: ${name}; one post not seen yet`;
+    const name = this.#nameOf(rooms, room).toLowerCase();
+    return framed ? t`Door to ${name}` : t`Door to ${name}, one post not seen yet`;
   }
 
   #item(rooms: Rooms, room: number, isChosen: boolean): TemplateResult | typeof nothing {

@@ -26,6 +26,8 @@ export class Translator {
   readonly decimalMark: string;
   readonly #plural: Intl.PluralRules;
   readonly #templates = new WeakMap<TemplateStringsArray, { taken: Taken; made: Map<string, Made> }>();
+  /** The English of what index.html says. */
+  readonly #said = new Map<Element, string>();
   readonly #told = new Map<string, string>();
   readonly #patterns: readonly Pattern[];
 
@@ -66,6 +68,26 @@ export class Translator {
     let ready = made.get(key);
     if (!ready) made.set(key, (ready = build(taken.pieces.map((piece, i) => laid(piece, chosen[i]?.text ?? null)))));
     return make(ready.strings, ...ready.places.map((place) => (taken.spoken.has(place) ? this.#spoken(values[place]) : values[place])));
+  }
+
+  /** Says what index.html says by itself. */
+  enter(): void {
+    this.#said.set(document.head, document.title);
+    document.title = this.say(document.title);
+    for (const part of document.querySelectorAll("#stage [aria-label], #side, #side [aria-label]")) {
+      const english = part.getAttribute("aria-label") ?? "";
+      this.#said.set(part, english);
+      part.setAttribute("aria-label", this.say(english));
+    }
+  }
+
+  /** Leaves it as it was. */
+  leave(): void {
+    for (const [part, english] of this.#said) {
+      if (part === document.head) document.title = english;
+      else part.setAttribute("aria-label", english);
+    }
+    this.#said.clear();
   }
 
   #choose({ message, places }: Piece, values: readonly unknown[]): { text: string | null; form: string } {
