@@ -75,6 +75,8 @@ const statics = async () => {
     const name = `slamlab_${module}_bg.wasm`;
     await copyFile(at(`pkg/${name}`), at(`dist/${name}`));
   }
+  // In two parts, where it was split.
+  if (await exists(at("pkg/split"))) await cp(at("pkg/split"), at("dist"), { recursive: true });
 };
 
 await statics();

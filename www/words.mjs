@@ -19,7 +19,7 @@ const LANGUAGES = ["hu", "cs", "pl"];
 /** Of whom nothing is seen, or whose words are the languages themselves. */
 const SAYS_NOTHING = /^(words\/|words\.ts|spoken\.ts|offline_worker\/|protocol\/)/;
 /** What these put together comes to the page as it is, and is recognised there. */
-const TELLS = /^(source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/;
+const TELLS = /^(rest\.ts|source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/;
 
 /** A string that reads like words: two of them, or one with a capital. */
 const READS_LIKE_WORDS = /\p{L}{2}.* .*\p{L}|^\p{Lu}\p{Ll}+[.…:!?]?$/u;

@@ -1,7 +1,6 @@
 // The first thing a visitor sees: a robot that explores by itself, to the end, with nobody's help.
-import { execFileSync } from 'node:child_process';
-import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';
+import { simulate } from './simulate.ts';
 
 test('the robot explores by itself and the map grows', { tag: '@phone' }, async ({ lab }, info) => {
   const begin = Date.now();
@@ -59,15 +58,3 @@ test('a robot that was stopped is said to be stopped, until it is asked for some
   await lab.at('mode-explore').click();
   await expect(lab.at('caption')).toContainText('Exploring');
 });
-
-interface Figures {
-  state_hash: string;
-  sim_seconds: number;
-}
-
-/** The same run on the command line. */
-function simulate(world: string, sensor: string, seed: number): Figures {
-  const program = process.env.SLAMLAB_SIMULATE ?? fileURLToPath(new URL('../../target/debug/examples/simulate', import.meta.url));
-  const options = ['--world', world, '--sensor', sensor, '--seed', String(seed), '--mode', 'explore', '--json'];
-  return JSON.parse(execFileSync(program, options, { encoding: 'utf8' })) as Figures;
-}

@@ -76,6 +76,8 @@ mod recording;
 #[cfg(feature = "lab")]
 mod registration;
 #[cfg(feature = "run")]
+mod rest;
+#[cfg(feature = "run")]
 mod rooms;
 #[cfg(feature = "files")]
 mod ros;
@@ -144,6 +146,8 @@ pub use registration::{
     RegistrationAdvice, RegistrationOffer, WebBasin, WebClouds, builtin_pair, read_point_list,
     registration_offer,
 };
+#[cfg(feature = "run")]
+pub use rest::load_rest;
 #[cfg(feature = "run")]
 pub use rooms::{Doorway, Region, Rooms};
 #[cfg(feature = "files")]

@@ -27,11 +27,15 @@ const LEASE_MILLIS = 5000;
 /** What makes another run of a simulation that goes the same way again. */
 const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto", "drive", "stop", "kidnap", "door", "cycle", "configure", "edit", "undo-edit", "remove-submap", "undo-removal"]);
 
+/** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
+const SOON_AGAIN_MILLIS = 10_000;
+
 /** What begins another run. */
 const BEGINS: ReadonlySet<Command["kind"]> = new Set(["start", "follow", "replay", "connect", "cable", "begin-at"]);
 
 export class Client {
-  readonly #worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
+  #worker = this.#startWorker();
+  #brokeAt = -Infinity;
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
@@ -55,17 +59,45 @@ export class Client {
   onStart: (isAgain: boolean) => void = () => {};
   /** Called where there is no run and will be none: none could begin, or the worker is gone. */
   onLost: () => void = () => {};
+  /** Called where another worker goes on for one that broke: it knows nothing yet. */
+  onRestart: () => void = () => {};
   /** Called with each command; where it returns true, somebody else sees to it. */
   diverts: (command: Command) => boolean = () => false;
   #askLink: ((link: string | null) => void)[] = [];
 
   /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
-    this.#worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
-    this.#worker.onerror = (event) => {
-      this.#warn(t`The simulation stopped: ${event.message || "the worker could not be started"}. Reload the page.`);
+  }
+
+  #startWorker(): Worker {
+    const worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "slamlab" });
+    worker.onmessage = (event: MessageEvent<Answer>) => handle(this.#handlers, event.data);
+    worker.onerror = (event) => this.#broke(event.message || "the worker could not be started");
+    return worker;
+  }
+
+  /** The worker broke off: another one goes on, unless that one breaks, too. */
+  #broke(why: string): void {
+    const breaksAgain = performance.now() - this.#brokeAt < SOON_AGAIN_MILLIS;
+    this.#brokeAt = performance.now();
+    this.#worker.terminate();
+    if (this.isBeside || breaksAgain) {
+      this.#warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
-    };
+      return;
+    }
+    this.#worker = this.#startWorker();
+    this.#run = 0;
+    this.#undrawn = false;
+    this.#answered(false);
+    this.store.set("run", { loading: "", reading: null, seeking: null });
+    this.onRestart();
+    if (this.#bridge && this.store.source === "bridge") this.connect(this.#bridge.url, this.#bridge.token);
+    else {
+      this.start(this.store.started);
+      this.store.set("last", { lastRun: lastRun() });
+    }
+    this.#warn(t`The simulation broke off by a fault of the program: ${why}. It was started anew.`);
   }
 
   send(command: Command, transfer: Transferable[] = []): void {
@@ -699,7 +731,11 @@ export class Client {
       if (asked) this.#askLink.shift()?.(link);
       else keepSimulation(this.store, link);
     },
-    failed: ({ text }) => {
+    failed: ({ text, isBroken }) => {
+      if (isBroken) {
+        this.#broke(text);
+        return;
+      }
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });
       this.#note("warn", text);

@@ -153,7 +153,9 @@ export type Command =
   | { kind: "edit"; what: EditName; corners: readonly number[] }
   /** Takes the last change back. */
   | { kind: "undo-edit" }
-  | { kind: "drawn" };
+  | { kind: "drawn" }
+  /** Somebody does more than watch: all of the module will be wanted. */
+  | { kind: "fetch-rest" };
 
 /** What a run says of what somebody points at, at a time of the run, s: see CELL, and of a wall
     what went on in the filter. */
@@ -254,4 +256,5 @@ export type Answer =
   /** `null` where no link can tell what was done. */
   | { kind: "kept"; link: string | null; asked: boolean }
   | { kind: "link"; link: string }
-  | { kind: "failed"; about: ErrorKind; text: string };
+  /** `isBroken`: and nothing more can be done by this worker. */
+  | { kind: "failed"; about: ErrorKind; text: string; isBroken: boolean };

@@ -17,6 +17,7 @@ import { GoingOn } from "./source/going_on.js";
 import { LoadedMaps } from "./source/loaded_maps.js";
 import { Player, SLICE_MILLIS } from "./source/player.js";
 import { given, questions } from "./source/questions.js";
+import { Rest } from "./rest.js";
 import { LogReading } from "./source/reading.js";
 import { RosImport } from "./source/ros.js";
 import { Run } from "./source/run.js";
@@ -276,6 +277,7 @@ const handlers: Handlers<Command> = {
   wheels: attend,
   field: attend,
   drawn: () => player.drawn(),
+  "fetch-rest": () => void rest?.whole().catch(() => {}),
 };
 
 function attend(what: Watched): void {
@@ -283,15 +285,32 @@ function attend(what: Watched): void {
   else player.show();
 }
 
-const module = init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) });
+/** What the page says while somebody watches; for anything else the rest of the module is there
+    first. */
+const OF_A_FIRST_VISIT: ReadonlySet<Command["kind"]> = new Set(["start", "speed", "settings", "wheels", "play", "pause", "drawn", "keep", "fetch-rest"]);
 
-self.onmessage = async (event: MessageEvent<Command>) => {
-  try {
-    await module;
-    handle(handlers, event.data);
-  } catch (error) {
-    fail(error);
-  }
+let rest: Rest | null = null;
+
+async function load(): Promise<void> {
+  rest = new Rest(await init({ module_or_path: new URL("slamlab_web_bg.wasm", self.location.href) }));
+}
+
+const module = load();
+
+/** Commands are done one after the other. */
+let before = module;
+
+self.onmessage = ({ data: command }: MessageEvent<Command>) => {
+  before = before.then(async () => {
+    try {
+      await module;
+      // Where it cannot come, the command is refused, and what there is goes on.
+      if (!OF_A_FIRST_VISIT.has(command.kind)) await rest?.whole();
+      handle(handlers, command);
+    } catch (error) {
+      fail(error);
+    }
+  }, fail);
 };
 
 module.then(() => post({ kind: "ready", ...offer() }), (error: unknown) => {

@@ -87,7 +87,12 @@ pub fn make_module(profile: Profile) -> Result<()> {
         let modules = wasm::compile(profile)?;
         wasm::bind(&tools::joined(binder)?, &modules, profile)?;
         tools::joined(packages)
-    })
+    })?;
+    match profile {
+        Profile::Release => wasm::split(),
+        // What is tried once is loaded from this machine.
+        Profile::Dev => Ok(()),
+    }
 }
 
 /// Installs the packages that `folder`'s lock file names, unless they are there. Browsers are never

@@ -119,7 +119,9 @@ fn copy_if_changed(from: &Path, to: &Path) -> Result<()> {
 /// # Errors
 /// If it does not compile.
 pub fn build_binder() -> Result<PathBuf> {
-    tools::run_cargo("build --package xtask --features bindings --bin make-bindings")?;
+    tools::run_cargo(
+        "build --package xtask --features bindings --bin make-bindings --bin split-module",
+    )?;
     Ok(tools::built("debug/make-bindings"))
 }
 
@@ -155,6 +157,33 @@ pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
         report_size(&out.join(format!("{name}_bg.wasm")))?;
     }
     Ok(())
+}
+
+/// Splits the module of runs into what a first visit runs and the rest, in `www/pkg/split`, unless
+/// that was done. `www/first_visit.mjs`, for which npm's packages must be there, tells what is run.
+///
+/// # Errors
+/// If the module cannot be split, or a first visit fails.
+pub fn split() -> Result<()> {
+    let www = tools::root().join("www");
+    let out = www.join("pkg/split");
+    if out.is_dir() {
+        return Ok(());
+    }
+    let splitter = tools::built("debug/split-module");
+    let module = www.join("pkg/slamlab_web_bg.wasm");
+    let folder = tools::target_dir().join("split");
+    fs::create_dir_all(&folder)?;
+    let (counting, called) = (folder.join("counting.wasm"), folder.join("called.json"));
+    let mut count = Command::new(&splitter);
+    tools::run(count.arg("count").args([&module, &counting]))?;
+    let mut visit = tools::node(&www)?;
+    tools::run(visit.arg("first_visit.mjs").args([&counting, &called]))?;
+    // Whole or not at all: what is there is not made again.
+    let unfinished = www.join("pkg/split.unfinished");
+    let mut split = Command::new(&splitter);
+    tools::run(split.arg("split").args([&module, &called, &unfinished]))?;
+    fs::rename(&unfinished, &out).with_context(|| format!("cannot make {}", out.display()))
 }
 
 /// Which module this is: path, size and time of the last change.

@@ -99,6 +99,11 @@ impl Installed {
                 "slamlab_web_bg.wasm",
                 "application/wasm",
             ),
+            (
+                "slamlab_web_rest.wasm",
+                "slamlab_web_rest.wasm",
+                "application/wasm",
+            ),
             ("worker.js", "worker.js", "text/javascript"),
             ("local_bridge.js", "local_bridge.js", "text/javascript"),
         ] {

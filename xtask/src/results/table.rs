@@ -235,6 +235,7 @@ fn sizes() -> Result<String> {
     let dist = tools::root().join("www/dist");
     let files = [
         "slamlab_web_bg.wasm",
+        "slamlab_web_rest.wasm",
         "main.js",
         "worker.js",
         "slamlab_files_bg.wasm",
