@@ -1,5 +1,5 @@
-// What people read, in the language that they chose. Sources say it in English, which costs nothing;
-// any other language is a bundle of its own (`words/`), which comes when it is chosen.
+// What people read, in the language that they chose. Sources say it in English, which costs
+// nothing; any other language is a bundle of its own (`words/`), which comes when it is chosen.
 //
 // Words are looked up where they become part of the page: `html` and `svg`, which stand in place of
 // lit's, look up the text of a template, what its attributes say, and strings in its places. So

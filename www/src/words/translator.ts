@@ -31,15 +31,15 @@ export class Translator {
   readonly #told = new Map<string, string>();
   readonly #patterns: readonly Pattern[];
 
-  /** `heard`: sentences of `table` that are put together elsewhere, in worker or core, and come as
-      they are. */
+  /** `heard`: sentences of `table` that are put together elsewhere, in worker or core, and come
+      as they are. */
   constructor(readonly language: Language, private readonly table: Table, heard: readonly string[]) {
     this.#plural = new Intl.PluralRules(language);
     this.decimalMark = new Intl.NumberFormat(language).formatToParts(1.5).find(({ type }) => type === "decimal")?.value ?? ".";
     this.#patterns = heard.map(patternOf).sort((a, b) => wordsOf(b) - wordsOf(a));
   }
 
-  /** What is told, in this language; as it is where it is nothing of ours, as the name of a file. */
+  /** What is told, in this language; as it is where it is nothing of ours, as a name of a file. */
   say(english: string): string {
     const entry = this.#entry(english);
     if (entry !== undefined) return this.#form(entry, []);
