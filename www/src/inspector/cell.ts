@@ -37,7 +37,7 @@ export function cell(x: number, y: number, { examined }: Known): Told {
       ["A hit adds", odds(at("hit")), "cell-hit", word("Log-odds")],
       ["A miss adds", odds(at("miss")), "cell-miss", word("Log-odds")],
       ["Kept within", `±${fixed(at("limit"), 2)}`, "cell-limit", "Log-odds of one sensor go no further, so that the map can change its mind"],
-      ["Middle", `${fixed(middleX, 3)}, ${fixed(middleY, 3)} m`, "cell-where", "Map frame"],
+      ["Middle", `${list(fixed(middleX, 3), fixed(middleY, 3))} m`, "cell-where", "Map frame"],
       ["Side", metres(side), "cell-side"],
       ...both,
     ],

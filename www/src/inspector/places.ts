@@ -37,7 +37,7 @@ export function torn({ kind, place: [x, y], off, earlier, later, witnesses }: Te
         : [kind === "doubled" ? "Walls apart by" : "Known to", `${kind === "doubled" ? "" : "±"}${metres(off)}`, "torn-off", "As measured between walls that stand twice, or one standard deviation of what is not known"],
       ["Seen first", seen(earlier), "torn-earlier", "Time of the run in which the one side was seen"],
       ["Seen again", seen(later), "torn-later", "Time of the run in which the other side was seen"],
-      ["Where", `${fixed(x, 1)}, ${fixed(y, 1)} m`, "torn-where", "In the map"],
+      ["Where", `${list(fixed(x, 1), fixed(y, 1))} m`, "torn-where", "In the map"],
       ...(witnesses > 0 ? [["Pairs of submaps that say so", `${witnesses}`, "torn-witnesses", "One alone may be furniture that was moved; it is heard only where scans that two submaps share were shifted"] as const] : []),
     ],
     outline: [],

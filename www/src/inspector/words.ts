@@ -10,7 +10,7 @@ export function metres(value: number): string {
 }
 
 export function place(x: number, y: number): string {
-  return `${fixed(x, 2)}, ${fixed(y, 2)} m`;
+  return `${list(fixed(x, 2), fixed(y, 2))} m`;
 }
 
 export function angle(radians: number, digits = 1): string {

@@ -7,7 +7,7 @@ import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/modu
 import { word } from "../spoken.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { html, t } from "../words.js";
-import { fixed, sentence } from "./format.js";
+import { fixed, list, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -168,7 +168,7 @@ function decades(low: number, high: number): number[] {
 }
 
 function place([x, y]: readonly [number, number]): string {
-  return `${fixed(x, 2)}, ${fixed(y, 2)} m`;
+  return `${list(fixed(x, 2), fixed(y, 2))} m`;
 }
 
 function time(seconds: number): string {

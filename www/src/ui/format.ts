@@ -12,6 +12,9 @@ export function fixed(value: number, digits: number): string {
   return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
 
+/** Numbers beside each other; where a comma parts their digits, it cannot part them. */
+export const list = (...numbers: readonly string[]): string => numbers.join(decimalMark() === "," ? "; " : ", ");
+
 /** 83 s is 1:23. */
 export function clock(seconds: number): string {
   if (!Number.isFinite(seconds)) return DASH;
