@@ -4,7 +4,7 @@
 import { equals, formula, fraction, id, op, row, sub, sup } from "../registration/formula.js";
 import { CELL } from "../protocol/module.js";
 import { word } from "../spoken.js";
-import { fixed } from "../ui/format.js";
+import { fixed, list } from "../ui/format.js";
 import { t } from "../words.js";
 import { square } from "./outlines.js";
 import type { Figure, Known, Told } from "./told.js";

@@ -3,7 +3,7 @@
 import { degrees } from "../angle.js";
 import type { Tear, TearName } from "../protocol/module.js";
 import { equals, fn, formula, id, op, row, sub } from "../registration/formula.js";
-import { fixed } from "../ui/format.js";
+import { fixed, list } from "../ui/format.js";
 import { chi2Words } from "../ui/chi2.js";
 import { seen } from "../ui/tears.js";
 import { t } from "../words.js";

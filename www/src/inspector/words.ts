@@ -2,7 +2,7 @@
 
 import { degrees } from "../angle.js";
 import { equals, formula, id, op, row } from "../registration/formula.js";
-import { fixed, length } from "../ui/format.js";
+import { fixed, length, list } from "../ui/format.js";
 
 export function metres(value: number): string {
   const { value: text, unit } = length(Math.abs(value));
