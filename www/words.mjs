@@ -17,14 +17,14 @@ const at = (path) => new URL(path, here);
 const LANGUAGES = ["hu", "cs", "pl"];
 
 /** Of whom nothing is seen, or whose words are the languages themselves. */
-const SAYS_NOTHING = /^(words\/|words\.ts|spoken\.ts|offline_worker\/|protocol\/)/;
+const SAYS_NOTHING = /^(view\/gl\/|words\/|words\.ts|spoken\.ts|offline_worker\/|protocol\/)/;
 /** What these put together comes to the page as it is, and is recognised there. */
 const TELLS = /^(rest\.ts|source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/;
 
 /** A string that reads like words: two of them, or one with a capital. */
 const READS_LIKE_WORDS = /\p{L}{2}.* .*\p{L}|^\p{Lu}\p{Ll}+[.…:!?]?$/u;
 const NO_WORDS = [
-  /IBM Plex Mono/, // a font
+  /IBM Plex Mono|sans-serif$/, // a font
   /^(calc|rgba?|var|matrix|url)\(/, // CSS
   /^slamlab /, // a name
   /^drag \{0\}$/, // of one drag in the editor

@@ -42,6 +42,11 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
         true => router.merge(mapping::routes()),
         false => router,
     };
+    #[cfg(feature = "storage")]
+    let router = match shared.uploads.is_some() {
+        true => router.merge(crate::storage::routes()),
+        false => router,
+    };
     let router = match &shared.page {
         Some(Page::Folder(folder)) => {
             let files = ServeDir::new(folder)

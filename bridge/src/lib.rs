@@ -25,7 +25,8 @@
 //!    network that the bridge is here.
 //! 7. `audit` writes down who drove, who stopped and who was refused.
 //! 8. `mapping` runs the core's session on what the hub has, where that is asked for.
-//! 9. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 9. `storage` keeps finished recordings in object storage, too, where that is asked for.
+//! 10. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
@@ -55,6 +56,7 @@ mod page;
 mod places;
 mod rate;
 pub mod record;
+mod replaced_file;
 pub mod rights;
 mod rosbridge;
 pub mod secret_file;
@@ -64,6 +66,7 @@ pub mod settings;
 mod shared;
 mod socket;
 pub mod source;
+mod storage;
 mod throttle;
 pub mod tls;
 pub mod token;
@@ -78,3 +81,4 @@ pub use mapping::{HomeConfig, MapConfig, MapError};
 pub use page::{Page, PageError};
 pub use serve::{Config, RunError, Serving, run, start};
 pub use shared::Limits;
+pub use storage::{PART_MIB, StorageConfig, StorageError};

@@ -117,7 +117,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         }),
     };
     let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
-    let map = settings.map()?;
+    let (map, storage) = (settings.map()?, settings.storage()?);
     let config = Config {
         page: Some(page),
         sources,
@@ -130,6 +130,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         tls,
         keep,
         audit,
+        storage,
         record: settings.record,
         map,
         ..Config::default()

@@ -11,9 +11,12 @@
 //! 2. What it finds stands in one place ([`Shown`]) from which the hub tells all clients, and HTTP
 //!    serves files.
 //! 3. The keeper packs and writes the map, so that no disk keeps the mapper waiting (`keeper`).
-//! 4. Where there is a file at the start, the run goes on in it: where the robot was left, or, if
+//! 4. Where the robot may be in the map stands in a file beside it (`fence_file`); the hub's rules
+//!    hold it to that, by the poses that the mapper finds.
+//! 5. Where there is a file at the start, the run goes on in it: where the robot was left, or, if
 //!    it does not see that there, wherever it finds itself.
 
+mod fence_file;
 mod file;
 mod keeper;
 mod mapper;
@@ -35,7 +38,7 @@ use slamlab_core::live::{HomingConfig, Live, LiveConfig, LiveError};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{Idle, Scope, SettingError, Settings, Source};
 use slamlab_core::slam::{EarlierMap, Method, SlamError};
-use slamlab_core::wire::message::{BridgeHello, RobotFigures};
+use slamlab_core::wire::message::{BridgeHello, RobotFigures, ZoneBody};
 use tokio::sync::{oneshot, watch};
 
 use crate::clock::Clock;
@@ -161,6 +164,20 @@ pub enum MapError {
         /// Its name.
         right: Name,
     },
+    /// Its geofence cannot be read, and the robot is not let go everywhere for that.
+    #[error("geofence {}: {why}; mend it, or move it away to let the robot go everywhere", path.display())]
+    Fence {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and where.
+        why: String,
+    },
+    /// It has a geofence, and not the map that that is drawn in.
+    #[error("map file {}: there is none, and a geofence beside it; put the map there, or move the geofence away: in another map it means nothing", path.display())]
+    FenceAlone {
+        /// The file.
+        path: PathBuf,
+    },
     /// No thread could be had.
     #[error("mapping got no thread: {0}")]
     Thread(io::Error),
@@ -171,6 +188,8 @@ pub enum MapError {
 enum Asked {
     /// Begin anew; a file is moved aside.
     Reset,
+    /// Keep this geofence beside the map.
+    Fence(Vec<ZoneBody>),
     /// The map as it is now, as the bytes of a file.
     Pack(oneshot::Sender<Result<Vec<u8>, String>>),
 }
@@ -182,6 +201,8 @@ pub(crate) struct Ready {
     keeper: Option<Keeper>,
     save_every: Duration,
     pub(crate) home: Option<HomeConfig>,
+    /// Where the robot may be in the map.
+    pub(crate) zones: Vec<ZoneBody>,
 }
 
 /// A bridge's mapping under way.
@@ -217,11 +238,16 @@ pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<
         settings: config.settings.clone(),
         seed: SEED,
     })?;
-    let mut keeper = None;
+    let (mut keeper, mut zones) = (None, vec![]);
     if let Some(path) = &config.file {
         let file = MapFile::new(path.clone());
         let mut times = vec![];
-        if let Some(experiment) = file.read()? {
+        let saved = file.read()?;
+        zones = file.read_fence()?;
+        if saved.is_none() && !zones.is_empty() {
+            return Err(MapError::FenceAlone { path: path.clone() });
+        }
+        if let Some(experiment) = saved {
             times.clone_from(&experiment.map.times);
             let map = Arc::new(experiment.map);
             let start = Start::Left;
@@ -239,6 +265,7 @@ pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<
         keeper,
         save_every: config.save_every,
         home: config.home.clone(),
+        zones,
     })
 }
 
@@ -295,6 +322,11 @@ impl Mapping {
     /// Has the map begin anew; whether the mapper will.
     pub(crate) fn reset(&self) -> bool {
         self.asked.try_send(Asked::Reset).is_ok()
+    }
+
+    /// Keeps a geofence beside the map; whether the mapper will see to it.
+    pub(crate) fn keep_fence(&self, zones: Vec<ZoneBody>) -> bool {
+        self.asked.try_send(Asked::Fence(zones)).is_ok()
     }
 
     /// Whether the mapper has ended by itself, which it never should.

@@ -1,8 +1,10 @@
 //! Files that only their owner may read: the token, and the key of the certificate.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write as _};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+
+use crate::replaced_file::{Readers, replace};
 
 /// Why such a file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -50,50 +52,11 @@ pub(crate) fn read(path: &Path) -> Result<String, SecretFileError> {
     }
 }
 
-/// Writes a new file beside it, then renames it: at no time half a secret, or a readable one, has
-/// the name.
+/// Replaces it, in a folder that is made if need be.
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), SecretFileError> {
-    let beside = path.with_extension(format!("new-{}", std::process::id()));
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
-    made.and_then(|()| options.open(&beside))
-        .and_then(|mut file| {
-            let written = hand_over(&file, path)
-                .and_then(|()| writeln!(file, "{text}"))
-                .and_then(|()| file.sync_all());
-            written
-                .and_then(|()| fs::rename(&beside, path))
-                .inspect_err(|_| {
-                    // What remains of it may be removed or not; the error counts.
-                    let _ = fs::remove_file(&beside);
-                })
-        })
+    made.and_then(|()| replace(path, format!("{text}\n").as_bytes(), Readers::Owner))
         .map_err(|source| SecretFileError::of(path, source))
-}
-
-/// What root writes into the folder of a service is the service's: it could not read it otherwise.
-#[cfg(unix)]
-pub(crate) fn hand_over(file: &fs::File, path: &Path) -> io::Result<()> {
-    use std::os::unix::fs::MetadataExt;
-    let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-    else {
-        return Ok(());
-    };
-    let (own, folder) = (file.metadata()?, fs::metadata(folder)?);
-    match own.uid() == 0 && folder.uid() != 0 {
-        true => std::os::unix::fs::fchown(file, Some(folder.uid()), Some(folder.gid())),
-        false => Ok(()),
-    }
-}
-
-#[cfg(not(unix))]
-pub(crate) fn hand_over(_: &fs::File, _: &Path) -> io::Result<()> {
-    Ok(())
 }
 
 /// The file's permissions, if they let anybody but its owner in.

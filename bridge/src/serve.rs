@@ -28,6 +28,9 @@ use crate::record::{Keep, RecordError, Recorder};
 use crate::rights::{self, Keys, KeysError};
 use crate::shared::{Limits, Shared};
 use crate::source::{self, Running, Source};
+#[cfg(feature = "storage")]
+use crate::storage;
+use crate::storage::{StorageConfig, StorageError};
 use crate::tls::Identity;
 
 /// How long open requests may take to end after the shutdown began.
@@ -63,6 +66,8 @@ pub struct Config {
     pub keep: Keep,
     /// Folder for who drove, stopped and was refused, and how much of that is kept.
     pub audit: Option<(PathBuf, Keep)>,
+    /// Where finished recordings are kept, too.
+    pub storage: Option<StorageConfig>,
     /// Whether and how the bridge maps what its robot sees.
     pub map: Option<MapConfig>,
     /// Of sockets, messages and times.
@@ -96,6 +101,9 @@ pub enum RunError {
     /// The recording cannot begin.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// Recordings cannot be stored.
+    #[error(transparent)]
+    Storage(#[from] StorageError),
     /// The map cannot.
     #[error(transparent)]
     Map(#[from] MapError),
@@ -141,6 +149,10 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let map = config.map.as_ref();
     let map = map.map(|map| mapping::ready(map, robot.as_ref()));
     let map = map.transpose()?;
+    #[cfg(not(feature = "storage"))]
+    if let Some(StorageConfig { url, .. }) = config.storage {
+        return Err(StorageError::NotBuilt { url }.into());
+    }
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
@@ -148,6 +160,21 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let recorder = record
         .map(|path| Recorder::start(path, config.keep, clock))
         .transpose()?;
+    let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
+    #[cfg(feature = "storage")]
+    let (uploads, uploader) = match &config.storage {
+        Some(storage) => {
+            let folder = record.filter(|path| path.is_dir());
+            let (folder, recorder) = folder.zip(recorder.as_ref()).ok_or_else(|| {
+                let url = storage.url.clone();
+                StorageError::NoFolder { url }
+            })?;
+            let folder = folder.to_owned();
+            let (uploads, task) = storage::start(storage, folder, recorder.current(), hub.clone())?;
+            (Some(uploads), Some(task))
+        }
+        None => (None, None),
+    };
     let audit = config.audit;
     let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
     let audit = audit.transpose()?;
@@ -169,7 +196,6 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         audit: audit.clone(),
         rights: rights.clone(),
     });
-    let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
     let mapping = map.map(|map| task.map(map, hello, hub.clone()));
     let mapping = mapping.transpose()?;
     let shared = Arc::new(Shared {
@@ -189,10 +215,22 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         log,
         audit,
         mapping,
+        #[cfg(feature = "storage")]
+        uploads,
     });
     let (stop, stopped) = watch::channel(false);
     let hub = tokio::spawn(task.run(events, clients, accept::until(stopped.clone())));
     tokio::spawn(rights::keep_up(config.keys, rights_sender));
+    #[cfg(feature = "storage")]
+    if let Some(uploader) = uploader {
+        let stopped = accept::until(stopped.clone());
+        tokio::spawn(async move {
+            tokio::select! {
+                () = uploader => (),
+                () = stopped => (),
+            }
+        });
+    }
     if let Some(identity) = config.tls.clone() {
         let stopped = accept::until(stopped.clone());
         tokio::spawn(async move {

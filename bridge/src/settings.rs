@@ -12,6 +12,7 @@
 
 mod map;
 mod recording;
+mod storage;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -26,6 +27,7 @@ use slamlab_core::slam::UnknownMethod;
 use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
 pub use map::{Failsafe, MapSettings};
+pub use storage::StorageSettings;
 
 /// The default address: this machine only.
 pub const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
@@ -100,6 +102,9 @@ pub struct Settings {
     /// Its private key, PEM
     #[arg(long, value_name = "FILE")]
     pub tls_key: Option<PathBuf>,
+    /// Where finished recordings are kept, too; only in the file.
+    #[arg(skip)]
+    pub storage: Option<StorageSettings>,
     /// Whether and how the bridge maps; the command line has flags of its own for it.
     #[arg(skip)]
     pub map: Option<MapSettings>,
@@ -233,6 +238,16 @@ pub enum SettingsError {
         /// Greatest.
         most: f32,
     },
+    /// A part that no store takes, or that is lost too often.
+    #[error("storage part-mib is {value}; expected {least} to {most}")]
+    StoragePart {
+        /// What stands there.
+        value: u64,
+        /// Least that may stand there.
+        least: u64,
+        /// Greatest.
+        most: u64,
+    },
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
@@ -311,6 +326,7 @@ impl Settings {
             tls: self.tls.or(tls_below),
             tls_cert: self.tls_cert.or(below.tls_cert),
             tls_key: self.tls_key.or(below.tls_key),
+            storage: self.storage.or(below.storage),
             map: match (self.map, below.map) {
                 (Some(above), Some(below)) => Some(above.over(below)),
                 (above, below) => above.or(below),
@@ -340,6 +356,7 @@ impl Settings {
             })
         })?;
         self.check_recording()?;
+        self.storage()?;
         let map = self.map.clone().map(MapSettings::complete).transpose()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {

@@ -45,6 +45,9 @@ pub(crate) struct Shared {
     pub(crate) audit: Option<Arc<Audit>>,
     /// None where the bridge does not map.
     pub(crate) mapping: Option<Arc<Mapping>>,
+    /// None where recordings are not stored elsewhere.
+    #[cfg(feature = "storage")]
+    pub(crate) uploads: Option<Arc<crate::storage::Uploads>>,
 }
 
 /// A connection: its place, and where it comes from.

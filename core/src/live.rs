@@ -15,7 +15,6 @@
 //!    nothing begins or goes on by itself when the robot is armed.
 
 mod bridge_map;
-mod carried_pose;
 mod homing;
 mod pose_state;
 #[cfg(test)]
@@ -23,6 +22,7 @@ mod tests;
 
 use nalgebra::Point2;
 
+use crate::control::geofence::GeofenceError;
 use crate::estimation::EditKind;
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
@@ -31,11 +31,11 @@ use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::slam::{EarlierMap, Method, PriorMap, SlamError};
 use crate::wire::client::{Client, ClientError};
 use crate::wire::message::{
-    Device, FromBridge, PoseBody, RecordingBody, RefusalReason, RobotFigures, Severity,
+    Device, FromBridge, PoseBody, RecordingBody, RefusalReason, RobotFigures, Severity, ZoneBody,
+    fence_of,
 };
 use crate::wire::timeline::{Reading, Timeline, explain_gap};
 pub use bridge_map::BridgeMap;
-pub use carried_pose::CarriedPose;
 pub use homing::{Homing, HomingConfig};
 
 /// Something for a person to read.
@@ -337,6 +337,13 @@ impl Live {
             RefusalReason::NoScan => {
                 "The sensor is silent: look at its link before the robot is armed"
             }
+            RefusalReason::NoPose => {
+                "There is a geofence, and it is not known where the robot is: it cannot be armed until it finds itself in the map, or the geofence is taken away"
+            }
+            RefusalReason::BadFence => "These areas are no geofence: the one before stays",
+            RefusalReason::Fenced => {
+                "The map has a geofence: only an owner may begin it anew, for that is gone with it"
+            }
             RefusalReason::NoMap => "This bridge does not map: there is nothing to begin anew",
             RefusalReason::TooOld | RefusalReason::FromTheFuture => {
                 "A command came too late and was left out: the network is slow"
@@ -480,6 +487,15 @@ impl Live {
     /// Asks the bridge to begin its own map anew.
     pub fn reset_bridge_map(&mut self, now: u64) {
         self.client.reset_map(now);
+    }
+
+    /// Says where in the bridge's own map the robot may be; without zones, everywhere.
+    ///
+    /// # Errors    [`GeofenceError`]; nothing is sent then.
+    pub fn set_geofence(&mut self, now: u64, zones: Vec<ZoneBody>) -> Result<(), GeofenceError> {
+        fence_of(&zones)?;
+        self.client.set_geofence(now, zones);
+        Ok(())
     }
 
     /// Unlatches the emergency stop; the robot stays disarmed.

@@ -8,12 +8,18 @@ import { Lab } from './lab.ts';
 
 export { expect };
 
-export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean; isKept: boolean }>({
+/** What the map is drawn with: Canvas 2D, whatever graphics card the machine of the tests has. */
+export type DrawnWith = 'auto' | 'webgl2' | 'canvas';
+
+export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; firstVisit: boolean; isKept: boolean; drawnWith: DrawnWith }>({
   /** Whether nobody was here before: then the page shows what SLAM is, by a run of its own. */
   firstVisit: [false, { option: true }],
   /** Whether the browser may keep the page for when there is no server. */
   isKept: [false, { option: true }],
-  lab: async ({ page, firstVisit }, use) => {
+  drawnWith: ['canvas', { option: true }],
+  lab: async ({ page, firstVisit, drawnWith }, use) => {
+    // What is chosen later stays.
+    await page.addInitScript((drawnWith) => localStorage.getItem('slamlab-drawn-with') ?? localStorage.setItem('slamlab-drawn-with', drawnWith), drawnWith);
     if (!firstVisit) await page.addInitScript(() => localStorage.setItem('slamlab-visited', '1'));
     await use(new Lab(page));
   },

@@ -14,6 +14,8 @@ const [BEFORE, LONG] = [10, 20];
 /** At 60 pictures a second there is so much time for one, ms. */
 const MOST_WORK = 1000 / 60;
 
+test.use({ drawnWith: 'auto' });
+
 test('the main thread works less than a picture lasts while a log plays at 50 times its speed', async ({ lab, page, browser }) => {
   test.setTimeout(180_000);
   const file = `${folder}/${LOG}`;

@@ -23,7 +23,8 @@ interface Window {
     seq: number;
     blocks: number;
     framesPerSecond: number;
-    camera: { x: number; y: number; scale: number };
+    camera: { x: number; y: number; scale: number; angle: number };
+    drawnWith: string;
     toScreen(x: number, y: number): [number, number];
     /** Doors of the simulated world, see DOOR of the protocol. */
     doors: number[];
@@ -60,7 +61,7 @@ export class Lab {
       const { slamlab: s } = window as unknown as Window;
       return {
         status: s.status, hash: s.hash, playing: s.playing, seeking: s.seeking, source: s.source, title: s.title, setup: s.setup, grade: s.grade, method: s.method, spot: s.spot, seq: s.seq, blocks: s.blocks,
-        framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors,
+        framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors, drawnWith: s.drawnWith,
       };
     });
   }
@@ -129,6 +130,45 @@ export class Lab {
     if (!ends) throw new Error(`there is no wall ${id}`);
     const [x1 = 0, y1 = 0, x2 = 0, y2 = 0] = ends;
     return [(x1 + x2) / 2, (y1 + y2) / 2];
+  }
+
+  /** What is drawn of the map, without what lies over it, as the bytes of a PNG. */
+  async picture(): Promise<string> {
+    return this.page.evaluate(() => {
+      const { picture } = (window as unknown as { slamlab: { picture: ImageData } }).slamlab;
+      const canvas = Object.assign(document.createElement('canvas'), { width: picture.width, height: picture.height });
+      canvas.getContext('2d')!.putImageData(picture, 0, 0);
+      return canvas.toDataURL();
+    });
+  }
+
+  /** The part of the pixels drawn in either of two such pictures in which they differ clearly;
+      `turned`: the second one upside down, around a point. */
+  async differing(first: string, second: string, turned: readonly [number, number] | null = null): Promise<{ part: number; drawn: number }> {
+    return this.page.evaluate(async ([first, second, turned]) => {
+      const pixelsOf = async (url: string): Promise<ImageData> => {
+        const image = new Image();
+        image.src = url;
+        await image.decode();
+        const context = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height }).getContext('2d')!;
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height);
+      };
+      const [a, b] = [await pixelsOf(first), await pixelsOf(second)];
+      let [off, drawn] = [0, 0];
+      for (let y = 0; y < a.height; y += 1) {
+        for (let x = 0; x < a.width; x += 1) {
+          const [bx, by] = turned ? [Math.round(2 * turned[0] - x - 1), Math.round(2 * turned[1] - y - 1)] : [x, y];
+          if (bx < 0 || by < 0 || bx >= b.width || by >= b.height) continue;
+          const [i, j] = [4 * (y * a.width + x), 4 * (by * b.width + bx)];
+          // As it is seen over a middle grey.
+          const seen = (data: Uint8ClampedArray, at: number, k: number): number => 128 + ((data[at + k]! - 128) * data[at + 3]!) / 255;
+          if (a.data[i + 3]! > 100 || b.data[j + 3]! > 100) drawn += 1;
+          if ([0, 1, 2].some((k) => Math.abs(seen(a.data, i, k) - seen(b.data, j, k)) > 60)) off += 1;
+        }
+      }
+      return { part: off / Math.max(drawn, 1), drawn };
+    }, [first, second, turned] as const);
   }
 
   /** The view glides while the map grows, and is fitted again now and then: waits until it has

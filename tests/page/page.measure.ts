@@ -54,6 +54,7 @@ function atLeast(what: string, value: number, unit: string, least: number): void
   add({ what, value, unit, least, holds: value >= least });
 }
 
+test.use({ drawnWith: 'auto' });
 test.describe.configure({ mode: 'default', timeout: 400_000 + 90_000 * MINUTES });
 
 test.describe('first', () => {

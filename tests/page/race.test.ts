@@ -8,7 +8,7 @@ import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 import type { Status } from '../../www/src/protocol/frame.ts';
 
-interface Beside { name: string; isThere: boolean; playing: boolean; status: Status | null; hash: string; method: string; camera: { x: number; y: number; scale: number }; layers: Record<string, boolean> }
+interface Beside { name: string; isThere: boolean; playing: boolean; status: Status | null; hash: string; method: string; camera: { x: number; y: number; scale: number; angle: number }; layers: Record<string, boolean> }
 
 const beside = (lab: Lab): Promise<Beside[]> => lab.page.evaluate(() => (window as unknown as { slamlab: { beside: Beside[] } }).slamlab.beside);
 
@@ -115,6 +115,8 @@ test('one view fits all: pan, zoom and layers are those of each', async ({ lab, 
   await page.mouse.move(other.x + other.width / 2 + 60, other.y + other.height / 2, { steps: 4 });
   await page.mouse.up();
   await expect.poll(async () => (await beside(lab))[0]?.camera).toEqual((await lab.state()).camera);
+  await page.keyboard.press('q');
+  await expect.poll(async () => (await beside(lab))[0]?.camera.angle, 'both are turned').toBeGreaterThan(0.2);
   const { truth } = (await beside(lab))[0]!.layers;
   await page.keyboard.press('x');
   await expect.poll(async () => (await beside(lab))[0]?.layers['truth'], 'the truth is shown or hidden in both').toBe(!truth);

@@ -87,8 +87,8 @@ test('what is seen is saved as a drawing that shows the same', async ({ lab, pag
   expect(svg).toMatch(/^<svg [^>]*viewBox="0 0 \d+ \d+"/);
   // Drawn again by the browser as a picture of its own, it has the pixels that the page has.
   const apart = await page.evaluate(async (svg) => {
-    const canvases = [...document.querySelector('slam-map')!.shadowRoot!.querySelectorAll('canvas')];
-    const [width, height] = [canvases[0]!.width, canvases[0]!.height];
+    const { picture: shown } = (window as unknown as { slamlab: { picture: ImageData } }).slamlab;
+    const { width, height } = shown;
     const pixels = (paint: (context: CanvasRenderingContext2D) => void): Uint8ClampedArray => {
       const context = Object.assign(document.createElement('canvas'), { width, height }).getContext('2d')!;
       paint(context);
@@ -98,7 +98,9 @@ test('what is seen is saved as a drawing that shows the same', async ({ lab, pag
     const page = pixels((context) => {
       context.fillStyle = background;
       context.fillRect(0, 0, width, height);
-      for (const canvas of canvases) context.drawImage(canvas, 0, 0);
+      const canvas = Object.assign(document.createElement('canvas'), { width, height });
+      canvas.getContext('2d')!.putImageData(shown, 0, 0);
+      context.drawImage(canvas, 0, 0);
     });
     const picture = new Image();
     picture.src = URL.createObjectURL(new Blob([svg], { type: 'image/svg+xml' }));

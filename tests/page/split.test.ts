@@ -30,7 +30,7 @@ for (const [name, called] of SPLITS) {
     const loaded: string[] = [];
     for (const part of ['slamlab_web_bg.wasm', 'slamlab_web_rest.wasm']) {
       const body = await readFile(join(folder, part));
-      await page.route(`**/${part}`, (route) => {
+      await page.route(`**/${part}*`, (route) => {
         loaded.push(part);
         return route.fulfill({ contentType: 'application/wasm', body });
       });
@@ -54,7 +54,7 @@ test('parts of two modules are not joined, and that is said', async ({ lab, page
   await writeFile(join(folder, 'other.wasm'), other);
   execFileSync(SPLITTER, ['split', join(folder, 'other.wasm'), join(folder, 'called.json'), folder]);
   const body = await readFile(join(folder, 'slamlab_web_rest.wasm'));
-  await page.route('**/slamlab_web_rest.wasm', (route) => route.fulfill({ contentType: 'application/wasm', body }));
+  await page.route('**/slamlab_web_rest.wasm*', (route) => route.fulfill({ contentType: 'application/wasm', body }));
   await lab.open();
   await lab.at('mode-manual').click();
   await expect(lab.at('toast')).toContainText('of another version than this page. Reload the page.');

@@ -5,6 +5,8 @@ import { expect, test } from './fixture.ts';
 /** What was reached, and must not be lost again, bytes. */
 const REACHED = 690_000;
 
+test.use({ drawnWith: 'auto' });
+
 test.describe('a first visit', () => {
   test.use({ firstVisit: true });
 
@@ -20,7 +22,7 @@ test.describe('a first visit', () => {
   });
 });
 
-const REST = '**/slamlab_web_rest.wasm';
+const REST = '**/slamlab_web_rest.wasm*';
 
 test('the rest of the module comes when somebody does more than watch; where it cannot, that is refused and the run goes on', async ({ lab, page, problems }) => {
   let asked = 0;

@@ -85,7 +85,10 @@ const MAY_IMPORT: [(&str, Imports); 28] = [
             "sim",
         ]),
     ),
-    ("wire", These(&["geom", "robot", "format"])),
+    (
+        "wire",
+        These(&["geom", "robot", "points", "control", "format"]),
+    ),
     ("settings", AllBefore),
     ("twin", AllBefore),
     ("session", AllBefore),

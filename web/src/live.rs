@@ -3,13 +3,13 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::live::{BridgeMap, Live, LiveConfig, Note};
-use slamlab_core::wire::message::{self, Severity};
+use slamlab_core::wire::message::{self, Severity, ZoneBody, ZoneUse};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    DeviceStateName, DisarmReasonName, Level, MethodName, RoleName, SettingValues, Typed, WebError,
-    messages, typed,
+    DeviceStateName, DisarmReasonName, FenceStateName, Level, MethodName, RoleName, SettingValues,
+    Typed, WebError, messages, typed,
 };
 use crate::building::PriorMapSetup;
 use crate::loaded_map::{MOST_WALLS, flat_points};
@@ -95,6 +95,47 @@ pub struct BridgeMapStatus {
     pub file: String,
     /// Why the file is not as new as it should be; empty while all is well.
     pub fault: String,
+    /// Where the robot may be in it.
+    pub geofence: FenceZones,
+    /// How the robot stands to that.
+    pub fence_state: FenceStateName,
+}
+
+/// Zones of a geofence, in the frame of the bridge's map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct FenceZones {
+    /// Without any the robot may be everywhere.
+    pub zones: Vec<FenceZone>,
+}
+
+/// A polygon.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct FenceZone {
+    /// Whether the robot keeps out of it; else it stays in.
+    pub keep_out: bool,
+    /// x y of its corners, m.
+    pub corners: Vec<[f64; 2]>,
+}
+
+impl From<&ZoneBody> for FenceZone {
+    fn from(zone: &ZoneBody) -> Self {
+        Self {
+            keep_out: zone.kind == ZoneUse::KeepOut,
+            corners: zone.corners.clone(),
+        }
+    }
+}
+
+impl From<FenceZone> for ZoneBody {
+    fn from(FenceZone { keep_out, corners }: FenceZone) -> Self {
+        let kind = match keep_out {
+            true => ZoneUse::KeepOut,
+            false => ZoneUse::KeepIn,
+        };
+        Self { kind, corners }
+    }
 }
 
 /// A device at a line of the bridge.
@@ -222,6 +263,15 @@ impl WebRun {
         Ok(())
     }
 
+    /// Says where in the bridge's own map the robot may be.
+    ///
+    /// # Errors    No robot behind a bridge; polygons that are none, in a sentence.
+    pub fn set_geofence(&mut self, now: f64, zones: &Ts<FenceZones>) -> Result<(), WebError> {
+        let zones = zones.to_rust()?.zones.into_iter().map(Into::into);
+        self.live_mut()?.set_geofence(now as u64, zones.collect())?;
+        Ok(())
+    }
+
     /// The walls of the bridge's own map, in its frame: x y of what is occupied, m.
     ///
     /// # Errors    No robot behind a bridge.
@@ -296,6 +346,10 @@ impl BridgeMapStatus {
             scans: mapping.scans as f64,
             file: mapping.file.clone(),
             fault: mapping.fault.clone().unwrap_or_default(),
+            geofence: FenceZones {
+                zones: map.geofence.zones.iter().map(Into::into).collect(),
+            },
+            fence_state: map.geofence.state.into(),
         })
     }
 }

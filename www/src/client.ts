@@ -6,7 +6,7 @@ import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Topics } from "./protocol.js";
 import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, EditName, Level, MapStart, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -396,6 +396,10 @@ export class Client {
 
   resetBridgeMap(): void {
     this.send({ kind: "reset-bridge-map" });
+  }
+
+  setGeofence(zones: readonly FenceZone[]): void {
+    this.send({ kind: "set-geofence", zones: [...zones] });
   }
 
   explore(): void {

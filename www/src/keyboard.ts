@@ -8,8 +8,8 @@ export interface KeyActions {
   /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts
       once. */
   steers(): boolean;
-  /** Keys that act once, by the lower-case key. */
-  once: Readonly<Record<string, () => void>>;
+  /** Keys that act once, by the lower-case key; some do the opposite with Shift. */
+  once: Readonly<Record<string, (shift: boolean) => void>>;
   /** Something modal is open and owns the keys. */
   busy(): boolean;
 }
@@ -58,7 +58,7 @@ export function startKeyboard(actions: KeyActions): void {
       const action = actions.once[event.key.toLowerCase()];
       if (!action || event.repeat) return;
       event.preventDefault();
-      action();
+      action(event.shiftKey);
     }
   });
 

@@ -39,7 +39,7 @@ export function lastRun(): LastRun | null {
 
 /** Keeps what runs from here on; not while what was left before is still offered. */
 export function keepLastRun(store: Store, client: Client): void {
-  let kept: File | null = null;
+  let [kept, isKept] = [null as File | null, false];
   setInterval(() => {
     const { source, status, lastRun: offered } = store;
     if (offered || !status || status.time < LEAST_SECONDS) return;
@@ -47,9 +47,11 @@ export function keepLastRun(store: Store, client: Client): void {
     const { recording } = client;
     if (source !== "replay" || !recording) return;
     if (recording.file !== kept) {
-      kept = recording.file;
-      void keepFile(recording.file);
+      [kept, isKept] = [recording.file, false];
+      void keepFile(recording.file).then(() => (isKept = true));
     }
+    // What is offered is there.
+    if (!isKept) return;
     const { title, method, setup: { settings } } = store;
     keep({ kind: "replay", title, method, time: status.time, topics: recording.topics, settings });
   }, KEEPS_EVERY);

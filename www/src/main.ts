@@ -250,6 +250,9 @@ addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).de
 addEventListener("save-picture", () => void savePicture());
 addEventListener("save-drawing", () => void saveDrawing());
 
+/** By how much a key turns the view, rad. */
+const TURN_STEP = Math.PI / 12;
+
 const byHand = {
   drive: (forward: number, turn: number): void => {
     if (store.source !== "replay") client.drive(forward, turn);
@@ -283,6 +286,8 @@ startKeyboard({
     "=": () => map.zoom(1.25),
     "-": () => map.zoom(0.8),
     0: () => map.fit(),
+    q: (shift) => map.turn(shift ? -TURN_STEP : TURN_STEP),
+    j: () => map.turn(),
     f: () => map.toggleFollow(),
     e: () => map.toggleEditing(),
     i: () => {
@@ -331,7 +336,10 @@ const figures = {
   get drawn() { return scene.status && { time: scene.status.time, x: scene.status.x, y: scene.status.y, heading: scene.status.heading }; },
   get framesPerSecond() { return map.frames; },
   get blocks() { return scene.tiles.size; },
-  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }; },
+  get camera() { return { x: map.camera.x, y: map.camera.y, scale: map.camera.scale, angle: map.camera.angle }; },
+  /** WebGL2 or canvas. */
+  get drawnWith() { return store.drawing.with; },
+  get picture() { return map.picture(); },
   /** Places where the robot may be; 0 where it knows. */
   get points() { return scene.points.length / POINT_STRIDE; },
   /** Landmarks of the filter: number, kind, place and confidence. */

@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame, Renumbering } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, FenceZone, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -123,6 +123,8 @@ export type Command =
   | { kind: "emergency"; on: boolean }
   /** Has the bridge begin its own map anew. */
   | { kind: "reset-bridge-map" }
+  /** Says where in the bridge's own map the robot may be; without zones, everywhere. */
+  | { kind: "set-geofence"; zones: FenceZone[] }
   /** The grid, the walls as a floor plan, the trajectory, the log, what was fitted last as a
       preset, or the saved map that runs go on in. */
   | { kind: "save"; what: SavedKind | "fit" | "saved-map" }

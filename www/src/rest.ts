@@ -48,7 +48,9 @@ export class Rest {
   #loadNow(): void {
     if (this.#isThere) return;
     const request = new XMLHttpRequest();
-    request.open("GET", url(), false);
+    // By a name of its own: while the same file is on its way here, a browser's cache would have
+    // this wait for it, and that for this worker.
+    request.open("GET", new URL("?now", url()), false);
     request.responseType = "arraybuffer";
     try {
       request.send();

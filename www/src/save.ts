@@ -40,7 +40,7 @@ export async function mapPicture(tiles: Tiles, background: string): Promise<Blob
   for (const tile of tiles.all()) {
     const x = tile.col * tileCells - cells(box.minX) + margin;
     const y = cells(box.maxY) - (tile.row + 1) * tileCells + margin;
-    context.drawImage(tile.canvas, x, y);
+    context.drawImage(tiles.canvasOf(tile), x, y);
   }
   return picture.convertToBlob({ type: "image/png" });
 }

@@ -12,6 +12,7 @@ import type { Outline } from "./view/layers/layer.js";
 import type { Thing } from "./view/things.js";
 import type { GridView } from "./view/tiles.js";
 import type { Host } from "./bridge_address.js";
+import type { FenceDraft } from "./fence.js";
 import type { GamepadState } from "./gamepad.js";
 import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
@@ -26,7 +27,7 @@ export type Theme = "system" | "light" | "dark";
 export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
-export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad";
+export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad" | "drawing";
 
 export interface LogEntry {
   time: number;
@@ -110,6 +111,8 @@ export class Store {
   solvedGraph: { readonly name: string; readonly graph: SolvedGraph } | null = null;
   /** What a press on the map changes; null while it moves the view. */
   editing: EditName | null = null;
+  /** The geofence that is being drawn. */
+  fence: FenceDraft | null = null;
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;
@@ -155,6 +158,10 @@ export class Store {
   layers: Record<LayerName, boolean> = Object.fromEntries(
     LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph", "wheels"].includes(name)]),
   ) as Record<LayerName, boolean>;
+  /** Layers from the ground up. */
+  layerOrder: readonly LayerName[] = LAYERS;
+  /** What the map is drawn with, and why not with WebGL2. */
+  drawing: { readonly with: "canvas" | "webgl2"; readonly why: string } = { with: "canvas", why: "" };
   /** Whether the page opens without its server, and whether there is a newer build of it. */
   offline: Offline = { kind: "storing" };
   renewal: Renewal = null;
@@ -243,7 +250,7 @@ export class Store {
     const isBegun = method === "scan-matching";
     const savedMap = this.savedMap && { ...this.savedMap, isBegun };
     this.started = { ...(setup ?? this.setup) };
-    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, loading: "" });
+    this.set("run", { savedMap, source, title, playing, method, setup: setup ?? this.setup, aiming: false, isStopped: false, editing: null, fence: null, loading: "" });
     for (const topic of ["toast", "log", "inspection", "cycle", "doors", "sigma", "fit", "contest", "rooms", "chosen", "moved", "quality", "submaps", "lesson"] as const) this.notify(topic);
   }
 
@@ -282,6 +289,13 @@ export class Store {
   /** Shows and hides layers; others stay as they are. */
   setLayers(patch: Partial<Record<LayerName, boolean>>): void {
     this.set("view", { layers: { ...this.layers, ...patch } });
+  }
+
+  /** Puts a layer just over another one, or just under it. */
+  moveLayer(name: LayerName, side: "over" | "under", other: LayerName): void {
+    const rest = this.layerOrder.filter((layer) => layer !== name);
+    rest.splice(rest.indexOf(other) + (side === "over" ? 1 : 0), 0, name);
+    this.set("view", { layerOrder: rest });
   }
 
   toggleLayer(name: LayerName): void {

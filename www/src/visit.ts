@@ -2,10 +2,11 @@
 
 import { ifAllowed } from "./storage.js";
 import type { Store } from "./store.js";
-import { LAYERS } from "./view/scene.js";
+import { LAYERS, type LayerName } from "./view/scene.js";
 
 const VISITED = "slamlab-visited";
 const VIEW = "slamlab-view";
+const ORDER = "slamlab-order";
 
 /** Whether nobody was here before. Where nothing can be kept nobody is greeted twice, so nobody is
     greeted at all. */
@@ -17,11 +18,22 @@ export function noteVisit(): void {
   ifAllowed(() => localStorage.setItem(VISITED, "1"));
 }
 
-/** Shows the layers that were shown last, and keeps those that are chosen from here on. */
+/** Shows the layers that were shown last, in their order, and keeps what is chosen from here on. */
 export function keepView(store: Store): void {
   const kept = ifAllowed(() => localStorage.getItem(VIEW));
   if (kept) store.layers = { ...store.layers, ...switchesIn(kept) };
-  store.on("view", () => ifAllowed(() => localStorage.setItem(VIEW, JSON.stringify(store.layers))));
+  store.layerOrder = orderIn(ifAllowed(() => localStorage.getItem(ORDER)) ?? "");
+  store.on("view", () => ifAllowed(() => {
+    localStorage.setItem(VIEW, JSON.stringify(store.layers));
+    if (store.layerOrder === LAYERS) localStorage.removeItem(ORDER);
+    else localStorage.setItem(ORDER, store.layerOrder.join(" "));
+  }));
+}
+
+/** The order that a text names; ours, if it does not name each layer once. */
+function orderIn(text: string): readonly LayerName[] {
+  const names = text.split(" ").filter((name): name is LayerName => (LAYERS as readonly string[]).includes(name));
+  return names.length === LAYERS.length && new Set(names).size === LAYERS.length ? names : LAYERS;
 }
 
 /** The switches that a text names; none of one that is not ours. */

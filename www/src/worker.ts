@@ -258,6 +258,7 @@ const handlers: Handlers<Command> = {
   },
   lease: ({ take, force }) => conversation?.say((module) => (take ? module.take_lease(micros(), force) : module.release_lease(micros()))),
   "reset-bridge-map": () => conversation?.say((module) => module.reset_bridge_map(micros())),
+  "set-geofence": ({ zones }) => given("", () => conversation?.say((module) => module.set_geofence(micros(), { zones }))),
   emergency: ({ on }) => conversation?.say((module) => (on ? module.emergency_stop(micros()) : module.reset_emergency_stop(micros()))),
   explore: () => command((run) => run.command((module) => module.explore())),
   manual: () => command((run) => run.command((module) => module.manual())),

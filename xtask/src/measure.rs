@@ -31,6 +31,9 @@ pub enum Promise {
     /// Who is refused, and how; and that a flood of hostile clients keeps nobody from driving,
     /// watching and stopping
     Access,
+    /// An hour of recording through a link that breaks 20 times: every piece that counts as stored
+    /// is in the bucket of a real S3-compatible server, byte for byte
+    Upload,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,
     /// No decoder crashes on changed input
@@ -56,6 +59,10 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::BrowserCost => return browser_cost::report(),
         Promise::Page => return page_report::report(&minutes(2.0)),
         Promise::PageFrames => return page_report::frames(),
+        // A package of its own: what it stands on takes minutes to compile.
+        Promise::Upload => {
+            return tools::run_cargo("run --release --quiet --package slamlab-storage-report");
+        }
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),

@@ -31,7 +31,7 @@ const ALL: [Suite; 4] = [Suite::Native, Suite::Wasm, Suite::Page, Suite::Firmwar
 
 /// Compiles the programs that the page's tests start: of the whole workspace and by the profile of
 /// tests, so that what the native tests stand on is compiled already.
-const PROGRAMS: &str = "build --profile test --workspace --exclude xtask --bin slamlab-bridge \
+const PROGRAMS: &str = "build --profile test --workspace --exclude xtask --exclude slamlab-storage-report --bin slamlab-bridge \
                         --example simulate --example wired_robot";
 
 /// Parts of the names of those unit tests of `core` that take seconds: nine tenths of the time of
@@ -108,7 +108,7 @@ fn quick(report: &mut Report) {
 fn native() -> Result<()> {
     // Examples are compiled by `cargo xtask check`. xtask is apart: together, cargo would join
     // their features and compile the wasm-bindgen tool once more.
-    let most = "test --workspace --exclude xtask --no-fail-fast";
+    let most = "test --workspace --exclude xtask --exclude slamlab-storage-report --no-fail-fast";
     let steps = [
         tools::run_cargo(&format!("{most} --lib --bins --tests")),
         tools::run_cargo(&format!("{most} --doc")),

@@ -76,6 +76,8 @@ pub(crate) enum What {
     Revoked { who: Who },
     /// The bridge's own map was begun anew.
     MapReset { who: Who },
+    /// Somebody said where the robot may be; 0 zones: everywhere.
+    GeofenceSet { who: Who, zones: usize },
     /// The bridge ends.
     Ends,
 }

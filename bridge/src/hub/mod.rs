@@ -15,7 +15,7 @@ use std::time::Duration;
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
     BridgeHello, DeviceState, FromBridge, Header, Lease, RefusalReason, Right, Role, Severity,
-    ToBridge, close,
+    ToBridge, ZoneBody, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -188,6 +188,7 @@ impl Task {
         };
         let client = self.hub.join_own(mapping::NAME.to_owned(), shown);
         let to_hub = ToHub { client, hub };
+        let zones = ready.zones.clone();
         let mapping = ready.start(hello, Arc::clone(&outbox), to_hub, self.clock)?;
         let mapping = Arc::new(mapping);
         self.mapped = Some(Mapped {
@@ -200,6 +201,11 @@ impl Task {
             right,
             role,
         });
+        self.hub.maps();
+        if let Err(error) = self.hub.fence_in(self.clock.now(), &zones) {
+            // They were looked at when they were read.
+            tracing::error!("the geofence: {error}");
+        }
         self.act();
         Ok(mapping)
     }
@@ -378,12 +384,35 @@ impl Task {
             return;
         };
         let shown = mapped.shown.borrow_and_update().clone();
+        let mut pose = None;
         for message in shown.since(&mapped.told) {
+            if let FromBridge::Pose(body) = &**message {
+                pose = Some(*body);
+            }
             for guest in self.guests.values() {
                 guest.outbox.put(message);
             }
         }
         mapped.told = shown;
+        if let Some(body) = pose {
+            self.hub.pose(self.clock.now(), &body);
+            self.act();
+        }
+    }
+
+    /// Keeps a geofence that is in force already.
+    fn keep_geofence(&mut self, client: ClientId, zones: Vec<ZoneBody>) {
+        let now = self.clock.now();
+        self.note(now, Kind::Map, client, "sets the geofence");
+        if let Some(who) = self.who(client) {
+            let count = zones.len();
+            self.audit(now, &What::GeofenceSet { who, zones: count });
+        }
+        let mapping = self.mapped.as_ref().map(|mapped| &mapped.mapping);
+        if !mapping.is_some_and(|mapping| mapping.keep_fence(zones)) {
+            let text = "The geofence is in force, and would be gone after a restart: the mapper is busy. Set it again.";
+            self.hub.notify(Severity::Error, text.to_owned());
+        }
     }
 
     /// Begins the map anew, as a client asked that may.
@@ -393,6 +422,10 @@ impl Task {
             return self.send(client, FromBridge::Refused(RefusalReason::NoMap));
         }
         let now = self.clock.now();
+        // It was drawn in the map that is gone; without zones it cannot be wrong.
+        if let Err(error) = self.hub.fence_in(now, &[]) {
+            tracing::error!("the geofence: {error}");
+        }
         self.note(now, Kind::Map, client, "begins the map anew");
         if let Some(who) = self.who(client) {
             self.audit(now, &What::MapReset { who });
@@ -476,6 +509,7 @@ impl Task {
                 }
             }
             Action::ResetMap(client) => self.reset_map(client),
+            Action::KeepGeofence(client, zones) => self.keep_geofence(client, zones),
         }
     }
 

@@ -5,7 +5,7 @@
 //! of the client.
 //!
 //! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older,
-//!    which is counted. So have the list of devices and the state of safety, which are told whole:
+//!    which is counted. So have the list of devices, the geofence and the state of safety, which are told whole:
 //!    nothing that others do fills a client's queue.
 //! 2. Odometry is joined instead: the motion of what was not sent yet, followed by the new one.
 //! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
@@ -59,6 +59,7 @@ const ARMED: Slot = (Stream::Safety, 1);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Stream {
     Safety,
+    Geofence,
     Devices,
     Odometry,
     Scan,
@@ -216,6 +217,7 @@ fn slot(message: &FromBridge) -> Option<Slot> {
     Some(match message {
         FromBridge::Safety(state) if state.armed => ARMED,
         FromBridge::Safety(_) => DISARMED,
+        FromBridge::Geofence(_) => (Stream::Geofence, 0),
         FromBridge::Devices(_) => (Stream::Devices, 0),
         FromBridge::Odometry(body) => (Stream::Odometry, body.source),
         FromBridge::Scan(body) => (Stream::Scan, body.source),

@@ -11,6 +11,7 @@ use slamlab_core::estimation::SavedMap;
 use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::robot::Stamp;
 use slamlab_core::slam::Method;
+use slamlab_core::wire::message::ZoneBody;
 
 use super::MapError;
 use super::file::MapFile;
@@ -19,6 +20,8 @@ use super::file::MapFile;
 enum Job {
     /// Write this map, of so many scans.
     Save(SavedMap, u64),
+    /// Keep these zones of a geofence.
+    Fence(Vec<ZoneBody>),
     /// The map begins anew: what is kept stays under another name.
     MoveAside,
 }
@@ -30,6 +33,8 @@ pub(super) struct Kept {
     pub(super) scans: u64,
     /// Why it is not as new as it should be.
     pub(super) fault: Option<String>,
+    /// Why the geofence would not be there after a restart.
+    pub(super) fence_fault: Option<String>,
 }
 
 /// The keeper, as the mapper holds it.
@@ -81,6 +86,11 @@ impl Keeper {
         (self.jobs.as_ref()).is_some_and(|jobs| jobs.try_send(job).is_ok())
     }
 
+    /// Keeps a geofence.
+    pub(super) fn fence(&self, zones: Vec<ZoneBody>) {
+        self.wait_for(Job::Fence(zones));
+    }
+
     /// Moves the file aside.
     pub(super) fn move_aside(&mut self) {
         self.times.clear();
@@ -123,7 +133,7 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                     .and_then(|bytes| file.write(&bytes).map_err(|error| error.to_string()));
                 let mut kept = lock(kept);
                 match done {
-                    Ok(()) => *kept = Kept { scans, fault: None },
+                    Ok(()) => (kept.scans, kept.fault) = (scans, None),
                     Err(why) => {
                         let why = format!("{} is not written: {why}", file.name());
                         if kept.fault.as_ref() != Some(&why) {
@@ -132,6 +142,18 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                         kept.fault = Some(why);
                     }
                 }
+            }
+            Job::Fence(zones) => {
+                let why = file.write_fence(&zones).err().map(|error| {
+                    format!(
+                        "the geofence beside {} is not written: {error}",
+                        file.name()
+                    )
+                });
+                if let Some(why) = &why {
+                    tracing::error!("{why}");
+                }
+                lock(kept).fence_fault = why;
             }
             Job::MoveAside => {
                 let moved = file.move_aside();

@@ -191,6 +191,11 @@ impl Mapper {
                 self.show_map();
                 self.report();
             }
+            Asked::Fence(zones) => {
+                if let Some(keeper) = &self.keeper {
+                    keeper.fence(zones);
+                }
+            }
             Asked::Pack(answer) => {
                 let (map, title) = (self.saved_map(), self.title());
                 let method = self.live.session().slam().method();
@@ -282,7 +287,7 @@ impl Mapper {
             scans: session.scans() as u64,
             file: self.file_name(),
             saved: kept.scans,
-            fault: kept.fault,
+            fault: kept.fault.or(kept.fence_fault),
         });
         let is_same = self.shown.borrow().mapping.as_deref() == Some(&body);
         if !is_same {

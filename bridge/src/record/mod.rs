@@ -163,6 +163,12 @@ impl Recorder {
         self.progress.lock().clone()
     }
 
+    /// Which piece is being written, for whoever stores those that are not.
+    #[cfg(feature = "storage")]
+    pub(crate) fn current(&self) -> Current {
+        Current(Arc::clone(&self.progress))
+    }
+
     /// Writes what waits and the summary, and closes the file.
     pub fn finish(mut self) -> RecordingBody {
         self.end();
@@ -177,6 +183,25 @@ impl Recorder {
             tracing::error!("the recorder panicked");
         }
     }
+}
+
+/// The piece that is being written.
+#[cfg(feature = "storage")]
+#[derive(Debug)]
+pub(crate) struct Current(Arc<Progress>);
+
+#[cfg(feature = "storage")]
+impl Current {
+    /// Its name, without the folder.
+    pub(crate) fn name(&self) -> String {
+        self.0.lock().file.clone()
+    }
+}
+
+/// Whether a file in a folder of recordings is called as one.
+#[cfg(feature = "storage")]
+pub(crate) fn is_piece(name: &str) -> bool {
+    place::RECORDINGS.is_piece(name)
 }
 
 impl Drop for Recorder {

@@ -12,6 +12,7 @@ use slamlab_core::wire::message::{PROOF_BYTES, Right, Role, Verifier};
 use toml::{Spanned, value::Datetime};
 
 use super::{Granted, Name};
+use crate::replaced_file;
 use crate::secret_file::{self, SecretFileError};
 use crate::token::{Token, TokenError};
 
@@ -278,7 +279,7 @@ impl RightsFile {
                 .truncate(false)
                 .write(true)
                 .open(&path)?;
-            secret_file::hand_over(&file, &path)?;
+            replaced_file::hand_over(&file, &path)?;
             file.lock()?;
             Ok(file)
         });

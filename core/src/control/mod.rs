@@ -3,6 +3,7 @@
 mod curve;
 mod ease;
 mod follow;
+pub mod geofence;
 mod guard;
 mod outline;
 mod safe;

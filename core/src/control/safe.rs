@@ -81,8 +81,8 @@ impl SafeConfig {
 /// How a robot comes to stand: in m, m/s and m/s², or in rad, rad/s and rad/s².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Braking {
-    deceleration: f64,
-    reaction: f64,
+    pub(super) deceleration: f64,
+    pub(super) reaction: f64,
 }
 
 impl Braking {

@@ -8,12 +8,14 @@
 //! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by
 //!    safe mode; answers to the client; the new state for all.
 //! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it (`manoeuvre.rs`).
-//! 4. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls
+//! 4. Of a bridge that maps ([`Hub::maps`]), commands are limited to its geofence, too (`fence.rs`).
+//! 5. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls
 //!    silent, and heartbeats.
 //!
 //! Time counts from any beginning and never runs backwards.
 
 mod device_list;
+mod fence;
 mod manoeuvre;
 mod robot_side;
 #[cfg(test)]
@@ -22,15 +24,17 @@ mod tests;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
+use crate::control::geofence::GeofenceError;
 use crate::wire::message::{
-    BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FromBridge, Header, Notice,
-    ProbeAnswer, RefusalReason, Right, RobotFigures, Role, SCHEMA, SafetyBody, Severity, ToBridge,
-    Watching, Welcome, close,
+    BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FenceState, FromBridge,
+    GeofenceBody, Header, Notice, PoseBody, ProbeAnswer, RefusalReason, Right, RobotFigures, Role,
+    SCHEMA, SafetyBody, Severity, ToBridge, Watching, Welcome, ZoneBody, close, fence_of,
 };
 
 use super::safety::{Client, ClientId, Input, LEASE, Output, Safety, WATCHDOG};
 use super::source::{Order, Profile, SourceEvent};
 use device_list::DeviceList;
+use fence::Fence;
 use manoeuvre::Manoeuvre;
 use robot_side::RobotSide;
 
@@ -66,6 +70,8 @@ pub enum Action {
     /// Begin the bridge's own map anew, as this client asked, who may; where there is none, it is
     /// refused.
     ResetMap(ClientId),
+    /// Keep the geofence, which this client set.
+    KeepGeofence(ClientId, Vec<ZoneBody>),
 }
 
 /// A client that was let in.
@@ -96,6 +102,10 @@ pub struct Hub {
     may_go_on: bool,
     /// Number of the newest order since a message came, if it is a manoeuvre.
     ordered_manoeuvre: Option<u64>,
+    /// Zones of a geofence, while the message that brought them is obeyed.
+    asked_zones: Vec<ZoneBody>,
+    /// How the robot stands to its fence, as everybody was told last.
+    told_fence: FenceState,
     next_heartbeat: Duration,
     next_driver_heartbeat: Duration,
     actions: VecDeque<Action>,
@@ -117,6 +127,8 @@ impl Hub {
             orders: 0,
             may_go_on: false,
             ordered_manoeuvre: None,
+            asked_zones: vec![],
+            told_fence: FenceState::Off,
             next_heartbeat: Duration::ZERO,
             next_driver_heartbeat: Duration::ZERO,
             actions: VecDeque::new(),
@@ -184,6 +196,7 @@ impl Hub {
         {
             self.order(Order::Command(command));
         }
+        self.watch_fence(now);
         if let Some(message) = self.devices.message(source, event) {
             self.actions.push_back(Action::SendAll(message));
         }
@@ -219,6 +232,10 @@ impl Hub {
         self.send(client, FromBridge::Safety(self.state()));
         if let Some(manoeuvre) = self.manoeuvre {
             self.send(client, manoeuvre.message(true));
+        }
+        if let Some(fence) = &self.robot.fence {
+            let body = GeofenceBody::new(fence.fence(), self.told_fence);
+            self.send(client, FromBridge::Geofence(body));
         }
         let connected = Connected {
             name: seen,
@@ -284,7 +301,12 @@ impl Hub {
                     self.send(id, FromBridge::Refused(reason));
                     return;
                 }
+                if let ToBridge::SetGeofence { zones } = &asked {
+                    self.asked_zones.clone_from(zones);
+                }
                 self.rule(now, Input::Asks(client, header.sequence, asked));
+                self.asked_zones.clear();
+                self.watch_fence(now);
                 if gives_manoeuvre {
                     let order = self.ordered_manoeuvre.take();
                     self.manoeuvre_given(id, header.sequence, order);
@@ -311,6 +333,9 @@ impl Hub {
             () if self.safety.is_armed() => None,
             () if self.robot.plausible.is_empty(now) => Some(RefusalReason::BatteryLow),
             () if self.robot.is_blind(now) => Some(RefusalReason::NoScan),
+            () if self.robot.fence.as_ref().is_some_and(Fence::is_lost) => {
+                Some(RefusalReason::NoPose)
+            }
             () => None,
         }
     }
@@ -383,8 +408,92 @@ impl Hub {
                 Output::Refused(client, reason) => self.send(client, FromBridge::Refused(reason)),
                 Output::Close(client, code) => self.actions.push_back(Action::Close(client, code)),
                 Output::Changed => self.tell_state(asker),
+                Output::ResetMap(client) if self.is_fenced_against(client) => {
+                    self.send(client, FromBridge::Refused(RefusalReason::Fenced));
+                }
                 Output::ResetMap(client) => self.actions.push_back(Action::ResetMap(client)),
+                Output::SetGeofence(client) => self.set_geofence(now, client),
             }
+        }
+    }
+
+    /// The bridge maps: its robot may have a geofence in that map.
+    pub fn maps(&mut self) {
+        self.robot.fence = self.robot.model().map(Fence::new);
+    }
+
+    /// Takes where the mapper found the robot.
+    pub fn pose(&mut self, now: Duration, body: &PoseBody) {
+        let correction = self.robot.pose(body);
+        if let Some(command) = correction.filter(|_| self.safety.is_armed()) {
+            self.order(Order::Command(command));
+        }
+        self.watch_fence(now);
+    }
+
+    /// Where the robot may be in the map, from here on; without zones, everywhere.
+    ///
+    /// # Errors    [`GeofenceError`]; the fence before stays.
+    pub fn fence_in(&mut self, now: Duration, zones: &[ZoneBody]) -> Result<(), GeofenceError> {
+        let geofence = fence_of(zones)?;
+        if let Some(fence) = &mut self.robot.fence {
+            fence.set(geofence);
+            self.told_fence = fence.state(now);
+            let body = GeofenceBody::new(fence.fence(), self.told_fence);
+            self.actions
+                .push_back(Action::SendAll(FromBridge::Geofence(body)));
+        }
+        Ok(())
+    }
+
+    fn set_geofence(&mut self, now: Duration, client: ClientId) {
+        if self.robot.fence.is_none() {
+            return self.send(client, FromBridge::Refused(RefusalReason::NoMap));
+        }
+        let zones = std::mem::take(&mut self.asked_zones);
+        if let Err(error) = self.fence_in(now, &zones) {
+            let (severity, text) = (Severity::Warning, format!("The geofence is none: {error}."));
+            self.send(client, FromBridge::Notice(Notice { severity, text }));
+            return self.send(client, FromBridge::Refused(RefusalReason::BadFence));
+        }
+        self.actions.push_back(Action::KeepGeofence(client, zones));
+    }
+
+    /// A map that begins anew has no fence any more: who may not take it away may not do that.
+    fn is_fenced_against(&self, client: ClientId) -> bool {
+        let fence = self.robot.fence.as_ref();
+        let is_fenced = fence.is_some_and(|fence| !fence.fence().is_empty());
+        let role = self.clients.get(&client).map(|client| client.role);
+        let lifts = ToBridge::SetGeofence { zones: vec![] };
+        is_fenced && !role.unwrap_or_default().may(&lifts)
+    }
+
+    /// Disarms a robot that has left its fence, and tells everybody how it stands to that.
+    fn watch_fence(&mut self, now: Duration) {
+        let Some(fence) = &mut self.robot.fence else {
+            return;
+        };
+        let state = fence.state(now);
+        if state == self.told_fence {
+            return;
+        }
+        let before = std::mem::replace(&mut self.told_fence, state);
+        let body = GeofenceBody::new(fence.fence(), state);
+        self.actions
+            .push_back(Action::SendAll(FromBridge::Geofence(body)));
+        // Who armed it outside drives it back.
+        let has_left = state == FenceState::Outside && before != FenceState::Off;
+        match state {
+            _ if has_left => self.fault(now, DisarmReason::Geofence),
+            FenceState::Held if self.safety.is_armed() => self.notify(
+                Severity::Warning,
+                "The geofence holds the robot back: drive it another way.".to_owned(),
+            ),
+            FenceState::NoPose if self.safety.is_armed() => self.notify(
+                Severity::Warning,
+                "The robot stands: it has a geofence, and it is not known where it is.".to_owned(),
+            ),
+            _ => (),
         }
     }
 
@@ -482,6 +591,9 @@ fn sentence(reason: DisarmReason) -> &'static str {
         }
         DisarmReason::Silence => {
             "The robot has said nothing for half a second: it was stopped. Look at its link."
+        }
+        DisarmReason::Geofence => {
+            "The robot has left its geofence: it was stopped. Arm it again to drive it back; it goes no other way."
         }
         _ => "The robot was stopped.",
     }

@@ -244,7 +244,9 @@ impl LocalBridge {
                 Action::Send(client, message) if self.client == Some(client) => self.send(&message),
                 Action::SendAll(message) if self.client.is_some() => self.send(&message),
                 // The page maps, and nobody else here.
-                Action::ResetMap(_) => self.send(&FromBridge::Refused(RefusalReason::NoMap)),
+                Action::ResetMap(_) | Action::KeepGeofence(..) => {
+                    self.send(&FromBridge::Refused(RefusalReason::NoMap))
+                }
                 // Nobody is there; and the only client, which may drive, is never shown out.
                 Action::Send(..) | Action::SendAll(_) | Action::Close(..) => (),
             }

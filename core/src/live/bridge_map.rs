@@ -1,11 +1,11 @@
 //! The map that the bridge itself keeps, as far as this client knows it: it is shown beside that of
 //! the run, which does not know of it.
 
-use super::carried_pose::CarriedPose;
 use crate::format::map_server::OccupancyMap;
 use crate::geom::Pose2;
 use crate::robot::Odometry;
-use crate::wire::message::{FromBridge, MapBodyError, MappingBody};
+use crate::wire::CarriedPose;
+use crate::wire::message::{FromBridge, GeofenceBody, MapBodyError, MappingBody};
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
@@ -16,6 +16,8 @@ pub struct BridgeMap {
     pub revision: u64,
     /// How its mapping does; none of a bridge that does not map.
     pub mapping: Option<MappingBody>,
+    /// Where the robot may be in it.
+    pub geofence: GeofenceBody,
     /// `run_map_from_bridge_map`: both know where the robot is. None before they do.
     pub place: Option<Pose2>,
     pose: CarriedPose,
@@ -46,6 +48,7 @@ impl BridgeMap {
                 self.revision = body.revision;
             }
             FromBridge::Mapping(body) => self.mapping = Some(body.clone()),
+            FromBridge::Geofence(body) => self.geofence = body.clone(),
             _ => (),
         }
         Ok(())

@@ -20,7 +20,7 @@ mod tests;
 
 use super::message::{
     BridgeHello, ClientHello, DriveBody, Format, FromBridge, Header, Lease, MessageError,
-    ProbeAnswer, SCHEMA, SafetyBody, ToBridge, Welcome, decode, encode, proof,
+    ProbeAnswer, SCHEMA, SafetyBody, ToBridge, Welcome, ZoneBody, decode, encode, proof,
 };
 use crate::robot::Command;
 
@@ -291,6 +291,11 @@ impl Client {
     /// Asks the bridge to begin its own map anew.
     pub fn reset_map(&mut self, now: u64) {
         self.say(now, &ToBridge::ResetMap);
+    }
+
+    /// Says where in the bridge's own map the robot may be; without zones, everywhere.
+    pub fn set_geofence(&mut self, now: u64, zones: Vec<ZoneBody>) {
+        self.say(now, &ToBridge::SetGeofence { zones });
     }
 
     /// Messages to send, in order; they are forgotten here.

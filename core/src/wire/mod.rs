@@ -6,11 +6,12 @@
 //! each byte.
 //!
 //! Of [`crate::format`] it takes what a map is, so that the wire tells the map that is saved, and no
-//! other.
+//! other; of [`crate::points`] how motion is remembered, of [`crate::control`] what a geofence is.
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
 //! radians inside.
 
+mod carried_pose;
 pub mod client;
 mod clock;
 mod inbox;
@@ -22,5 +23,6 @@ pub mod rp6;
 pub mod rplidar;
 pub mod timeline;
 
+pub use carried_pose::CarriedPose;
 pub use clock::ClockMap;
 pub use inbox::Tally;

@@ -7,7 +7,7 @@ use slamlab_bridge::rights::{Files, Keys, RightsFile};
 use slamlab_bridge::token::Token;
 use slamlab_bridge::{Config, HomeConfig, MapConfig, RunError};
 use slamlab_core::live::HomingConfig;
-use slamlab_core::wire::message::{DisarmReason, FromBridge, Role, SafetyBody, ToBridge};
+use slamlab_core::wire::message::{DisarmReason, FromBridge, Role, SafetyBody, ToBridge, close};
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tempfile::TempDir;
 use tokio::time::Instant;
@@ -21,6 +21,8 @@ const NEVER: Duration = Duration::from_secs(60);
 struct Scene {
     bridge: Bridge,
     rights: RightsFile,
+    /// A driver's, who is not the owner.
+    anna: Token,
     _folder: TempDir,
 }
 
@@ -41,22 +43,31 @@ fn config() -> Config {
 
 impl Scene {
     async fn start() -> Self {
+        Self::start_with(config()).await
+    }
+
+    async fn start_with(config: Config) -> Self {
         let folder = TempDir::new().unwrap();
         let token = folder.path().join("token");
         let owner = Token::load_or_create(&token).unwrap();
         let rights = RightsFile::at(folder.path().join("rights.toml"));
         let noon = "2026-11-27T12:00:00Z".parse().unwrap();
-        rights
-            .add("home".parse().unwrap(), Role::Driver, noon)
-            .unwrap();
+        let add = |name: &str| {
+            rights
+                .add(name.parse().unwrap(), Role::Driver, noon)
+                .unwrap()
+        };
+        add("home");
+        let anna = add("anna");
         let keys = Keys::Files(Files {
             token,
             rights: rights.clone(),
         });
-        let bridge = Bridge::start_with(config(), keys, owner.reveal().to_owned()).await;
+        let bridge = Bridge::start_with(config, keys, owner.reveal().to_owned()).await;
         Self {
             bridge,
             rights,
+            anna,
             _folder: folder,
         }
     }
@@ -153,6 +164,53 @@ fn a_robot_whose_driver_is_gone_goes_home_where_a_right_and_a_map_are_there() {
         watch.go(Duration::from_millis(500)).await;
         assert!(watch.away < 0.35, "{} m", watch.away);
         assert!(!watch.safety.armed && watch.safety.driver.is_none());
+        scene.bridge.stop().await;
+    });
+}
+
+/// All the time is low battery here, and it counts after two seconds: by then the robot is away.
+#[test]
+fn a_robot_whose_battery_is_low_is_taken_from_its_driver_and_goes_home() {
+    async_on_a_calm_machine(async || {
+        let mut config = config();
+        let home = config.map.as_mut().and_then(|map| map.home.as_mut());
+        home.unwrap().when = HomingConfig {
+            on_low_battery: true,
+            low_volts: 50.0,
+            ..HomingConfig::default()
+        };
+        let scene = Scene::start_with(config).await;
+        let mut watch = Watch::of(&scene.bridge).await;
+        watch.go(Duration::from_secs(1)).await;
+        let mut driver = scene.bridge.connect().await;
+        assert!(driver.enter(Some(scene.anna.reveal())).await);
+        driver.take(false).await;
+        driver.arm().await;
+        let drive = async {
+            let mut ticks = tokio::time::interval(Duration::from_millis(50));
+            loop {
+                tokio::select! {
+                    _ = ticks.tick() => driver.drive(0.3, 0.0).await,
+                    came = driver.next() => match came {
+                        Came::Message(_) => (),
+                        other => break other,
+                    },
+                }
+            }
+        };
+        let taken = watch.until("it goes home", |watch| {
+            watch.heard("The battery is low: the robot goes home")
+        });
+        let (code, ()) = tokio::join!(drive, taken);
+        assert!(matches!(code, Came::Closed(close::TAKEN_OVER)), "{code:?}");
+        let farthest = watch.away;
+        assert!(farthest > 0.3, "{farthest} m");
+        watch
+            .until("it is home", |watch| watch.heard("is at home"))
+            .await;
+        watch.go(Duration::from_millis(500)).await;
+        assert!(watch.away < 0.35, "{} m of {farthest}", watch.away);
+        assert!(!watch.safety.armed);
         scene.bridge.stop().await;
     });
 }

@@ -8,6 +8,7 @@ mod adapters;
 mod client;
 mod driving;
 mod failsafe;
+mod geofence;
 mod manoeuvre;
 mod mapping;
 mod recording;

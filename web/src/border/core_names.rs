@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use slamlab_core::lesson::Measure;
 use slamlab_core::plan::Planner;
 use slamlab_core::slam::Method;
-use slamlab_core::wire::message::{DeviceState, DisarmReason, Role};
+use slamlab_core::wire::message::{DeviceState, DisarmReason, FenceState, Role};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// Types of the page for enums of the core that have names.
@@ -56,6 +56,8 @@ core_names! {
     DeviceStateName of DeviceState;
     /// Why the robot is disarmed.
     DisarmReasonName of DisarmReason;
+    /// How a robot stands to its geofence.
+    FenceStateName of FenceState;
     /// What a right is good for.
     RoleName of Role;
 }

@@ -23,7 +23,8 @@ mod values;
 pub(crate) use array::messages;
 pub use array::{Float32Array, Float64Array, Int32Array, Uint8Array, Uint32Array};
 pub use core_names::{
-    DeviceStateName, DisarmReasonName, MeasureName, MethodName, PlannerName, RoleName,
+    DeviceStateName, DisarmReasonName, FenceStateName, MeasureName, MethodName, PlannerName,
+    RoleName,
 };
 pub(crate) use error::kinds;
 pub use error::{ErrorKind, WebError};

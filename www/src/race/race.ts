@@ -99,7 +99,7 @@ export class SlamRace extends SlamDialog {
   get figures(): readonly object[] {
     return this.#rivals.map(({ difference: { name }, parts: { store, map }, isThere }) => ({
       name, isThere, playing: store.playing, status: store.status, hash: store.hash, method: store.method,
-      camera: { x: map.camera.x, y: map.camera.y, scale: map.camera.scale }, layers: { ...store.layers },
+      camera: { x: map.camera.x, y: map.camera.y, scale: map.camera.scale, angle: map.camera.angle }, layers: { ...store.layers },
     }));
   }
 
@@ -314,10 +314,10 @@ export class SlamRace extends SlamDialog {
 
   /** The same layers in each map, and what they need. */
   #look(): void {
-    const { layers, gridView } = this.store;
+    const { layers, layerOrder, gridView } = this.store;
     const field = gridView === "continuous" || gridView === "three" || !layers.grid ? null : gridView;
     for (const { parts: { store, client } } of this.#rivals) {
-      store.set("view", { layers, gridView });
+      store.set("view", { layers, layerOrder, gridView });
       for (const kind of ["rooms", "points", "wheels"] as const) client.relay({ kind, on: layers[kind] });
       client.relay({ kind: "field", name: field });
     }

@@ -37,13 +37,14 @@ const REASONS: Readonly<Record<DisarmReasonName, string>> = {
   runaway: "it moved without a command",
   shutdown: "the bridge ends",
   revoked: "the driver's right was taken away",
+  geofence: "it has left its geofence; armed again it goes back in, and no other way",
 };
 
 /** What a right is good for. */
 const ROLES: Readonly<Record<RoleName, string>> = {
   watcher: "may look, and stop the robot",
   driver: "may drive",
-  owner: "may drive, and take the robot from anybody",
+  owner: "may drive, take the robot from anybody, and say where it may be",
 };
 
 export class SlamBridge extends SlamElement {
@@ -61,12 +62,20 @@ export class SlamBridge extends SlamElement {
       small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
       dl { margin: 0 0 10px; }
       p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
+      details { margin: 0 0 10px; }
+      summary { min-height: 34px; font-size: 13px; cursor: pointer; align-content: center; }
+      .row { display: flex; flex-wrap: wrap; gap: 6px 12px; align-items: center; }
+      fieldset { margin: 0 0 10px; padding: 8px 10px 2px; border: 1px solid var(--line); border-radius: 12px; }
+      legend { padding: 0 4px; font-size: 13px; font-weight: 600; }
+      label { display: inline-flex; gap: 6px; align-items: center; min-height: 34px; font-size: 13px; }
+      @media (pointer: coarse) { label, .row button { min-height: 44px; } }
       .emergency { width: 100%; min-height: 44px; border: 2px solid var(--danger); color: var(--danger); font-weight: 700; }
       .emergency[aria-pressed="true"] { background: var(--danger); color: #fff; }
     `,
   ];
 
   protected override readonly topics = ["bridge", "run"] as const;
+  #canList = false;
   #ofMap: Promise<void> | null = null;
   #renderMap: typeof import("./bridge_map.js").render | null = null;
 
@@ -79,11 +88,19 @@ export class SlamBridge extends SlamElement {
       <p role="status" data-testid="bridge-state">${sentence(bridge)}</p>
       ${bridge.connection === "open" ? state(bridge) : ""}
       ${this.#map(bridge)}
+      ${bridge.recording && bridge.connection === "open" ? html`<details data-testid="recordings-of-bridge" @toggle=${this.#lists}><summary>Recordings</summary>${this.#canList ? html`<slam-recordings .store=${this.store} .client=${this.client}></slam-recordings>` : nothing}</details>` : nothing}
       <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off; they stay off until this is undone"}
         @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
     `;
   }
+
+  /** The list asks the bridge when it is opened, and not before. */
+  readonly #lists = async (event: Event): Promise<void> => {
+    const isOpen = (event.currentTarget as HTMLDetailsElement).open;
+    this.#canList = isOpen && (await bundle(this.store, "recordings.js", "The list of recordings")) !== null;
+    this.requestUpdate();
+  };
 
   /** What tells of the bridge's own map comes with the first that there is. */
   #map(bridge: BridgeState): TemplateResult | typeof nothing {
@@ -92,7 +109,7 @@ export class SlamBridge extends SlamElement {
       this.#renderMap = (part as typeof import("./bridge_map.js") | null)?.render ?? null;
       this.requestUpdate();
     });
-    return this.#renderMap?.(bridge, bridge.map, this.client) ?? nothing;
+    return this.#renderMap?.({ bridge, map: bridge.map, store: this.store, client: this.client }) ?? nothing;
   }
 }
 

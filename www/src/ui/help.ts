@@ -28,6 +28,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["Enter", "with the map in focus: go to the cross in the middle"],
   ["Shift + arrow keys", "with the map in focus: move the view"],
   ["+ − 0", "zoom in, zoom out, show everything"],
+  ["Q, Shift + Q, J", "turn the map to the left, to the right, upright again; so do a drag with Shift, and two fingers"],
   ["F", "follow the robot"],
   ["I", "inspect: a click, or Enter at the cross, tells what is there, again what lies under it; Esc ends it"],
   ["E", "change the map by hand: a drag erases or draws, and so do two clicks, or Enter twice with the map in focus (scan matching)"],

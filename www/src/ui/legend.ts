@@ -1,12 +1,16 @@
-// Every layer with its sign, what it means, and a switch.
+// Every layer with its sign, what it means, and a switch; in which order they lie on one another;
+// and what the map is drawn with.
 
 import { css, nothing, type TemplateResult } from "lit";
+import { repeat } from "lit/directives/repeat.js";
 import { needsPriorMap } from "../protocol/methods.js";
-import type { LayerName, Scene } from "../view/scene.js";
+import { chooseDrawing, chosenDrawing, type Drawing } from "../view/graphics.js";
+import { LAYERS, type LayerName, type Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
 import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
+import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 
 interface Entry {
@@ -95,6 +99,9 @@ const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, 
   { view: "room", label: "where the robot may be", ends: ["0 m of room", "and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
 ];
 
+/** What the map can be drawn with; what "auto" is here is said beside it. */
+const DRAWN: Readonly<Record<Drawing, string>> = { auto: "what is quicker here", webgl2: "WebGL2", canvas: "Canvas 2D" };
+
 export class SlamLegend extends SlamElement {
   static override styles = css`
     h2 { margin-bottom: 8px; }
@@ -110,17 +117,26 @@ export class SlamLegend extends SlamElement {
     input:checked::after { left: 14px; }
     small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
     .meaning { position: sticky; bottom: -12px; margin: 8px -14px -12px; padding: 8px 14px 12px; min-height: 92px; border-top: 1px solid var(--line); background: var(--surface); color: var(--muted); font-size: 12.5px; line-height: 1.35; }
+    .tools { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 8px; }
+    .tools button { flex: 1; padding: 0 8px; font-size: 13px; min-height: 32px; white-space: nowrap; }
+    .order { display: grid; grid-template-columns: 28px 1fr auto auto; align-items: center; gap: 4px 6px; padding: 2px 0; font-size: 13px; }
+    .order button { width: 28px; min-height: 28px; padding: 0; }
+    .order button svg { width: 16px; height: 16px; }
+    .order .turned svg { transform: rotate(180deg); }
     .material div { display: grid; grid-template-columns: 28px 1fr; align-items: center; gap: 9px; padding: 2px 0 2px 16px; font-size: 12.5px; color: var(--muted); min-height: 24px; }
     .tones { display: grid; gap: 5px; margin-top: 6px; padding-top: 8px; border-top: 1px solid var(--line); font-size: 13px; }
     .tones select { width: 100%; }
+    .tones small { display: block; margin: 0; }
     .scale { display: grid; grid-template-columns: 1fr auto; gap: 2px 8px; font: 500 11.5px/1.3 var(--mono); color: var(--muted); }
     .scale i { grid-column: 1 / -1; height: 10px; border-radius: 3px; border: 1px solid var(--line); background: linear-gradient(to right, var(--map-field), color-mix(in srgb, var(--map-field), var(--map-free) 50%) 25%, var(--map-free)); }
     .scale i.likelihood { background: linear-gradient(to right, var(--map-free), var(--map-field)); }
     .scale small { display: block; grid-column: 1 / -1; margin: 2px 0 0; font-family: var(--sans); }
-    @media (max-width: 760px) { .meaning { display: none; } small { display: block; } label { min-height: 40px; font-size: 14px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
+    @media (max-width: 760px) { .meaning { display: none; } small { display: block; } label { min-height: 40px; font-size: 14px; } .order button { width: 40px; min-height: 40px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
   `;
 
-  protected override readonly topics = ["view", "run"] as const;
+  protected override readonly topics = ["view", "run", "drawing"] as const;
+  /** Whether it is shown in which order they lie, rather than which are shown. */
+  #isOrdering = false;
   /** What was pointed at last. */
   #meaning = "";
 
@@ -139,8 +155,21 @@ export class SlamLegend extends SlamElement {
     const { store } = this;
     return html`
       <h2>Layers</h2>
+      ${this.#isOrdering ? this.#order() : this.#switches()}
+      <div class="tools">
+        ${this.#isOrdering && store.layerOrder !== LAYERS ? html`<button data-testid="order-reset" @click=${() => store.set("view", { layerOrder: LAYERS })}>As it was</button>` : nothing}
+        <button data-testid="layer-order" aria-pressed=${this.#isOrdering} @click=${() => this.#toggleOrdering()}>${this.#isOrdering ? "Done" : "Order…"}</button>
+      </div>
+      <p class="meaning" aria-hidden="true" data-testid="layer-meaning">${this.#isOrdering ? "What is higher in the list lies over what is lower." : this.#meaning || "Point at a layer to read what it shows."}</p>
+    `;
+  }
+
+  #switches(): TemplateResult {
+    const { store } = this;
+    const { drawing } = store;
+    return html`
       <ul>
-        ${ENTRIES.filter((e) => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0)).filter((e) => (store.source === "sim" ? !e.realOnly : !e.simOnly)).map(
+        ${this.#entries().map(
           (e) => html`<li @pointerenter=${() => this.#explain(e)} @focusin=${() => this.#explain(e)}><label class=${store.layers[e.name] ? "" : "off"}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
@@ -152,9 +181,39 @@ export class SlamLegend extends SlamElement {
             ${VIEWS.map(({ view, label }) => html`<option value=${view} .selected=${store.gridView === view}>${label}</option>`)}
           </select>
           ${this.#scale()}</li>
-      </ul>
-      <p class="meaning" aria-hidden="true" data-testid="layer-meaning">${this.#meaning || "Point at a layer to read what it shows."}</p>
-    `;
+        <li class="tones"><span id="drawing">The map is drawn with</span>
+          <select data-testid="drawing" aria-labelledby="drawing" @change=${(e: Event) => chooseDrawing(valueOf(e) as Drawing)}>
+            ${Object.entries(DRAWN).map(([name, label]) => html`<option value=${name} .selected=${chosenDrawing() === name}>${label}</option>`)}
+          </select>
+          <small data-testid="drawn-with">${DRAWN[drawing.with]}${drawing.why === "" ? "" : `: ${drawing.why}`}.</small></li>
+      </ul>`;
+  }
+
+  /** From the uppermost down. */
+  #order(): TemplateResult {
+    const { store } = this;
+    const entries = this.#entries();
+    const listed = [...store.layerOrder].reverse().flatMap((name) => entries.filter((e) => e.name === name));
+    const move = (at: number, by: 1 | -1) => (): void => {
+      const [entry, other] = [listed[at], listed[at + by]];
+      if (entry && other) store.moveLayer(entry.name, by < 0 ? "over" : "under", other.name);
+    };
+    return html`<ul>${repeat(listed, (e) => e.name, (e, at) => html`<li class="order" data-testid="order-${e.name}">
+      <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
+      <button class="icon" ?disabled=${at === 0} data-testid="lift-${e.name}" title="Over the one above" aria-label="Lift ${e.label}" @click=${move(at, -1)}>${icons.arrow}</button>
+      <button class="icon turned" ?disabled=${at === listed.length - 1} data-testid="lower-${e.name}" title="Under the one below" aria-label="Lower ${e.label}" @click=${move(at, 1)}>${icons.arrow}</button></li>`)}</ul>`;
+  }
+
+  #toggleOrdering(): void {
+    this.#isOrdering = !this.#isOrdering;
+    this.requestUpdate();
+  }
+
+  /** The layers that this run has. */
+  #entries(): readonly Entry[] {
+    const { store } = this;
+    const isThere = (e: Entry): boolean => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0);
+    return ENTRIES.filter((e) => isThere(e) && (store.source === "sim" ? !e.realOnly : !e.simOnly));
   }
 
   #explain({ meaning }: Entry): void {

@@ -5,7 +5,7 @@ import { degrees } from "../angle.js";
 import type { MapStart } from "../protocol/module.js";
 import type { SavedMap } from "../store.js";
 import { Camera } from "../view/camera.js";
-import { draw } from "../view/layers/grid.js";
+import { drawTiles } from "../view/canvas_bulk.js";
 import { readPalette } from "../view/palette.js";
 import { Tiles } from "../view/tiles.js";
 import { html, t } from "../words.js";
@@ -192,7 +192,7 @@ export class SlamSavedMap extends SlamElement {
     Object.assign(camera, camera.fitted(box));
     const palette = readPalette();
     this.#tiles.colour(palette, "continuous");
-    draw({ context, camera, tiles: this.#tiles });
+    drawTiles(context, camera, this.#tiles);
     const pose = this.#pose();
     if (!pose) return;
     const [x, y] = camera.toScreen(pose[0], pose[1]);

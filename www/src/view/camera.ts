@@ -1,5 +1,8 @@
 // Map metres to canvas pixels and back: the only place that flips y.
 
+import { turnBetween } from "../angle.js";
+import type { Pencil } from "./painter.js";
+
 export interface Box {
   minX: number;
   minY: number;
@@ -19,6 +22,8 @@ export class Camera {
   y = 0;
   /** CSS pixels for each metre. */
   scale = 48;
+  /** By how much the map is turned on the screen, rad: +90° takes the map's x axis up. */
+  angle = 0;
   /** Size of the canvas, CSS pixels. */
   width = 1;
   height = 1;
@@ -31,18 +36,33 @@ export class Camera {
   static readonly MAX_SCALE = 800;
 
   toScreen(x: number, y: number): [number, number] {
-    return [this.#middleX + (x - this.x) * this.scale, this.#middleY - (y - this.y) * this.scale];
+    const [cos, sin] = [Math.cos(this.angle), Math.sin(this.angle)];
+    const [dx, dy] = [x - this.x, y - this.y];
+    return [this.#middleX + (cos * dx - sin * dy) * this.scale, this.#middleY - (sin * dx + cos * dy) * this.scale];
   }
 
   toMap(screenX: number, screenY: number): [number, number] {
-    return [this.x + (screenX - this.#middleX) / this.scale, this.y - (screenY - this.#middleY) / this.scale];
+    const [dx, dy] = this.#across(screenX - this.#middleX, screenY - this.#middleY);
+    return [this.x + dx, this.y + dy];
+  }
+
+  /** The way in the map, m, that is so many CSS pixels on the screen. */
+  #across(screenX: number, screenY: number): [number, number] {
+    const [cos, sin] = [Math.cos(this.angle) / this.scale, Math.sin(this.angle) / this.scale];
+    return [cos * screenX - sin * screenY, -sin * screenX - cos * screenY];
+  }
+
+  /** Map metres to device pixels, as a context has it. */
+  get transform(): readonly [number, number, number, number, number, number] {
+    const k = this.scale * this.ratio;
+    const [x, y] = this.toScreen(0, 0);
+    const [cos, sin] = [k * Math.cos(this.angle), k * Math.sin(this.angle)];
+    return [cos, -sin, -sin, -cos, x * this.ratio, y * this.ratio];
   }
 
   /** After this the context draws in metres, y up; `px` gives widths. */
-  applyTo(context: CanvasRenderingContext2D): void {
-    const k = this.scale * this.ratio;
-    const [x, y] = this.toScreen(0, 0);
-    context.setTransform(k, 0, 0, -k, x * this.ratio, y * this.ratio);
+  applyTo(context: Pick<Pencil, "setTransform">): void {
+    context.setTransform(...this.transform);
   }
 
   /** Length in metres that is `n` CSS pixels on the canvas. */
@@ -51,8 +71,18 @@ export class Camera {
   }
 
   panBy(screenX: number, screenY: number): void {
-    this.x -= screenX / this.scale;
-    this.y += screenY / this.scale;
+    const [x, y] = this.#across(screenX, screenY);
+    this.x -= x;
+    this.y -= y;
+  }
+
+  /** Turns the map on the screen so that the map point under the given pixel stays there. */
+  turnAt(angle: number, screenX: number, screenY: number): void {
+    const [x, y] = this.toMap(screenX, screenY);
+    this.angle = turnBetween(this.angle + angle, 0);
+    const [newX, newY] = this.toMap(screenX, screenY);
+    this.x += x - newX;
+    this.y += y - newY;
   }
 
   /** Zooms so that the map point under the given pixel stays there. */
@@ -68,7 +98,9 @@ export class Camera {
   fitted(box: Box, maxScale = 90): { x: number; y: number; scale: number } {
     const width = Math.max(this.width - this.inset.left - this.inset.right, 40);
     const height = Math.max(this.height - this.inset.top - this.inset.bottom, 40);
-    const scale = Math.min(width / Math.max(box.maxX - box.minX, 0.5), height / Math.max(box.maxY - box.minY, 0.5));
+    const [cos, sin] = [Math.abs(Math.cos(this.angle)), Math.abs(Math.sin(this.angle))];
+    const [across, up] = [box.maxX - box.minX, box.maxY - box.minY];
+    const scale = Math.min(width / Math.max(cos * across + sin * up, 0.5), height / Math.max(sin * across + cos * up, 0.5));
     return {
       x: (box.minX + box.maxX) / 2,
       y: (box.minY + box.maxY) / 2,
@@ -76,10 +108,11 @@ export class Camera {
     };
   }
 
+  /** The smallest box of the map, its sides along its axes, around what is seen. */
   get visible(): Box {
-    const [minX, maxY] = this.toMap(0, 0);
-    const [maxX, minY] = this.toMap(this.width, this.height);
-    return { minX, minY, maxX, maxY };
+    const corners = [this.toMap(0, 0), this.toMap(this.width, 0), this.toMap(0, this.height), this.toMap(this.width, this.height)];
+    const [xs, ys] = [corners.map(([x]) => x), corners.map(([, y]) => y)];
+    return { minX: Math.min(...xs), minY: Math.min(...ys), maxX: Math.max(...xs), maxY: Math.max(...ys) };
   }
 
   get #middleX(): number {

@@ -1,8 +1,13 @@
-// Turns pointer, wheel and pinch on the map into intentions: pan, zoom, tap, hover.
+// Turns pointer, wheel, pinch and twist on the map into intentions: pan, zoom, turn, tap, hover.
+
+import { turnBetween } from "../angle.js";
 
 export interface GestureHandlers {
   pan(dx: number, dy: number): void;
   zoom(factor: number, x: number, y: number): void;
+  /** Turns by so much, rad, around a point; around the middle of the view where there is none.
+      Without it nothing turns. */
+  turn?(angle: number, around: readonly [number, number] | null): void;
   tap(x: number, y: number): void;
   hover(x: number, y: number): void;
   leave(): void;
@@ -14,6 +19,9 @@ export interface GestureHandlers {
   drawn(isDone: boolean): void;
 }
 
+/** Two fingers that turn by less than this only pinch, rad. */
+const LEAST_TWIST = 0.15;
+
 /** A press that moves less than this is a tap, CSS pixels. */
 const SLOP = 6;
 
@@ -22,6 +30,10 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
   const pointers = new Map<number, { x: number; y: number }>();
   let moved = 0;
   let hadTwo = false;
+  /** By how much two fingers have turned, rad. */
+  let twist = 0;
+  /** Whether the press turns the view. */
+  let turns = false;
   /** Where a press began that draws. */
   let begun: readonly [number, number] | null = null;
 
@@ -37,10 +49,12 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
       hadTwo = false;
     }
     const now = at(event);
-    begun = pointers.size === 0 && event.button === 0 && on.draws() ? [now.x, now.y] : null;
+    turns = pointers.size === 0 && event.button === 0 && event.shiftKey && on.turn !== undefined;
+    begun = pointers.size === 0 && event.button === 0 && !turns && on.draws() ? [now.x, now.y] : null;
     pointers.set(event.pointerId, now);
     if (pointers.size > 1) {
       hadTwo = true;
+      twist = 0;
       on.drawn(false);
     }
     element.setPointerCapture(event.pointerId);
@@ -59,13 +73,21 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
     if (other) {
       const spread = (p: { x: number; y: number }): number => Math.hypot(p.x - other.x, p.y - other.y);
       on.pan(dx / 2, dy / 2);
-      on.zoom(spread(now) / Math.max(spread(before), 1), (now.x + other.x) / 2, (now.y + other.y) / 2);
+      const [x, y] = [(now.x + other.x) / 2, (now.y + other.y) / 2];
+      on.zoom(spread(now) / Math.max(spread(before), 1), x, y);
+      const turned = turnBetween(direction(before, other), direction(now, other));
+      const wasTwist = Math.abs(twist) >= LEAST_TWIST;
+      twist += turned;
+      if (wasTwist) on.turn?.(turned, [x, y]);
     } else {
       const wasTap = moved < SLOP;
       moved += Math.hypot(dx, dy);
       if (wasTap && moved < SLOP) return;
       if (begun) on.draw(begun, [now.x, now.y]);
-      else on.pan(dx, dy);
+      else if (turns) {
+        const middle = { x: element.clientWidth / 2, y: element.clientHeight / 2 };
+        on.turn?.(turnBetween(direction(before, middle), direction(now, middle)), null);
+      } else on.pan(dx, dy);
     }
   };
 
@@ -89,4 +111,9 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
   element.addEventListener("pointercancel", up);
   element.addEventListener("pointerleave", () => on.leave());
   element.addEventListener("wheel", wheel, { passive: false });
+}
+
+/** The direction in which a point lies from another one, as the screen has it (y down), rad. */
+function direction(point: { x: number; y: number }, from: { x: number; y: number }): number {
+  return Math.atan2(point.y - from.y, point.x - from.x);
 }

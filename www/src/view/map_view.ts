@@ -1,14 +1,18 @@
-// The map: three canvases with a camera that can be panned, zoomed, fitted, and tied to the robot.
+// The map: three sheets with a camera that can be panned, zoomed, turned, fitted, and tied to the
+// robot. They are drawn with WebGL2, or on 2D canvases where there is none.
 //
-// | canvas | drawn |
+// | sheet | drawn |
 // |---|---|
-// | overlays: the robot, what it sees and what it plans | for each picture |
+// | overlays: the robot, what it sees and what it plans | for each picture, unless that takes long |
 // | record: trails, submaps, closures | when they have grown, some times a second; or when it is looked at otherwise |
 // | ground: grid and rules | when they change; only the part that does, while the view stands |
 //
-// Record and ground take long: at most one of them is drawn for a picture.
+// Record and ground take long, and so may overlays: at most one of those is drawn for a picture. In
+// another order of layers more is on the quicker sheets (`parts.ts`).
 
 import { css, html, nothing, type TemplateResult } from "lit";
+import { degrees } from "../angle.js";
+import { withCorner } from "../fence.js";
 import { current as currentLesson } from "../lessons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
@@ -16,8 +20,10 @@ import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
 import { t } from "../words.js";
 import { type Box, Camera, union } from "./camera.js";
-import { drawGround, drawOverlays, drawRecord } from "./draw.js";
+import { CanvasBulk } from "./canvas_bulk.js";
+import { CanvasSurface } from "./canvas_surface.js";
 import { listenToGestures } from "./gestures.js";
+import { Graphics } from "./graphics.js";
 import { doorAt } from "./layers/doors.js";
 import { ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
@@ -25,8 +31,11 @@ import { roomAt } from "./layers/rooms.js";
 import { readingAt } from "./layers/scan.js";
 import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
+import { drawSheet } from "./parts.js";
+import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
-import { Sheet } from "./sheet.js";
+import { Sheets } from "./sheets.js";
+import { SHEETS, type Surface } from "./surface.js";
 import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
@@ -37,6 +46,10 @@ const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
+/** So long a busy page is waited for before the map is drawn with WebGL2, milliseconds. */
+const LONGEST_IDLE = 1000;
+/** A map that is turned by less is upright, rad. */
+const LEAST_ANGLE = 1e-3;
 /** How far beside the card it comes out, CSS pixels. */
 const UNCOVERED = 40;
 /** Pixels of free height from which on a phone has room for the scale. */
@@ -48,7 +61,7 @@ const LEAST_BESIDE = 960;
 const TIME_LINE = 50;
 
 /** The panels that a phone shows as a sheet over the map. */
-const SHEETS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
+const PANELS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 /** What a change would go from and to, map frame, m. */
 type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
@@ -57,6 +70,7 @@ export class SlamMap extends SlamElement {
   static override styles = css`
     :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
     canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; transform-origin: 0 0; }
+    #gl[hidden] { display: none; }
     #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
     #pad.plain { cursor: grab; }
     #pad.wall, #pad.door { cursor: pointer; }
@@ -97,14 +111,12 @@ export class SlamMap extends SlamElement {
   #fitAt = -Infinity;
   #target: { x: number; y: number; scale: number } | null = null;
   #palette: Palette | null = null;
-  #sheets = { ground: new Sheet(), record: new Sheet() };
-  /** Of the grid that the ground shows. */
-  #tilesVersion = -1;
+  #sheets: Sheets | null = null;
+  #graphics: Graphics | null = null;
   /** Length of the trail that the record shows. */
   #recordedTrail = 0;
-  /** What had been recorded by then. */
-  #growth = "";
-  #overlays = "";
+  /** Scale that the bar below shows. */
+  #ruledScale = NaN;
   #lastTick = 0;
   #inCycle = false;
   #hasTable = false;
@@ -117,6 +129,7 @@ export class SlamMap extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.#graphics?.begin();
     this.#startTicking();
     this.store.on("theme", () => (this.#palette = null));
     this.store.on("contest", () => {
@@ -147,6 +160,10 @@ export class SlamMap extends SlamElement {
         else this.#leader.#release();
         camera.zoomAt(factor, x, y);
       },
+      turn: (angle, around) => {
+        const { store, camera } = this.#leader;
+        this.#leader.#turnAt(angle, around && !store.follow ? around : camera.toScreen(camera.x, camera.y));
+      },
       tap: (x, y) => this.#choose(...this.camera.toMap(x, y)),
       draws: () => this.store.editing !== null,
       draw: (from, to) => this.#setDraft({ from: this.camera.toMap(...from), to: this.camera.toMap(...to) }),
@@ -157,25 +174,44 @@ export class SlamMap extends SlamElement {
         this.#light(null);
       },
     });
+    this.#graphics = new Graphics(this.#element("gl") as HTMLCanvasElement, this.store, {
+      came: (surface) => this.#drawOn(surface, ""),
+      went: (why, isLoss) => {
+        this.#drawOn(null, why);
+        if (isLoss) this.store.note({ time: this.scene.status?.time ?? 0, level: "warn", text: t`The map is drawn with Canvas 2D for now: ${why}.` });
+      },
+    });
     const resized = new ResizeObserver(() => this.#resize());
     resized.observe(this);
     // What is told there comes later than what it tells of.
     const inspector = document.querySelector("#inspector");
     if (inspector) resized.observe(inspector);
+    this.#sheets = new Sheets(this.#canvases());
     this.#resize();
+    // What is seen first does not wait for a graphics card.
+    const begin = (): void => void (this.isConnected && this.#graphics?.begin());
+    if ("requestIdleCallback" in window) requestIdleCallback(begin, { timeout: LONGEST_IDLE });
+    else setTimeout(begin, LONGEST_IDLE);
+  }
+
+  override disconnectedCallback(): void {
+    super.disconnectedCallback();
+    this.#graphics?.end();
+    this.#drawOn(null, "");
   }
 
   /** By lit's own `html`: what the map is drawn on stays when the language changes, and only its
       labels are said anew. */
   override render(): TemplateResult {
-    const { follow, source, editing, inspecting, method } = this.store;
+    const { follow, source, editing, fence, inspecting, method } = this.store;
     return html`
+      <canvas id="gl" hidden></canvas>
       <canvas id="ground"></canvas>
       <canvas id="record"></canvas>
       <canvas id="overlays"></canvas>
       <div
-        id="pad" class=${editing ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
-        aria-label=${t("Map. Arrow keys drive the robot, Shift with arrow keys moves the view, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), or sets start or goal there while the planners are compared.")}
+        id="pad" class=${editing || fence ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
+        aria-label=${t("Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), sets start or goal there while the planners are compared, or puts a corner of the geofence there while that is drawn.")}
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
@@ -183,6 +219,7 @@ export class SlamMap extends SlamElement {
         <button class="icon pinch" title=${t("Zoom in (+)")} aria-label=${t("Zoom in")} @click=${() => this.zoom(1.5)}>${icons.plus}</button>
         <button class="icon pinch" title=${t("Zoom out (−)")} aria-label=${t("Zoom out")} @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
         <button class="icon" title=${t("Show everything (0)")} aria-label=${t("Show everything")} @click=${() => this.fit()}>${icons.fit}</button>
+        ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title=${t("Turn the map upright (J)")} aria-label=${t("Turn the map upright")} @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
         <button class="icon" title=${t("Follow the robot (F)")} aria-label=${t("Follow the robot")} aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
         <button class="icon" data-testid="inspect" title=${t("Inspect: click anything for its numbers (I)")} aria-label=${t("Inspect")} aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
         ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title=${t("Change the map by hand (E)")} aria-label=${t("Change the map by hand")} aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
@@ -203,6 +240,19 @@ export class SlamMap extends SlamElement {
     this.store.set("view", { follow: false });
     this.#auto = true;
     this.#fitAt = -Infinity;
+  }
+
+  /** Turns the map by so much, to the left, rad; without that, upright. */
+  turn(angle = -this.camera.angle): void {
+    this.#turnAt(angle, this.camera.toScreen(this.camera.x, this.camera.y));
+  }
+
+  #turnAt(angle: number, around: readonly [number, number]): void {
+    this.camera.turnAt(angle, ...around);
+    // Upright is upright.
+    if (Math.abs(this.camera.angle) < LEAST_ANGLE) this.camera.angle = 0;
+    this.#fitAt = -Infinity;
+    this.requestUpdate();
   }
 
   /** Goes to a part of the map, and stays there. */
@@ -231,12 +281,7 @@ export class SlamMap extends SlamElement {
       this.#fitAt = -Infinity;
     }
     this.#jump = true;
-    this.#forget();
-  }
-
-  /** All is drawn anew, at once. */
-  #forget(): void {
-    [this.#sheets.ground.shows, this.#sheets.record.shows, this.#overlays] = ["", "", ""];
+    this.#sheets?.forget();
   }
 
   #jump = true;
@@ -265,6 +310,11 @@ export class SlamMap extends SlamElement {
       const from = this.#draft?.from;
       this.#setDraft({ from: from ?? [x, y], to: [x, y] });
       if (from) this.#endDraft(true);
+      return;
+    }
+    const [fence, place] = [this.store.fence, this.store.bridge?.map?.place];
+    if (fence && place) {
+      this.store.set("run", { fence: withCorner(fence, place, [x, y]) });
       return;
     }
     if (this.store.inspecting && !this.store.aiming) {
@@ -403,7 +453,7 @@ export class SlamMap extends SlamElement {
     const phone = matchMedia("(max-width: 760px)").matches;
     const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
     // An open sheet covers the lower part of the map: what is fitted goes above it.
-    const sheet = phone && this.store.tab !== "" ? document.querySelector(SHEETS[this.store.tab])?.getBoundingClientRect() : undefined;
+    const sheet = phone && this.store.tab !== "" ? document.querySelector(PANELS[this.store.tab])?.getBoundingClientRect() : undefined;
     const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
     // In the strip that a long sheet leaves there is room for the robot only.
     this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
@@ -420,12 +470,7 @@ export class SlamMap extends SlamElement {
       ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
       : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
     this.#uncover(before);
-    for (const id of ["ground", "record", "overlays"]) {
-      const canvas = this.#element(id) as HTMLCanvasElement;
-      canvas.width = Math.round(clientWidth * ratio);
-      canvas.height = Math.round(clientHeight * ratio);
-    }
-    this.#forget();
+    this.#sheets?.resize(this.camera);
     this.#fitAt = -Infinity;
     const cross = this.#element("cross");
     const [x, y] = this.camera.toScreen(this.camera.x, this.camera.y);
@@ -466,8 +511,8 @@ export class SlamMap extends SlamElement {
   #steer(seconds: number, now: number): void {
     const { store, scene, camera } = this;
     if (this.lead) {
-      const { x, y, scale } = this.lead.camera;
-      Object.assign(camera, { x, y, scale });
+      const { x, y, scale, angle } = this.lead.camera;
+      Object.assign(camera, { x, y, scale, angle });
       return;
     }
     if (this.#auto && now - this.#fitAt > REFIT_MILLIS && scene.status) {
@@ -494,65 +539,59 @@ export class SlamMap extends SlamElement {
     }
   }
 
+  #canvases(): CanvasSurface {
+    return new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement);
+  }
+
+  /** From here on the map is drawn on that; on canvases where there is no other, and `why`. */
+  #drawOn(surface: Surface | null, why: string): void {
+    const isThere = !surface && this.#sheets?.surface.kind === "canvas";
+    if (!isThere) this.#sheets?.moveTo(surface ?? this.#canvases(), this.camera);
+    this.store.set("drawing", { drawing: { with: surface?.kind ?? "canvas", why } });
+  }
+
   #paint(now: number): void {
     const { camera, scene, store } = this;
-    const time = now / 1000;
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
-    const view = [camera.x, camera.y, camera.scale, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.tab === "paths"].join();
-    const ground = `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`;
-    const record = `${view},${this.#spotVersion}`;
-    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches;
-    this.#drawSheet(now, ground, record, `${scene.version},${scene.submaps.isLively ? time : 0}`);
-    const overlays = `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive ? time : 0}`;
-    if (overlays !== this.#overlays) drawOverlays(this.#brush(this.#context("overlays"), time), store.layers);
-    this.#overlays = overlays;
-  }
-
-  /** Draws ground or record, where that is due: the one that has waited longest. */
-  #drawSheet(now: number, ground: string, record: string, growth: string): void {
-    const { camera, scene, store } = this;
-    const sheets = this.#sheets;
-    const tiles = this.#tiles();
-    const isGroundDue = ground !== sheets.ground.shows || tiles.version !== this.#tilesVersion;
-    const wait = scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS;
-    const hasGrown = growth !== this.#growth && now - sheets.record.drawnAt >= wait;
-    const isRecordDue = record !== sheets.record.shows || hasGrown;
-    const isGroundFirst = !isRecordDue || sheets.ground.drawnAt <= sheets.record.drawnAt;
-    if (isGroundDue && (isGroundFirst || sheets.ground.shows === "")) {
-      const changed = tiles.takeChanged();
-      drawGround(this.#brush(this.#context("ground"), now / 1000), store.layers, ground === sheets.ground.shows ? changed : null);
-      if (ground !== sheets.ground.shows) this.#scaleBar();
-      sheets.ground.drawn(ground, camera, now);
-      this.#tilesVersion = tiles.version;
-    }
-    if (isRecordDue && (!(isGroundDue && isGroundFirst) || sheets.record.shows === "")) {
-      drawRecord(this.#brush(this.#context("record"), now / 1000), store.layers);
-      sheets.record.drawn(record, camera, now);
-      [this.#recordedTrail, this.#growth] = [scene.trailLength, growth];
-    }
-    for (const name of ["ground", "record"] as const) sheets[name].move(this.#element(name), camera);
+    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.layerOrder.join(), store.tab === "paths"].join();
+    const lively = scene.submaps.isLively ? now : 0;
+    const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches ? now : 0;
+    const drawn = this.#sheets?.draw(camera, now, {
+      ground: { view: `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`, content: `${tiles.version}`, within: () => tiles.takeChanged() },
+      record: { view: `${view},${this.#spotVersion}`, content: `${scene.version},${lively}`, wait: scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS },
+      overlays: { view: `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive}` },
+    }, (sheet) => (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));
+    if (drawn?.includes("record")) this.#recordedTrail = scene.trailLength;
+    if (drawn?.includes("ground") && camera.scale !== this.#ruledScale) this.#scaleBar();
   }
 
   /** Draws what is seen into a context that writes a file, in CSS pixels. */
   drawInto(context: CanvasRenderingContext2D): void {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
     // What breathes stands still; the trail is drawn to its end.
-    const brush = { ...this.#brush(context, 0), camera, recordedTrail: this.scene.trailLength };
-    drawGround(brush, this.store.layers, null);
-    drawRecord(brush, this.store.layers);
-    drawOverlays(brush, this.store.layers);
+    const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
+    for (const sheet of SHEETS) drawSheet(sheet, brush, this.store.layers, this.store.layerOrder);
   }
 
-  #brush(context: CanvasRenderingContext2D, time: number): Brush {
-    const { camera, scene, store } = this;
+  /** The picture on the screen, for tests: without what lies over the map. */
+  picture(): ImageData | null {
+    const { width, height, ratio } = this.camera;
+    const context = new OffscreenCanvas(Math.round(width * ratio), Math.round(height * ratio)).getContext("2d");
+    if (!context || !this.#sheets) return null;
+    this.#sheets.surface.copyTo(context, this.camera);
+    return context.getImageData(0, 0, context.canvas.width, context.canvas.height);
+  }
+
+  #brush(context: Pencil, bulk: Bulk, camera: Camera, time: number): Brush {
+    const { scene, store } = this;
     return {
-      context, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
+      context, bulk, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
       time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
       rooms: this.#rooms(), tears: store.quality?.tears ?? [], hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
-      bridgeMap: { place: store.bridge?.map?.place ?? null, walls: store.bridgeWalls },
+      bridgeMap: { place: store.bridge?.map?.place ?? null, walls: store.bridgeWalls, zones: store.bridge?.map?.geofence.zones ?? [], draft: store.fence },
     };
   }
 
@@ -579,15 +618,10 @@ export class SlamMap extends SlamElement {
   }
 
   #scaleBar(): void {
+    this.#ruledScale = this.camera.scale;
     const length = ruleStep(this.camera.scale / 3);
     this.#element("bar").style.setProperty("width", `${length * this.camera.scale}px`);
     this.#element("length").textContent = length >= 1 ? `${length} m` : `${Math.round(length * 100)} cm`;
-  }
-
-  #context(id: string): CanvasRenderingContext2D {
-    const context = (this.#element(id) as HTMLCanvasElement).getContext("2d");
-    if (!context) throw new Error("this browser gives no 2D canvas");
-    return context;
   }
 
   #element(id: string): HTMLElement {

@@ -7,7 +7,8 @@ import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-export const LAYERS = ["grid", "wheels", "rooms", "truth", "priorMap", "hypotheses", "walls", "lines", "landmarks", "scan", "tracks", "found", "points", "frontiers", "tree", "rawPath", "path", "trails", "compared", "submaps", "graph", "closures", "twin", "torn", "robot"] as const;
+/** From the ground up, as long as nobody chose otherwise. */
+export const LAYERS = ["grid", "wheels", "truth", "submaps", "compared", "trails", "graph", "closures", "rooms", "priorMap", "hypotheses", "frontiers", "lines", "walls", "landmarks", "tree", "scan", "tracks", "found", "points", "rawPath", "path", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);

@@ -31,9 +31,6 @@ export class SvgContext extends Context {
     this.fillRect(0, 0, width, height);
   }
 
-  /** Sheets are drawn over one another: what is below stays. */
-  override clearRect(): void {}
-
   override ellipse(x: number, y: number, radiusX: number, radiusY: number, rotation: number, from: number, to: number, isBack = false): void {
     const [cos, sin] = [Math.cos(rotation), Math.sin(rotation)];
     const at = (u: number, v: number): [number, number] => [x + cos * radiusX * u - sin * radiusY * v, y + sin * radiusX * u + cos * radiusY * v];

@@ -1,5 +1,6 @@
-// Grid cells as pictures: dirty blocks are painted into tiles of 8 x 8 blocks, which the grid layer
-// then only stretches.
+// Grid cells as pictures: tiles of 8 x 8 blocks, which are only stretched when they are drawn.
+// Whoever draws keeps its own picture of a tile, a canvas or a texture, and paints into it the
+// blocks that have changed since.
 
 import type { FieldName, GridChange } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
@@ -20,16 +21,21 @@ const EVERYWHERE: Box = { minX: -Infinity, minY: -Infinity, maxX: Infinity, maxY
 export interface Tile {
   readonly col: number;
   readonly row: number;
-  readonly canvas: OffscreenCanvas;
+  readonly blocks: Map<string, Block>;
 }
 
-interface Block {
+export interface Block {
   readonly col: number;
   readonly row: number;
   readonly cells: Uint8Array;
   /** The rectangle of what is known in it, m; null while nothing is. */
   readonly box: Box | null;
+  /** Grows with every change of a pixel, whichever block it is in. */
+  version: number;
 }
+
+/** What somebody has painted of a tile, and up to which version. */
+interface Painted { readonly canvas: OffscreenCanvas; upTo: number }
 
 export class Tiles {
   resolution = 0.05;
@@ -40,6 +46,7 @@ export class Tiles {
   #tiles = new Map<string, Tile>();
   #colours: Uint32Array = new Uint32Array(256);
   #key = "";
+  #canvases = new WeakMap<Tile, Painted>();
   #image: ImageData | null = null;
   #changed: Box | null = null;
 
@@ -77,9 +84,9 @@ export class Tiles {
     for (let i = 0; i * 2 + 1 < change.index.length; i += 1) {
       const [col, row] = [change.index[i * 2] ?? 0, change.index[i * 2 + 1] ?? 0];
       const cells = change.cells.slice(i * area, (i + 1) * area);
-      const block = { col, row, cells, box: this.#boxOf(col, row, cells) };
-      this.#blocks.set(`${block.col},${block.row}`, block);
-      this.#paint(block);
+      const block = { col, row, cells, box: this.#boxOf(col, row, cells), version: this.version + 1 };
+      this.#blocks.set(`${col},${row}`, block);
+      this.#tileOf(block).blocks.set(`${col},${row}`, block);
       this.#changed = union(this.#changed, this.#whole(col, row));
     }
     this.version += 1;
@@ -91,9 +98,9 @@ export class Tiles {
     if (key === this.#key) return;
     this.#key = key;
     this.#colours = tableFor(palette, view);
-    for (const block of this.#blocks.values()) this.#paint(block);
-    this.#changed = EVERYWHERE;
     this.version += 1;
+    for (const block of this.#blocks.values()) block.version = this.version;
+    this.#changed = EVERYWHERE;
   }
 
   /** Probability of an obstacle at a map point; null where nothing is known. */
@@ -143,26 +150,42 @@ export class Tiles {
     };
   }
 
-  #paint(block: Block): void {
-    const side = this.blockCells;
-    const [tileCol, tileRow] = [Math.floor(block.col / BLOCKS_PER_TILE), Math.floor(block.row / BLOCKS_PER_TILE)];
+  #tileOf({ col, row }: Block): Tile {
+    const [tileCol, tileRow] = [Math.floor(col / BLOCKS_PER_TILE), Math.floor(row / BLOCKS_PER_TILE)];
     const key = `${tileCol},${tileRow}`;
-    let tile = this.#tiles.get(key);
-    if (!tile) {
-      tile = { col: tileCol, row: tileRow, canvas: new OffscreenCanvas(this.tileCells, this.tileCells) };
-      this.#tiles.set(key, tile);
-    }
+    const tile = this.#tiles.get(key) ?? { col: tileCol, row: tileRow, blocks: new Map<string, Block>() };
+    this.#tiles.set(key, tile);
+    return tile;
+  }
+
+  /** Where a block lies in its tile, from the left upper corner, pixels. Tiles hold rows from the
+      top, blocks from the bottom: the camera's one flip of y would leave every tile upside down. */
+  placeOf({ col, row }: Block): [number, number] {
+    return [modulo(col, BLOCKS_PER_TILE) * this.blockCells, (BLOCKS_PER_TILE - 1 - modulo(row, BLOCKS_PER_TILE)) * this.blockCells];
+  }
+
+  /** A block in colours, rows from the top; the next one is written over it. */
+  pixelsOf(block: Block): ImageData {
+    const side = this.blockCells;
     if (this.#image?.width !== side) this.#image = new ImageData(side, side);
     const pixels = new Uint32Array(this.#image.data.buffer);
-    // Tiles hold rows from the top, blocks from the bottom: the camera's one flip of y would leave
-    // every tile upside down.
     for (let row = 0; row < side; row += 1) {
       const from = (side - 1 - row) * side;
       for (let col = 0; col < side; col += 1) pixels[row * side + col] = this.#colours[block.cells[from + col] ?? 0] ?? 0;
     }
-    const x = (block.col - tileCol * BLOCKS_PER_TILE) * side;
-    const y = (BLOCKS_PER_TILE - 1 - (block.row - tileRow * BLOCKS_PER_TILE)) * side;
-    tile.canvas.getContext("2d")?.putImageData(this.#image, x, y);
+    return this.#image;
+  }
+
+  /** A tile as a picture. */
+  canvasOf(tile: Tile): OffscreenCanvas {
+    const painted = this.#canvases.get(tile) ?? { canvas: new OffscreenCanvas(this.tileCells, this.tileCells), upTo: 0 };
+    this.#canvases.set(tile, painted);
+    const context = painted.canvas.getContext("2d");
+    for (const block of tile.blocks.values()) {
+      if (block.version > painted.upTo) context?.putImageData(this.pixelsOf(block), ...this.placeOf(block));
+    }
+    painted.upTo = this.version;
+    return painted.canvas;
   }
 }
 

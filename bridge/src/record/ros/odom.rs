@@ -2,8 +2,8 @@
 
 use nalgebra::Matrix3;
 use slamlab_core::geom::{Pose2, PoseEstimate};
-use slamlab_core::live::CarriedPose;
 use slamlab_core::robot::{Odometry, Stamp};
+use slamlab_core::wire::CarriedPose;
 use slamlab_core::wire::message::PoseBody;
 
 /// Adds up the odometry, and lays it into the bridge's map where the bridge maps.

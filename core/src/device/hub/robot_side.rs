@@ -3,8 +3,10 @@
 use std::time::Duration;
 
 use crate::control::SafeMode;
-use crate::robot::{Command, Stamp};
-use crate::wire::message::{DisarmReason, LinkState};
+use crate::robot::{Command, RobotModel, Stamp};
+use crate::wire::message::{DisarmReason, LinkState, PoseBody};
+
+use super::fence::Fence;
 
 use crate::device::safety::plausible::Plausible;
 use crate::device::source::{self, Order, Profile, SourceEvent};
@@ -14,9 +16,12 @@ use crate::device::source::{self, Order, Profile, SourceEvent};
 pub(super) struct RobotSide {
     /// Which source takes the orders.
     pub(super) source: Option<usize>,
+    model: Option<RobotModel>,
     safe_mode: Option<SafeMode>,
     /// As it was before the first reading; a link that comes back begins with it.
     fresh: Option<SafeMode>,
+    /// Of a bridge that maps.
+    pub(super) fence: Option<Fence>,
     pub(super) plausible: Plausible,
     /// Newest stamp, and when it came.
     pub(super) newest: (Stamp, Duration),
@@ -46,19 +51,25 @@ impl RobotSide {
         let takes_orders = |profile: &&Profile| profile.robot.is_some() && profile.takes_orders;
         let source = sources.iter().position(takes_orders);
         let on_command = source::scans_on_command(sources);
-        let fresh = source
-            .and_then(|at| sources.get(at)?.robot)
-            .map(|robot| SafeMode::new(robot, on_command));
+        let model = source.and_then(|at| sources.get(at)?.robot);
+        let fresh = model.map(|robot| SafeMode::new(robot, on_command));
         Self {
             source,
+            model,
             safe_mode: fresh.clone(),
             fresh,
+            fence: None,
             plausible: Plausible::default(),
             newest: (Stamp::default(), Duration::ZERO),
             is_up: false,
             scanned: None,
             scans_on_command: on_command,
         }
+    }
+
+    /// Of the robot that takes orders.
+    pub(super) fn model(&self) -> Option<RobotModel> {
+        self.model
     }
 
     /// Whether a sensor that was heard, and scans all the time, has fallen silent. One that was
@@ -70,14 +81,44 @@ impl RobotSide {
 
     /// The order as far as it is safe.
     pub(super) fn limit(&mut self, order: Order) -> Order {
-        match (order, &mut self.safe_mode) {
-            (Order::Command(command), Some(safe_mode)) => Order::Command(safe_mode.limit(command)),
-            (order, Some(safe_mode)) => {
+        let Order::Command(command) = order else {
+            if let Some(safe_mode) = &mut self.safe_mode {
                 safe_mode.stopped();
-                order
             }
-            (order, None) => order,
+            if let Some(fence) = &mut self.fence {
+                fence.stopped();
+            }
+            return order;
+        };
+        let within = match &mut self.fence {
+            Some(fence) => fence.limit(command),
+            None => command,
+        };
+        Order::Command(self.safe(within))
+    }
+
+    /// What stays within the fence, as far as nothing stands in the way; easing off something does
+    /// not lead out either.
+    fn safe(&mut self, within: Command) -> Command {
+        let Some(safe_mode) = &mut self.safe_mode else {
+            return within;
+        };
+        let safe = safe_mode.limit(within);
+        self.within(safe)
+    }
+
+    fn within(&self, command: Command) -> Command {
+        match &self.fence {
+            Some(fence) => fence.bounded(command),
+            None => command,
         }
+    }
+
+    /// Takes where the robot is in the bridge's map; says what is safe now, where what is under way
+    /// no longer is.
+    pub(super) fn pose(&mut self, body: &PoseBody) -> Option<Command> {
+        let now = self.fence.as_mut()?.pose(body)?;
+        Some(self.safe(now))
     }
 
     /// Takes an event. Scans count from whatever source: the lidar may be another than the robot.
@@ -86,7 +127,8 @@ impl RobotSide {
         if let SourceEvent::Scan(scan) = event {
             self.scanned = Some(now);
             let safe_mode = self.safe_mode.as_mut();
-            consequence.correction = safe_mode.and_then(|safe_mode| safe_mode.scan(scan));
+            let correction = safe_mode.and_then(|safe_mode| safe_mode.scan(scan));
+            consequence.correction = correction.map(|command| self.within(command));
         }
         if self.source != Some(usize::from(source)) {
             return consequence;
@@ -115,6 +157,13 @@ impl RobotSide {
             }
             SourceEvent::Link(link) => consequence.link = self.link(link.state == LinkState::Up),
             _ => (),
+        }
+        consequence.correction = consequence.correction.map(|command| self.within(command));
+        if let SourceEvent::Odometry(odometry) = event {
+            let fence = self.fence.as_mut();
+            if let Some(within) = fence.and_then(|fence| fence.odometry(odometry)) {
+                consequence.correction = Some(self.safe(within));
+            }
         }
         consequence
     }

@@ -2,6 +2,7 @@
 //! sees what goes in and comes out.
 
 mod any_order;
+mod geofence;
 
 use std::time::Duration;
 

@@ -90,6 +90,8 @@ pub enum Output {
     Changed,
     /// Begin the bridge's own map anew, as this client asked.
     ResetMap(ClientId),
+    /// The robot may be where this client said, from here on.
+    SetGeofence(ClientId),
 }
 
 /// The state; at first disarmed, and without a robot.

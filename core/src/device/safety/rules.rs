@@ -48,6 +48,10 @@ impl Safety {
                 self.out.push(Output::ResetMap(id));
                 Ok(())
             }
+            ToBridge::SetGeofence { .. } => {
+                self.out.push(Output::SetGeofence(id));
+                Ok(())
+            }
         };
         if let Err(reason) = done {
             self.out.push(Output::Refused(id, reason));

@@ -109,6 +109,8 @@ named! {
         Shutdown = "shutdown",
         /// The driver's right was taken away.
         Revoked = "revoked",
+        /// The robot has left the geofence.
+        Geofence = "geofence",
     }
 }
 
@@ -143,5 +145,11 @@ named! {
         BatteryLow = "battery-low",
         /// The robot cannot be armed: its sensor has fallen silent.
         NoScan = "no-scan",
+        /// The robot cannot be armed: there is a geofence, and it is not known where the robot is.
+        NoPose = "no-pose",
+        /// What was to be the geofence is none.
+        BadFence = "bad-fence",
+        /// Only an owner begins a map anew that has a geofence: it goes with the map.
+        Fenced = "fenced",
     }
 }

@@ -49,13 +49,16 @@
 //!    had seen, and how old that may be: both ends of the network's delay count, and neither clock
 //!    is compared with the other.
 //! 8. A bridge that maps sends pose, map and how it does to every client ([`FromBridge::Pose`],
-//!    [`FromBridge::Map`], [`FromBridge::Mapping`]), at once when that comes in.
+//!    [`FromBridge::Map`], [`FromBridge::Mapping`]), at once when that comes in. An owner may say
+//!    where in that map the robot may be ([`ToBridge::SetGeofence`]); all are told
+//!    ([`FromBridge::Geofence`]), and nobody drives it out of that.
 //! 9. [`ToBridge::Stop`] is for everyone, with or without a token. It disarms, and so do bumpers,
 //!    faults and reconnects ([`FromBridge::Safety`] says why); whoever holds the lease arms again.
 
 mod access;
 mod body;
 mod drive;
+mod geofence;
 mod mapping;
 mod names;
 mod number;
@@ -70,6 +73,7 @@ pub use body::{
     RangerReading, RangersBody, RobotFigures, ScanBody,
 };
 pub use drive::{DisarmReason, DriveBody, Lease, ManoeuvreBody, RefusalReason, SafetyBody};
+pub use geofence::{FenceState, GeofenceBody, ZoneBody, ZoneUse, fence_of, zones_of};
 pub use mapping::{MapBody, MapBodyError, MappingBody, PoseBody, PoseState};
 pub use packet::{Format, Header, MAGIC, MessageError, Packet, decode, encode};
 pub use role::{Right, Role};
@@ -82,7 +86,7 @@ pub const PROTOCOL: u8 = 2;
 
 /// XXH64 over one sample of each kind of message, in both formats: it changes whenever a name, a
 /// type or an order does.
-pub const SCHEMA: u64 = 0xac4e_58f8_8e8d_176f;
+pub const SCHEMA: u64 = 0xfd84_5d9d_8020_eb87;
 
 /// Codes with which the bridge closes a connection, beside those of RFC 6455 (1001 bridge ends,
 /// 1007 malformed, 1008 too many messages, 1009 too large, 1013 answers and notices, which must not
@@ -154,6 +158,8 @@ pub enum FromBridge {
     Map(MapBody),
     /// How its mapping does, whenever that changes and each second.
     Mapping(MappingBody),
+    /// Where the robot may be in that map, and how it stands to that; whenever it changes.
+    Geofence(GeofenceBody),
 }
 
 /// What a client says. The number of a variant plus 128 is its kind.
@@ -212,6 +218,11 @@ pub enum ToBridge {
     /// Throw the bridge's own map away, and begin another where the robot stands. A file that it is
     /// kept in keeps the old one, under another name.
     ResetMap,
+    /// Where the robot may be in the bridge's own map, from here on; without zones, everywhere.
+    SetGeofence {
+        /// Polygons in the frame of the map.
+        zones: Vec<ZoneBody>,
+    },
 }
 
 /// The bridge introduces itself.

@@ -12,7 +12,7 @@ named! {
         Watcher = "watcher",
         /// Drives, too.
         Driver = "driver",
-        /// Also takes the lease from an owner.
+        /// Also takes the lease from an owner, and says where the robot may be.
         Owner = "owner",
     }
 }
@@ -36,6 +36,8 @@ impl Role {
             | ToBridge::Hold { .. }
             | ToBridge::ResetEmergencyStop { .. }
             | ToBridge::ResetMap => Self::Driver,
+            // It binds who drives.
+            ToBridge::SetGeofence { .. } => Self::Owner,
         };
         self as u8 >= least as u8
     }

@@ -1,6 +1,7 @@
 // What of the robot touches walls: the disc around it, or its rectangle; and where that stands
 // along a path.
 
+import type { PathPencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
 
 /** Adds the body at a pose to the path of the context, at its true size. */
@@ -17,7 +18,7 @@ export function addBody({ context, scene: { status } }: Brush, x: number, y: num
 }
 
 /** Adds a closed shape at a pose to the path; its corners are given forward and to the left. */
-export function addShape(context: CanvasRenderingContext2D, x: number, y: number, heading: number, corners: readonly (readonly [number, number])[]): void {
+export function addShape(context: PathPencil, x: number, y: number, heading: number, corners: readonly (readonly [number, number])[]): void {
   const [c, s] = [Math.cos(heading), Math.sin(heading)];
   corners.forEach(([forward, left], i) => {
     const corner = [x + c * forward - s * left, y + s * forward + c * left] as const;

@@ -1,30 +1,21 @@
-// The occupancy grid: stretches its tiles over the canvas, and rules a grid of metres over them.
+// The occupancy grid, and the metres that are ruled over it.
 
 import type { Brush } from "./layer.js";
 
-/** Tiles meet on whole device pixels, or seams would show. */
-export function draw({ context, camera, tiles }: Pick<Brush, "context" | "camera" | "tiles">): void {
-  const side = tiles.tileCells * tiles.resolution;
-  const pixel = (x: number, y: number): [number, number] => {
-    const [screenX, screenY] = camera.toScreen(x, y);
-    return [Math.round(screenX * camera.ratio), Math.round(screenY * camera.ratio)];
-  };
-  const view = camera.visible;
-  context.resetTransform();
-  context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
-  for (const tile of tiles.all()) {
-    const [x, y] = [tile.col * side, tile.row * side];
-    if (x > view.maxX || y > view.maxY || x + side < view.minX || y + side < view.minY) continue;
-    const [left, top] = pixel(x, y + side);
-    const [right, bottom] = pixel(x + side, y);
-    context.drawImage(tile.canvas, left, top, right - left, bottom - top);
-  }
+export function draw({ bulk, tiles }: Brush): void {
+  bulk.tiles(tiles);
 }
+
+/** How far beside the view is ruled, too, as a part of it: what is seen may move before it is drawn
+    anew. */
+const RULED_BESIDE = 0.15;
 
 /** Thin lines every `step` metres, chosen by `ruleStep`. */
 export function drawRules({ context, camera, palette }: Brush): void {
   const step = ruleStep(camera.scale);
-  const view = camera.visible;
+  const { minX, minY, maxX, maxY } = camera.visible;
+  const beside = RULED_BESIDE * Math.max(maxX - minX, maxY - minY);
+  const view = { minX: minX - beside, minY: minY - beside, maxX: maxX + beside, maxY: maxY + beside };
   context.strokeStyle = palette.css.gridline;
   context.lineWidth = camera.px(1);
   for (const [every, alpha] of [[step, 0.5], [step * 5, 1]] as const) {

@@ -3,7 +3,8 @@
 // which they lie with 95 % probability; a wall has its band, and its circle stands on its middle.
 
 import { LANDMARK, LANDMARK_STRIDE, type LandmarkName } from "../../protocol/module.js";
-import { type Brush, disc, stroke } from "./layer.js";
+import type { PathPencil } from "../painter.js";
+import { type Brush, stroke } from "./layer.js";
 import { ellipseOf } from "./robot.js";
 
 /** In the order of the module. */
@@ -13,6 +14,8 @@ const LEAST = 3;
 const GROWTH = 7;
 /** On a small picture of a large map, m. */
 const WIDEST = 0.4;
+/** A wall has its band. */
+const NO_ELLIPSE = { major: 0, minor: 0, angle: 0 };
 /** Half the side of a corner's square, CSS pixels. */
 const HALF = 3;
 
@@ -38,22 +41,54 @@ export function radiusOf(confidence: number): number {
   return LEAST + GROWTH * Math.log10(1 + confidence);
 }
 
+/** A landmark to be drawn, m. */
+interface Mark { readonly kind: LandmarkName; readonly x: number; readonly y: number; readonly ring: number; readonly radius: number; readonly ellipse: ReturnType<typeof ellipseOf> }
+
+/** All that look alike are drawn at once: one by one a thousand of them take longer than a picture
+    lasts. */
 export function draw(brush: Brush): void {
-  const { context, camera, palette, scene: { landmarks } } = brush;
+  const { context, camera, palette } = brush;
   const colour = palette.css.landmarks;
-  for (let i = 0; i + LANDMARK_STRIDE <= landmarks.length; i += LANDMARK_STRIDE) {
-    const at = (place: number): number => landmarks[i + place] ?? NaN;
-    const [x, y, kind] = [at(LANDMARK.x), at(LANDMARK.y), KINDS[at(LANDMARK.kind)]];
-    const confirmed = at(LANDMARK.confirmed) > 0;
-    const radius = Math.min(camera.px(radiusOf(at(LANDMARK.confidence))), WIDEST);
-    stroke(brush, { colour, width: 1.8, alpha: confirmed ? 1 : 0.5, dash: confirmed ? [] : [2, 2] }, () => context.arc(x, y, radius, 0, 2 * Math.PI));
-    if (kind === "wall") continue;
-    const { major, minor, angle } = ellipseOf(at(LANDMARK.varX), at(LANDMARK.covXy), at(LANDMARK.varY));
-    stroke(brush, { colour, width: 1, alpha: 0.8 }, () => context.ellipse(x, y, major, minor, angle, 0, 2 * Math.PI));
-    context.setLineDash([]);
+  const half = camera.px(HALF);
+  for (const confirmed of [false, true]) {
+    const marks = marksIn(brush, confirmed);
+    if (marks.length === 0) continue;
+    stroke(brush, { colour, width: 1.8, alpha: confirmed ? 1 : 0.5, dash: confirmed ? [] : [2, 2] }, () => {
+      for (const { x, y, ring } of marks) addEllipse(context, x, y, ring, ring, 0);
+    });
+    const points = marks.filter(({ kind }) => kind !== "wall");
+    stroke(brush, { colour, width: 1, alpha: 0.8 }, () => {
+      for (const { x, y, ellipse: { major, minor, angle } } of points) addEllipse(context, x, y, major, minor, angle);
+    });
     context.fillStyle = colour;
     context.globalAlpha = confirmed ? 0.9 : 0.4;
-    if (kind === "post") disc(brush, x, y, Math.max(at(LANDMARK.radius), camera.px(HALF)));
-    else context.fillRect(x - camera.px(HALF), y - camera.px(HALF), 2 * camera.px(HALF), 2 * camera.px(HALF));
+    context.beginPath();
+    for (const { kind, x, y, radius } of points) {
+      if (kind === "post") addEllipse(context, x, y, Math.max(radius, half), Math.max(radius, half), 0);
+      else context.rect(x - half, y - half, 2 * half, 2 * half);
+    }
+    context.fill();
   }
+}
+
+/** Those in sight. */
+function marksIn({ camera, scene: { landmarks } }: Brush, confirmed: boolean): Mark[] {
+  const { minX, minY, maxX, maxY } = camera.visible;
+  const marks: Mark[] = [];
+  for (let i = 0; i + LANDMARK_STRIDE <= landmarks.length; i += LANDMARK_STRIDE) {
+    const at = (place: number): number => landmarks[i + place] ?? NaN;
+    if (at(LANDMARK.confirmed) > 0 !== confirmed) continue;
+    const [x, y, kind] = [at(LANDMARK.x), at(LANDMARK.y), KINDS[at(LANDMARK.kind)] ?? "wall"];
+    const ring = Math.min(camera.px(radiusOf(at(LANDMARK.confidence))), WIDEST);
+    const ellipse = kind === "wall" ? NO_ELLIPSE : ellipseOf(at(LANDMARK.varX), at(LANDMARK.covXy), at(LANDMARK.varY));
+    const reach = Math.max(ring, ellipse.major, at(LANDMARK.radius) || 0) + camera.px(HALF);
+    if (x > minX - reach && x < maxX + reach && y > minY - reach && y < maxY + reach) marks.push({ kind, x, y, ring, radius: at(LANDMARK.radius), ellipse });
+  }
+  return marks;
+}
+
+/** Adds a whole ellipse of its own to the path. */
+function addEllipse(context: PathPencil, x: number, y: number, major: number, minor: number, angle: number): void {
+  context.moveTo(x + major * Math.cos(angle), y + major * Math.sin(angle));
+  context.ellipse(x, y, major, minor, angle, 0, 2 * Math.PI);
 }

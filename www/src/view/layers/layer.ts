@@ -1,9 +1,11 @@
 // What every layer is given.
 
-import type { ContestState, EditName, Rooms, Sighting, Tear } from "../../protocol/module.js";
+import type { ContestState, EditName, FenceZone, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
+import type { FenceDraft, Place } from "../../fence.js";
 import type { LoadedMap, Spot } from "../../store.js";
 import { type Camera, clamp } from "../camera.js";
+import type { Bulk, PathPencil, Pencil } from "../painter.js";
 import type { Palette } from "../palette.js";
 import type { Scene } from "../scene.js";
 import type { Tiles } from "../tiles.js";
@@ -11,7 +13,8 @@ import type { Thing } from "../things.js";
 
 /** The context draws in map metres, y up. */
 export interface Brush {
-  readonly context: CanvasRenderingContext2D;
+  readonly context: Pencil;
+  readonly bulk: Bulk;
   readonly camera: Camera;
   readonly palette: Palette;
   readonly scene: Scene;
@@ -42,8 +45,9 @@ export interface Brush {
   readonly chosenSubmap: number | null;
   /** Maps that were loaded. */
   readonly loadedMaps: readonly LoadedMap[];
-  /** The walls of the bridge's own map, and where its frame lies; null while that is not known. */
-  readonly bridgeMap: { readonly place: readonly [number, number, number] | null; readonly walls: Float32Array };
+  /** The walls of the bridge's own map, and where its frame lies; null while that is not known.
+      Where the robot may be in it, and what is being drawn of that. */
+  readonly bridgeMap: { readonly place: Place | null; readonly walls: Float32Array; readonly zones: readonly FenceZone[]; readonly draft: FenceDraft | null };
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
   /** Lines of the last scan with what they were compared with; empty while the filter's tab is
@@ -104,7 +108,7 @@ export function nearestSegment(rows: Float32Array | Float64Array, stride: number
 }
 
 /** Adds x1 y1 x2 y2 … as separate strokes to the path. */
-export function addSegments(context: CanvasPath, data: ArrayLike<number>): void {
+export function addSegments(context: PathPencil, data: ArrayLike<number>): void {
   for (let i = 0; i + 3 < data.length; i += 4) {
     context.moveTo(data[i] ?? 0, data[i + 1] ?? 0);
     context.lineTo(data[i + 2] ?? 0, data[i + 3] ?? 0);
@@ -112,7 +116,7 @@ export function addSegments(context: CanvasPath, data: ArrayLike<number>): void 
 }
 
 /** Adds x y, x y, … as one stroke to the path. */
-export function addPolyline(context: CanvasPath, data: Float32Array): void {
+export function addPolyline(context: PathPencil, data: Float32Array): void {
   for (let i = 0; i + 1 < data.length; i += 2) {
     if (i === 0) context.moveTo(data[0] ?? 0, data[1] ?? 0);
     else context.lineTo(data[i] ?? 0, data[i + 1] ?? 0);

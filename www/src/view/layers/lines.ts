@@ -6,6 +6,7 @@
 // well and opens away from there.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
+import type { PathPencil } from "../painter.js";
 import { addSegments, type Brush, stroke } from "./layer.js";
 
 const SIGMAS = 1.96;
@@ -54,7 +55,7 @@ function at({ n: [nx, ny] }: Seen, d: number, t: number): [number, number] {
   return [nx * d - ny * t, ny * d + nx * t];
 }
 
-function addBand(context: CanvasPath, line: Seen, least: number): void {
+function addBand(context: PathPencil, line: Seen, least: number): void {
   const { r, t: [t1, t2], sigmaAt } = line;
   const edge = (sign: 1 | -1, k: number): void => {
     const t = t1 + ((t2 - t1) * k) / STATIONS;

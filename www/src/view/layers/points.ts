@@ -3,6 +3,7 @@
 // size.
 
 import { POINT, POINT_STRIDE, type PointName } from "../../protocol/module.js";
+import type { PathPencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
 import { ellipseOf } from "./robot.js";
 
@@ -24,7 +25,7 @@ export function draw(brush: Brush): void {
   }
 }
 
-function addSign(context: CanvasPath, kind: PointName, x: number, y: number, half: number, radius: number): void {
+function addSign(context: PathPencil, kind: PointName, x: number, y: number, half: number, radius: number): void {
   switch (kind) {
     case "corner":
       return context.rect(x - half, y - half, 2 * half, 2 * half);

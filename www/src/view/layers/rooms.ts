@@ -2,6 +2,7 @@
 // that joins them.
 
 import type { Region, Rooms } from "../../protocol/module.js";
+import type { PathPencil } from "../painter.js";
 import type { PaletteName } from "../palette.js";
 import { addPolyline, addSegments, type Brush, disc, label, stroke } from "./layer.js";
 
@@ -22,8 +23,8 @@ export function draw(brush: Brush): void {
     context.fillStyle = colour;
     context.globalAlpha = region === chosen ? 0.5 : 0.24;
     // A context that writes a file cannot read a finished path.
-    const path = context instanceof CanvasRenderingContext2D ? pathOf(outlines) : null;
-    if (path) context.fill(path, "evenodd");
+    const canvas = context instanceof CanvasRenderingContext2D ? context : null;
+    if (canvas) canvas.fill(pathOf(outlines), "evenodd");
     else {
       context.beginPath();
       trace(context, outlines);
@@ -33,7 +34,7 @@ export function draw(brush: Brush): void {
     context.globalAlpha = 1;
     context.strokeStyle = palette.css.ink;
     context.lineWidth = camera.px(2);
-    if (path) context.stroke(path);
+    if (canvas) canvas.stroke(pathOf(outlines));
     else context.stroke();
   });
   drawGraph(brush, found);
@@ -80,7 +81,7 @@ function pathOf(outlines: Region["outlines"]): Path2D {
   return path;
 }
 
-function trace(path: CanvasPath, outlines: Region["outlines"]): void {
+function trace(path: PathPencil, outlines: Region["outlines"]): void {
   for (const ring of outlines) {
     addPolyline(path, ring);
     path.closePath();

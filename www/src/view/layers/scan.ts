@@ -2,8 +2,8 @@
 // more of the direction.
 
 import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
+import type { Pencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
-import { drawSquares } from "./squares.js";
 
 /** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
     NaN where it reports none. */
@@ -26,7 +26,7 @@ export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y:
 }
 
 export function draw(brush: Brush): void {
-  const { context, camera, palette, scene: { scan, status } } = brush;
+  const { context, bulk, camera, palette, scene: { scan, status } } = brush;
   if (!status || scan.length === 0) return;
   context.fillStyle = context.strokeStyle = palette.css.scan;
   if (status.beamHalfAngle > 0) {
@@ -41,11 +41,11 @@ export function draw(brush: Brush): void {
     }
   });
   context.globalAlpha = 1;
-  drawSquares(brush, scan, palette.css.scan, Math.max(camera.px(2.5), 0.02));
+  bulk.squares(scan, Math.max(camera.px(2.5), 0.02), { colour: palette.css.scan });
 }
 
 /** Something answered from somewhere on each arc. */
-function drawCones(context: CanvasRenderingContext2D, scan: Float32Array, x: number, y: number, half: number, pixel: number): void {
+function drawCones(context: Pencil, scan: Float32Array, x: number, y: number, half: number, pixel: number): void {
   context.lineWidth = pixel;
   for (let i = 0; i + 1 < scan.length; i += 2) {
     const [dx, dy] = [(scan[i] ?? 0) - x, (scan[i + 1] ?? 0) - y];

@@ -45,28 +45,9 @@ function draw(brush: Brush, hidden: ReadonlySet<number>): void {
   });
 }
 
-/** Pieces of wall in a frame that lies at `place`; `width` in CSS pixels. Upright squares of whole
-    pixels: turned with their frame, thousands take four times as long. */
-export function drawPoints({ context, camera }: Brush, points: Float32Array, [x, y, heading]: readonly [number, number, number], colour: string, width: number): void {
-  const side = Math.max(1, Math.round(Math.max(width, LEAST_SIZE * camera.scale) * camera.ratio));
-  const [originX, originY] = camera.toScreen(x, y).map((at) => at * camera.ratio - side / 2) as [number, number];
-  const k = camera.scale * camera.ratio;
-  const [cos, sin] = [k * Math.cos(heading), k * Math.sin(heading)];
-  const { width: right, height: bottom } = context.canvas;
-  context.save();
-  context.resetTransform();
-  context.globalAlpha = 0.9;
-  context.fillStyle = colour;
-  context.beginPath();
-  for (let i = 0; i + 1 < points.length; i += 2) {
-    const [px, py] = [points[i] ?? 0, points[i + 1] ?? 0];
-    // The canvas has y down.
-    const left = Math.round(originX + cos * px - sin * py);
-    const top = Math.round(originY - sin * px - cos * py);
-    if (left > -side && top > -side && left < right && top < bottom) context.rect(left, top, side, side);
-  }
-  context.fill();
-  context.restore();
+/** Pieces of wall in a frame that lies at `place`; `width` in CSS pixels. */
+export function drawPoints({ bulk, camera }: Brush, points: Float32Array, place: readonly [number, number, number], colour: string, width: number): void {
+  bulk.squares(points, Math.max(camera.px(width), LEAST_SIZE), { colour, alpha: 0.9 }, place);
 }
 
 export function tint(submap: number): PaletteName {

@@ -3,8 +3,6 @@
 //
 // Glass and dark walls differ in colour and in dash from those that every sensor sees.
 
-import type { Box } from "../camera.js";
-import type { Palette } from "../palette.js";
 import { type Brush, disc } from "./layer.js";
 
 /** Walls drawn with dashes at most: of a whole town nobody would see them, and they cost more than
@@ -18,26 +16,27 @@ const STYLES = [
   { colour: "dark", dash: [2, 2.5], width: 3 },
 ] as const;
 
-/** Draws the walls within `box` into a context that draws in metres; `pixel` is the size of a CSS
-    pixel, m. */
-export function drawWalls(context: CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D, walls: Float32Array, materials: Uint8Array, box: Box, pixel: number, palette: Palette): void {
-  const dashed = walls.length / 4 < MOST_DASHED;
-  STYLES.forEach(({ colour, dash, width }, material) => {
-    context.beginPath();
-    let any = false;
-    for (let i = 0; i + 3 < walls.length; i += 4) {
-      if ((materials[i / 4] ?? 0) !== material) continue;
-      const [x1 = 0, y1 = 0, x2 = 0, y2 = 0] = [walls[i], walls[i + 1], walls[i + 2], walls[i + 3]];
-      if ((x1 < box.minX && x2 < box.minX) || (x1 > box.maxX && x2 > box.maxX) || (y1 < box.minY && y2 < box.minY) || (y1 > box.maxY && y2 > box.maxY)) continue;
-      context.moveTo(x1, y1);
-      context.lineTo(x2, y2);
-      any = true;
-    }
-    if (!any) return;
-    context.strokeStyle = palette.css[colour];
-    context.lineWidth = pixel * (dashed ? width : 1);
-    context.setLineDash(dashed ? dash.map((length) => pixel * length) : []);
-    context.stroke();
+/** The walls of a world, sorted by material: a world is handed over once. */
+const sorted = new WeakMap<Float32Array, { readonly materials: Uint8Array; readonly walls: readonly Float32Array[] }>();
+
+function byMaterial(truth: Float32Array, materials: Uint8Array): readonly Float32Array[] {
+  const known = sorted.get(truth);
+  if (known?.materials === materials) return known.walls;
+  const walls = STYLES.map((_, material) => {
+    const rows = Array.from({ length: truth.length >> 2 }, (_, i) => i).filter((i) => (materials[i] ?? 0) === material);
+    const ends = new Float32Array(4 * rows.length);
+    rows.forEach((row, i) => ends.set(truth.subarray(4 * row, 4 * row + 4), 4 * i));
+    return ends;
+  });
+  sorted.set(truth, { materials, walls });
+  return walls;
+}
+
+export function drawWalls({ bulk, palette, scene: { truth, materials } }: Brush): void {
+  const isDashed = truth.length / 4 < MOST_DASHED;
+  byMaterial(truth, materials).forEach((ends, material) => {
+    const style = STYLES[material];
+    if (style && ends.length > 0) bulk.segments(ends, { colour: palette.css[style.colour], width: isDashed ? style.width : 1, dash: isDashed ? style.dash : [] });
   });
 }
 

@@ -330,7 +330,9 @@ impl Bystander {
                 self.ended += u32::from(!body.busy);
             }
             Action::SendAll(_) => (),
-            Action::Close(client, _) | Action::ResetMap(client) => {
+            Action::Close(client, _)
+            | Action::ResetMap(client)
+            | Action::KeepGeofence(client, _) => {
                 prop_assert!(present.contains(&client));
             }
         }

@@ -152,7 +152,18 @@ pub(super) fn from_bridge() -> Vec<FromBridge> {
             saved: 23,
             fault: Some("the disk is full".into()),
         }),
+        FromBridge::Geofence(GeofenceBody {
+            zones: zones(),
+            state: FenceState::Held,
+        }),
     ]
+}
+
+fn zones() -> Vec<ZoneBody> {
+    vec![ZoneBody {
+        kind: ZoneUse::KeepOut,
+        corners: vec![[0.0, 0.5], [1.5, 0.0], [1.0, -2.0]],
+    }]
 }
 
 pub(super) fn to_bridge() -> Vec<ToBridge> {
@@ -184,5 +195,6 @@ pub(super) fn to_bridge() -> Vec<ToBridge> {
         ToBridge::EmergencyStop,
         ToBridge::ResetEmergencyStop { epoch },
         ToBridge::ResetMap,
+        ToBridge::SetGeofence { zones: zones() },
     ]
 }

@@ -4,10 +4,10 @@
 //! the bridge's map. A bridge that maps takes its time for each scan, so that its poses come behind
 //! the odometry; where they come before it, they wait for it.
 
+use super::message::{PoseBody, PoseState};
 use crate::geom::PoseEstimate;
 use crate::points::MotionHistory;
 use crate::robot::{Odometry, Stamp};
-use crate::wire::message::{PoseBody, PoseState};
 
 /// A pose that was told so long ago is of no use any more, s.
 const LONGEST: f64 = 5.0;
@@ -46,6 +46,20 @@ impl CarriedPose {
         let is_known = !matches!(body.state, PoseState::Unknown | PoseState::Lost);
         let estimate = body.estimate().filter(|_| is_known);
         self.told = estimate.map(|estimate| (Stamp(body.stamp), estimate));
+    }
+
+    /// Mean speeds (m/s, rad/s) over the last `span` seconds of odometry.
+    #[must_use]
+    pub fn speeds(&self, span: f64) -> (f64, f64) {
+        self.history.speeds(span)
+    }
+
+    /// [`Self::now`], unless what was told is older than `longest` seconds.
+    #[must_use]
+    pub fn fresh(&self, longest: f64) -> Option<PoseEstimate> {
+        let (then, _) = self.told?;
+        let now = self.history.now()?;
+        self.now().filter(|_| now.since(then) <= longest)
     }
 
     /// `map_from_robot` now, with the covariance that it was told with; `None` where none was told

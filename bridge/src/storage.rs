@@ -1,0 +1,117 @@
+//! Finished pieces of the recording, kept in object storage too: S3 and what speaks like it, Azure,
+//! Google Cloud, or another folder.
+//!
+//! ```text
+//!   folder of the recording ── finished pieces ──> uploader (a task) ── parts ──> bucket
+//!                                └─ ledger beside each: what is there already
+//! ```
+//!
+//! 1. A piece is finished when another one is written. The uploader takes the oldest that is not
+//!    stored yet, part after part; after each the ledger beside the piece says so, on the disk
+//!    (`ledger`). A cut network, or the end of the program, costs the part under way.
+//! 2. When all parts are there the object is read back and compared by SHA-256 (`upload`). Then,
+//!    and not before, the piece counts as stored.
+//! 3. What goes wrong is said once to everybody, with what and where, and tried again after a
+//!    while that grows. Recording and robot never wait for it.
+//! 4. Pieces here and there are listed and handed out over HTTP (`serve`).
+//!
+//! The recording's budget is what counts: a piece that goes before it was stored is gone, which is
+//! said. Only compiled with the feature `storage`: what speaks HTTP and its signatures is as large
+//! as the rest of the bridge.
+
+use std::collections::BTreeMap;
+
+#[cfg(feature = "storage")]
+mod bucket;
+#[cfg(feature = "storage")]
+mod ledger;
+#[cfg(feature = "storage")]
+mod serve;
+#[cfg(feature = "storage")]
+mod upload;
+#[cfg(feature = "storage")]
+mod uploader;
+
+#[cfg(feature = "storage")]
+pub(crate) use serve::routes;
+#[cfg(feature = "storage")]
+pub(crate) use uploader::{Uploads, start};
+
+/// Where finished recordings are kept too.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StorageConfig {
+    /// `s3://bucket/folder`, `az://container/folder`, `gs://bucket/folder`, `file:///folder`.
+    pub url: String,
+    /// Of the store, by the names that `object_store` has for them: `aws_endpoint`. Keys and
+    /// secrets are better in the environment (`AWS_SECRET_ACCESS_KEY`), where settings do not show
+    /// them.
+    pub options: BTreeMap<String, String>,
+    /// MiB of a part: what is lost when the link breaks. Default 8.
+    pub part_mib: u64,
+    /// Whether each object is read back and compared. Default true.
+    pub verify: bool,
+}
+
+/// Least and greatest MiB of a part: S3 takes no less than 5, and no more than 10 000 parts.
+pub const PART_MIB: (u64, u64) = (5, 512);
+
+impl StorageConfig {
+    /// With the defaults.
+    #[must_use]
+    pub fn new(url: String) -> Self {
+        Self {
+            url,
+            options: BTreeMap::new(),
+            part_mib: 8,
+            verify: true,
+        }
+    }
+}
+
+/// Why recordings cannot be stored at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StorageError {
+    /// The program cannot.
+    #[error(
+        "storage {url}: this program was built without object storage; build it with `--features storage`, or leave the setting out"
+    )]
+    NotBuilt {
+        /// What was asked for.
+        url: String,
+    },
+    /// There is nothing to store.
+    #[error(
+        "storage {url}: recordings go into no folder; set `record` to one (a path that ends in /)"
+    )]
+    NoFolder {
+        /// What was asked for.
+        url: String,
+    },
+    /// It names no store.
+    #[error("storage {url}: {why}; expected s3://, az://, gs:// or file:/// and a name")]
+    Url {
+        /// What was asked for.
+        url: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// An option that the store does not have.
+    #[error("storage {url}: option {key}: {why}")]
+    Option {
+        /// What was asked for.
+        url: String,
+        /// Its name.
+        key: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The options do not go together.
+    #[error("storage {url}: {why}")]
+    Store {
+        /// What was asked for.
+        url: String,
+        /// What is wrong with them.
+        why: String,
+    },
+}

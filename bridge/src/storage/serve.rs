@@ -1,0 +1,159 @@
+//! Recordings over HTTP: which there are, here and in the store (`/recordings.json`), and each of
+//! them (`/recordings/NAME`), from here where it still is.
+//!
+//! Who may look at the robot may look at its recordings. Where watching needs a token nobody gets
+//! them this way, for a plain request has no place for a proof.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Path, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Json, Router};
+use futures_util::TryStreamExt;
+use object_store::{ObjectStore, ObjectStoreExt};
+use serde::Serialize;
+use slamlab_core::wire::message::Watching;
+use tokio::fs::File;
+use tokio::io::AsyncReadExt;
+
+use super::bucket::words;
+use super::ledger::Ledger;
+use super::uploader::Uploads;
+use crate::record::is_piece;
+use crate::shared::Shared;
+
+/// A recording.
+#[derive(Debug, Default, Serialize)]
+struct Listed {
+    name: String,
+    bytes: u64,
+    /// It is in the folder of the bridge.
+    here: bool,
+    /// It is in the store, as a whole and compared.
+    stored: bool,
+    /// It is being written.
+    current: bool,
+    /// Of one that is being stored, the part that is there, 0 to 1.
+    part: f64,
+}
+
+/// All of them.
+#[derive(Debug, Serialize)]
+struct List {
+    store: String,
+    /// Why nothing is stored at present, or the store cannot be listed.
+    fault: Option<String>,
+    recordings: Vec<Listed>,
+}
+
+/// `/recordings.json`, `/recordings/NAME`.
+pub(crate) fn routes() -> Router<Arc<Shared>> {
+    Router::new()
+        .route("/recordings.json", get(list))
+        .route("/recordings/{name}", get(one))
+}
+
+fn uploads(shared: &Shared) -> Result<&Uploads, Response> {
+    if shared.about.watching == Watching::Token {
+        let why = "Watching needs the token here, and so do recordings, whose address has no place for one.\n";
+        return Err((StatusCode::FORBIDDEN, why).into_response());
+    }
+    shared.uploads.as_deref().ok_or_else(nothing)
+}
+
+fn nothing() -> Response {
+    (StatusCode::NOT_FOUND, "There is no such recording.\n").into_response()
+}
+
+async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
+    let uploads = uploads(&shared)?;
+    let mut all: BTreeMap<String, Listed> = BTreeMap::new();
+    let mut fault = uploads.fault();
+    match uploads.pieces() {
+        Err(error) => fault = fault.or(Some(error.to_string())),
+        Ok(pieces) => {
+            for (name, bytes) in pieces {
+                let ledger = Ledger::read(&uploads.folder.join(&name)).unwrap_or_default();
+                let sent = (ledger.parts.len() as u64 * ledger.part_bytes).min(bytes);
+                let stored = ledger.stored.is_some() && ledger.to == uploads.bucket.url;
+                let listed = Listed {
+                    bytes,
+                    here: true,
+                    stored,
+                    current: uploads.is_current(&name),
+                    part: match stored {
+                        true => 1.0,
+                        false => sent as f64 / bytes.max(1) as f64,
+                    },
+                    name: name.clone(),
+                };
+                all.insert(name, listed);
+            }
+        }
+    }
+    let folder = Some(uploads.bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
+    let stored: Result<Vec<_>, _> = uploads.bucket.store.list(folder).try_collect().await;
+    match stored {
+        Err(error) => fault = fault.or(Some(words(&error))),
+        Ok(objects) => {
+            for object in objects {
+                let Some(name) = object.location.filename().filter(|name| is_piece(name)) else {
+                    continue;
+                };
+                all.entry(name.to_owned()).or_insert_with(|| Listed {
+                    name: name.to_owned(),
+                    bytes: object.size,
+                    stored: true,
+                    part: 1.0,
+                    ..Listed::default()
+                });
+            }
+        }
+    }
+    let list = List {
+        store: uploads.bucket.url.clone(),
+        fault,
+        // The newest first.
+        recordings: all.into_values().rev().collect(),
+    };
+    let never = HeaderValue::from_static("no-store");
+    Ok(([(header::CACHE_CONTROL, never)], Json(list)).into_response())
+}
+
+async fn one(
+    State(shared): State<Arc<Shared>>,
+    Path(name): Path<String>,
+) -> Result<Response, Response> {
+    let uploads = uploads(&shared)?;
+    // Also keeps paths out that lead elsewhere.
+    if !is_piece(&name) {
+        return Err(nothing());
+    }
+    let kind = HeaderValue::from_static("application/octet-stream");
+    let headers = [(header::CONTENT_TYPE, kind)];
+    if let Ok(file) = File::open(uploads.folder.join(&name)).await {
+        let length = file.metadata().await.map_or(0, |known| known.len());
+        let body = futures_util::stream::try_unfold(file.take(length), async |mut file| {
+            let mut read = Vec::with_capacity(1 << 16);
+            let count = (&mut file).take(1 << 16).read_to_end(&mut read).await?;
+            Ok::<_, std::io::Error>((count > 0).then_some((read, file)))
+        });
+        return Ok((headers, Body::from_stream(body)).into_response());
+    }
+    match uploads.bucket.store.get(&uploads.bucket.path(&name)).await {
+        Ok(found) => Ok((headers, Body::from_stream(found.into_stream())).into_response()),
+        Err(object_store::Error::NotFound { .. }) => Err(nothing()),
+        Err(error) => {
+            let why = format!(
+                "{name} cannot be read from {}: {}\n",
+                uploads.bucket.url,
+                words(&error)
+            );
+            Err((StatusCode::BAD_GATEWAY, why).into_response())
+        }
+    }
+}

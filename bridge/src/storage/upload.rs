@@ -1,0 +1,154 @@
+//! One piece into the store: part after part from where it was left, then compared.
+
+use std::path::Path;
+
+use futures_util::TryStreamExt;
+use object_store::multipart::PartId;
+use object_store::{ObjectStoreExt, PutPayload};
+use sha2::{Digest, Sha256};
+use tokio::fs::File;
+use tokio::io::{AsyncReadExt, AsyncSeekExt, SeekFrom};
+
+use super::bucket::{Bucket, words};
+use super::ledger::Ledger;
+use crate::hexadecimal;
+
+/// Why a piece is not stored yet.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Fault {
+    /// The store, or the way to it.
+    #[error("{}", words(.0))]
+    Store(#[from] object_store::Error),
+    /// The piece, or its ledger.
+    #[error("{0}")]
+    Disk(#[from] std::io::Error),
+    /// Stored, and another: it is uploaded anew.
+    #[error(
+        "what the store has of it is not what was sent ({found} of {expected}); it is sent again"
+    )]
+    Differs { found: String, expected: String },
+}
+
+/// Stores a piece; its SHA-256.
+///
+/// # Errors    [`Fault`]; what is there is kept in the ledger, and the next call goes on.
+pub(super) async fn upload(
+    piece: &Path,
+    name: &str,
+    bucket: &Bucket,
+    ledger: &mut Ledger,
+    verify: bool,
+) -> Result<String, Fault> {
+    match &bucket.parts {
+        Some(_) => in_parts(piece, name, bucket, ledger).await?,
+        None => whole(piece, name, bucket, ledger.part_bytes).await?,
+    }
+    let sent = sum_of(piece).await?;
+    if verify {
+        let found = sum_in(bucket, name).await?;
+        if found != sent {
+            // No part of it is to be trusted.
+            ledger.begin_anew();
+            ledger.write(piece)?;
+            let expected = sent;
+            return Err(Fault::Differs { found, expected });
+        }
+    }
+    ledger.stored = Some(sent.clone());
+    (ledger.upload, ledger.parts) = (None, vec![]);
+    ledger.write(piece)?;
+    Ok(sent)
+}
+
+async fn in_parts(
+    piece: &Path,
+    name: &str,
+    bucket: &Bucket,
+    ledger: &mut Ledger,
+) -> Result<(), Fault> {
+    let Some(store) = &bucket.parts else {
+        return Ok(());
+    };
+    let path = bucket.path(name);
+    let id = match &ledger.upload {
+        Some(id) => id.clone(),
+        None => {
+            let id = store.create_multipart(&path).await?;
+            ledger.upload = Some(id.clone());
+            ledger.write(piece)?;
+            id
+        }
+    };
+    let mut file = File::open(piece).await?;
+    let count = ledger.bytes.div_ceil(ledger.part_bytes);
+    for index in ledger.parts.len() as u64..count {
+        let begins = index * ledger.part_bytes;
+        let bytes = ledger.part_bytes.min(ledger.bytes - begins);
+        file.seek(SeekFrom::Start(begins)).await?;
+        let mut part = vec![0; bytes as usize];
+        file.read_exact(&mut part).await?;
+        let put = store
+            .put_part(&path, &id, index as usize, PutPayload::from(part))
+            .await;
+        let put = forgotten(put, ledger, piece)?;
+        ledger.parts.push(put.content_id);
+        ledger.write(piece)?;
+    }
+    let parts = ledger.parts.iter().cloned();
+    let parts = parts.map(|content_id| PartId { content_id }).collect();
+    let done = store.complete_multipart(&path, &id, parts).await;
+    forgotten(done, ledger, piece).map(|_| ())
+}
+
+/// A store that does not know the upload any more, because it is complete already or was cleared
+/// away, gets the piece from the start the next time.
+fn forgotten<T>(
+    answer: object_store::Result<T>,
+    ledger: &mut Ledger,
+    piece: &Path,
+) -> Result<T, Fault> {
+    if let Err(object_store::Error::NotFound { .. }) = &answer {
+        ledger.begin_anew();
+        ledger.write(piece)?;
+    }
+    Ok(answer?)
+}
+
+/// Where there are no uploads that could be gone on with; the name is given at the end.
+async fn whole(piece: &Path, name: &str, bucket: &Bucket, part_bytes: u64) -> Result<(), Fault> {
+    let mut upload = bucket.store.put_multipart(&bucket.path(name)).await?;
+    let mut file = File::open(piece).await?;
+    loop {
+        let mut part = vec![];
+        (&mut file).take(part_bytes).read_to_end(&mut part).await?;
+        if part.is_empty() {
+            break;
+        }
+        upload.put_part(PutPayload::from(part)).await?;
+    }
+    upload.complete().await?;
+    Ok(())
+}
+
+async fn sum_of(piece: &Path) -> Result<String, Fault> {
+    let mut file = File::open(piece).await?;
+    let (mut sum, mut buffer) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        let count = file.read(&mut buffer).await?;
+        match buffer.get(..count).filter(|read| !read.is_empty()) {
+            Some(read) => sum.update(read),
+            None => break,
+        }
+    }
+    Ok(hexadecimal::write(&sum.finalize()))
+}
+
+async fn sum_in(bucket: &Bucket, name: &str) -> Result<String, Fault> {
+    let found = bucket.store.get(&bucket.path(name)).await?;
+    let mut bytes = found.into_stream();
+    let mut sum = Sha256::new();
+    while let Some(read) = bytes.try_next().await? {
+        sum.update(&read);
+    }
+    Ok(hexadecimal::write(&sum.finalize()))
+}

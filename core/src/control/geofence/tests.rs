@@ -1,0 +1,345 @@
+//! The fence against border points and cells counted one by one, and against robots that are driven
+//! at it in every way.
+
+use nalgebra::Matrix3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::control::within_model;
+use crate::geom::{Pose2, PoseEstimate};
+use crate::robot::{Command, RobotModel};
+
+fn zone(kind: ZoneKind, corners: &[(f64, f64)]) -> Zone {
+    let corners = corners.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+    Zone { kind, corners }
+}
+
+/// An L to stay in, and a table in it to keep out of.
+fn fence() -> Geofence {
+    let l = [
+        (0.0, 0.0),
+        (6.0, 0.0),
+        (6.0, 2.0),
+        (2.0, 2.0),
+        (2.0, 5.0),
+        (0.0, 5.0),
+    ];
+    let table = [(3.5, 0.8), (4.5, 0.8), (4.0, 1.2)];
+    Geofence::new(vec![
+        zone(ZoneKind::KeepIn, &l),
+        zone(ZoneKind::KeepOut, &table),
+    ])
+    .unwrap()
+}
+
+/// A second way to say where is inside, without a polygon: half planes.
+fn is_allowed(x: f64, y: f64) -> bool {
+    let in_l = (0.0..=6.0).contains(&x) && (0.0..=5.0).contains(&y) && (x <= 2.0 || y <= 2.0);
+    // The table's sides: y = 0.8, and two that rise and fall by 0.8 a metre to its top.
+    let in_table = y >= 0.8 && y <= 0.8 + 0.8 * (x - 3.5) && y <= 0.8 - 0.8 * (x - 4.5);
+    in_l && !in_table
+}
+
+/// The distance to the border by trying every centimetre of it.
+fn by_trying(fence: &Geofence, at: Point2<f64>) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for zone in fence.zones() {
+        for (a, b) in sides_of(&zone.corners) {
+            let steps = ((b - a).length() / 0.01).ceil();
+            for step in 0..=steps as u32 {
+                let on = a + (b - a) * (f64::from(step) / steps);
+                nearest = nearest.min((on - at).length());
+            }
+        }
+    }
+    nearest
+}
+
+#[test]
+fn the_clearance_has_the_sign_of_half_planes_and_is_no_more_than_the_way_to_the_border() {
+    let fence = fence();
+    for i in -10..80 {
+        for j in -10..70 {
+            let (x, y) = (0.1 * f64::from(i) + 0.003, 0.1 * f64::from(j) + 0.007);
+            let clearance = fence.clearance(Point2::new(x, y));
+            assert_eq!(clearance > 0.0, is_allowed(x, y), "({x}, {y}): {clearance}");
+            let tried = by_trying(&fence, Point2::new(x, y));
+            // The table lies wholly in the only zone to stay in: here it is the distance itself.
+            let off = (clearance.abs() - tried).abs();
+            assert!(off < 0.006, "({x}, {y}): {clearance}, {tried}");
+        }
+    }
+    assert_eq!(
+        Geofence::default().clearance(Point2::origin()),
+        f64::INFINITY
+    );
+}
+
+#[test]
+fn zones_that_overlap_are_one_and_those_that_only_touch_are_not() {
+    let square = |x: f64| {
+        zone(
+            ZoneKind::KeepIn,
+            &[(x, 0.0), (x + 2.0, 0.0), (x + 2.0, 2.0), (x, 2.0)],
+        )
+    };
+    let clearance = |second: f64, x: f64| {
+        let fence = Geofence::new(vec![square(0.0), square(second)]).unwrap();
+        fence.clearance(Point2::new(x, 1.0))
+    };
+    assert!(clearance(1.0, 1.5) > 0.49);
+    assert!(clearance(2.0, 2.0).abs() < 1e-9);
+    assert!(clearance(2.0, 3.0) > 0.99);
+}
+
+#[test]
+fn what_is_no_fence_is_refused_with_its_place() {
+    let check = |corners: &[(f64, f64)], expect: &str| {
+        let error = Geofence::new(vec![zone(ZoneKind::KeepIn, corners)]).unwrap_err();
+        assert!(error.to_string().contains(expect), "{error}");
+    };
+    check(&[(0.0, 0.0), (1.0, 0.0)], "zone 1 has 2 corners");
+    check(&[(0.0, 0.0); 33], "zone 1 has 33 corners");
+    check(
+        &[(0.0, 0.0), (1.0, f64::NAN), (1.0, 1.0)],
+        "corner 2 of zone 1 is (1, NaN)",
+    );
+    check(
+        &[(0.0, 0.0), (1e9, 0.0), (1.0, 1.0)],
+        "corner 2 of zone 1 is (1000000000, 0)",
+    );
+    check(
+        &[(0.0, 0.0), (0.0, 0.0), (1.0, 1.0)],
+        "corners 1 and the next of zone 1",
+    );
+    // A bow tie, and spikes: at the first corner, at the last, in the middle.
+    check(
+        &[(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)],
+        "sides from corners 1 and 3 cross",
+    );
+    check(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)], "cross");
+    check(&[(0.0, 0.0), (0.0, 2.0), (1.0, 2.0), (0.0, 1.0)], "cross");
+    check(
+        &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.0), (0.0, 1.0)],
+        "cross",
+    );
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+    let many = Geofence::new(vec![zone(ZoneKind::KeepOut, &square); 9]).unwrap_err();
+    assert!(many.to_string().contains("9 zones; 8"), "{many}");
+}
+
+/// A robot that takes time for everything: orders come late, wheels get faster and slower as the
+/// model says.
+struct Robot {
+    model: RobotModel,
+    pose: Pose2,
+    runs: (f64, f64),
+    /// Commands that have not come yet, the oldest first.
+    on_its_way: std::collections::VecDeque<(f64, f64)>,
+}
+
+const TICK: f64 = 0.02;
+/// An order takes 100 ms to have an effect.
+const DELAY: usize = 5;
+
+impl Robot {
+    fn new(pose: Pose2) -> Self {
+        Self {
+            model: RobotModel::rp6(),
+            pose,
+            runs: (0.0, 0.0),
+            on_its_way: vec![(0.0, 0.0); DELAY].into(),
+        }
+    }
+
+    /// Runs for a tick; how far.
+    fn run(&mut self, speeds: (f64, f64)) -> f64 {
+        self.on_its_way.push_back(speeds);
+        let wanted = self.on_its_way.pop_front().unwrap();
+        let toward = |runs: f64, wanted: f64, most: f64| {
+            runs + (wanted - runs).clamp(-most * TICK, most * TICK)
+        };
+        // It brakes no better than the model says, and turns no better than in a second.
+        let (most, turns) = (self.model.max_acceleration, 2.0);
+        self.runs = (
+            toward(self.runs.0, wanted.0, 0.7 * most),
+            toward(self.runs.1, wanted.1, turns),
+        );
+        let (way, turn) = (self.runs.0 * TICK, self.runs.1 * TICK);
+        let half = Pose2::new(0.0, 0.0, 0.5 * turn);
+        self.pose = self.pose * half * Pose2::new(way, 0.0, 0.0) * half;
+        way
+    }
+}
+
+fn sure(pose: Pose2) -> Option<PoseEstimate> {
+    let cov = Matrix3::identity() * 1e-4;
+    Some(PoseEstimate { pose, cov })
+}
+
+fn guard(fence: Geofence) -> FenceGuard {
+    FenceGuard::new(RobotModel::rp6(), fence, FenceConfig::default())
+}
+
+/// Drives as `wishes` say, half a second each; the least clearance of the robot's disc on the way.
+fn least(start: Pose2, wishes: &[(f64, f64)]) -> f64 {
+    let (fence, mut robot) = (fence(), Robot::new(start));
+    let mut guard = guard(fence.clone());
+    let mut commanded = (0.0, 0.0);
+    let take = |command: Command| match command {
+        Command::Velocity { forward, turn } => (forward, turn),
+        _ => (0.0, 0.0),
+    };
+    let (mut way, mut least) = (0.0, f64::INFINITY);
+    for &(forward, turn) in wishes {
+        for tick in 0..25 {
+            if let Some(now) = guard.moved(sure(robot.pose), robot.runs, way) {
+                commanded = take(now);
+            }
+            // A page sends 20 times a second.
+            if tick % 3 == 0 {
+                commanded = take(guard.limit(Command::Velocity { forward, turn }));
+            }
+            way = robot.run(commanded);
+            let clearance = fence.clearance(robot.pose.position());
+            least = least.min(clearance - robot.model.radius());
+        }
+    }
+    least
+}
+
+#[test]
+fn a_robot_at_full_speed_stops_before_the_border_and_not_long_before() {
+    let model = RobotModel::rp6();
+    for (forward, heading) in [(1.0, 0.0), (-1.0, std::f64::consts::PI)] {
+        let start = Pose2::new(1.0, 0.4, heading);
+        let mut guard = guard(fence());
+        let mut robot = Robot::new(start);
+        let mut way = 0.0;
+        for _ in 0..3000 {
+            guard.moved(sure(robot.pose), robot.runs, way);
+            let wish = Command::Velocity { forward, turn: 0.0 };
+            let Command::Velocity { forward, turn } = guard.limit(wish) else {
+                panic!()
+            };
+            way = robot.run((forward, turn));
+        }
+        let short = 6.0 - model.radius() - robot.pose.x();
+        // The margin, twice σ = 1 cm, and no more than a hand's breadth that it is slow at the end.
+        assert!((0.05..0.15).contains(&short), "{short}");
+        assert!(guard.holds_back() && !guard.is_outside());
+        // Back and on the spot it goes.
+        let (back, turn) = (-forward, 0.0);
+        let wish = Command::Velocity {
+            forward: back,
+            turn,
+        };
+        assert!(
+            matches!(guard.limit(wish), Command::Velocity { forward, .. } if forward.abs() > 0.1)
+        );
+        assert!(!guard.holds_back());
+        let wish = Command::Velocity {
+            forward: 0.0,
+            turn: 1.0,
+        };
+        assert_eq!(guard.limit(wish), wish);
+    }
+}
+
+#[test]
+fn a_leg_ends_before_the_border_and_one_that_would_cross_it_since_is_stopped() {
+    let radius = RobotModel::rp6().radius();
+    let mut guard = guard(fence());
+    guard.moved(sure(Pose2::new(4.0, 0.4, 0.0)), (0.0, 0.0), 0.0);
+    let Command::Forward(by) = guard.limit(Command::Forward(9.0)) else {
+        panic!()
+    };
+    let room = 2.0 - radius - 0.07;
+    assert!((by - room).abs() < 0.02, "{by} of {room}");
+    assert_eq!(guard.limit(Command::Forward(-1.0)), Command::Forward(-1.0));
+    assert_eq!(guard.limit(Command::Turn(3.0)), Command::Turn(3.0));
+    // The map was corrected: the border is nearer than it was when the leg began.
+    guard.limit(Command::Forward(1.0));
+    assert_eq!(
+        guard.moved(sure(Pose2::new(4.1, 0.4, 0.0)), (0.3, 0.0), 0.1),
+        None
+    );
+    let stop = guard.moved(sure(Pose2::new(5.7, 0.4, 0.0)), (0.3, 0.0), 0.02);
+    assert_eq!(stop, Some(Command::Stop));
+    assert!(guard.holds_back());
+}
+
+#[test]
+fn a_robot_outside_is_driven_back_and_no_further_out() {
+    let mut guard = guard(fence());
+    let limit = |guard: &mut FenceGuard, heading: f64, forward: f64| {
+        guard.moved(sure(Pose2::new(6.5, 1.0, heading)), (0.0, 0.0), 0.0);
+        match guard.limit(Command::Velocity { forward, turn: 0.0 }) {
+            Command::Velocity { forward, .. } => forward,
+            _ => 0.0,
+        }
+    };
+    let pi = std::f64::consts::PI;
+    assert!(limit(&mut guard, pi, 0.2) > 0.15);
+    assert!(guard.is_outside());
+    assert!(limit(&mut guard, 0.0, -0.2) < -0.15);
+    assert_eq!(limit(&mut guard, 0.0, 0.2), 0.0);
+    assert_eq!(limit(&mut guard, 1.0, 0.2), 0.0);
+    assert!(limit(&mut guard, 2.0, 0.2) > 0.05);
+}
+
+#[test]
+fn without_a_pose_or_with_one_that_is_not_sure_it_stands() {
+    let drive = Command::Velocity {
+        forward: 0.2,
+        turn: 0.3,
+    };
+    let here = Pose2::new(1.0, 1.0, 0.0);
+    for pose in [
+        None,
+        Some(PoseEstimate {
+            pose: here,
+            cov: Matrix3::identity(),
+        }),
+        Some(PoseEstimate {
+            pose: here,
+            cov: Matrix3::identity() * f64::NAN,
+        }),
+    ] {
+        let mut guard = guard(fence());
+        guard.moved(sure(here), (0.0, 0.0), 0.0);
+        assert_eq!(guard.limit(drive), drive);
+        assert_eq!(guard.moved(pose, (0.2, 0.3), 0.0), Some(Command::Stop));
+        assert!(guard.holds_back() && !guard.is_placed());
+        for wish in [drive, Command::Forward(0.1), Command::Turn(0.1)] {
+            assert_eq!(guard.limit(wish), Command::Stop);
+        }
+        assert_eq!(guard.limit(Command::Scan), Command::Scan);
+        // It comes back: what is wished goes on, as with safe mode.
+        guard.limit(drive);
+        assert_eq!(guard.moved(sure(here), (0.0, 0.0), 0.0), Some(drive));
+    }
+    let mut free = guard(Geofence::default());
+    assert_eq!(free.limit(drive), drive);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// However it is driven, its disc stays inside: in an L with a table in it, from anywhere where
+    /// it stood inside.
+    #[test]
+    fn nobody_drives_it_out(
+        x in 0.0..6.0_f64,
+        y in 0.0..5.0_f64,
+        heading in -3.1..3.1_f64,
+        wishes in prop::collection::vec((-0.6..0.6_f64, -2.0..2.0_f64), 1..40),
+    ) {
+        let model = RobotModel::rp6();
+        let room = fence().clearance(Point2::new(x, y)) - model.radius();
+        prop_assume!(room > 0.1);
+        let wishes: Vec<_> = wishes.into_iter().map(|wish| within_model(wish, &model)).collect();
+        let least = least(Pose2::new(x, y, heading), &wishes);
+        prop_assert!(least > 0.0, "{} m outside", -least);
+    }
+}

@@ -1,0 +1,195 @@
+// Thousands of things with a 2D context, be it of a canvas or of a drawing.
+
+import type { Box, Camera } from "./camera.js";
+import type { Pen } from "./layers/layer.js";
+import { type Bulk, type Crowd, wholeSide } from "./painter.js";
+import { rgb } from "./palette.js";
+import type { Tiles } from "./tiles.js";
+
+/** So many squares are drawn as a path, and so many lines each time, crisp. Of more, a path would
+    cost a hundred milliseconds. */
+const MOST_IN_PATH = 3000;
+/** What is painted of lines beyond each side of the view, as a part of it. */
+const SPARE = 0.25;
+/** How much a picture of lines may be stretched before it is painted again. */
+const STRETCH = 1.25;
+/** A turn of the view by less is none, rad. */
+const LEAST_TURN = 1e-6;
+
+export class CanvasBulk implements Bulk {
+  constructor(readonly context: CanvasRenderingContext2D, readonly camera: Camera) {}
+
+  tiles(tiles: Tiles): void {
+    drawTiles(this.context, this.camera, tiles);
+  }
+
+  squares(points: Float32Array, side: number, { colour, alpha = 1 }: Crowd, [x, y, heading]: readonly [number, number, number] = [0, 0, 0]): void {
+    const { context, camera } = this;
+    const { a, b, c, d, e, f } = context.getTransform();
+    const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+    const size = sizeOf(camera);
+    const pixels = wholeSide(side, Math.hypot(a, b));
+    // Upright and of whole pixels: turned, thousands take four times as long.
+    const corners = room(points.length);
+    let count = 0;
+    for (let i = 0; i + 1 < points.length; i += 2) {
+      const [px, py] = [points[i] ?? NaN, points[i + 1] ?? NaN];
+      const [mx, my] = [x + cos * px - sin * py, y + sin * px + cos * py];
+      const [left, top] = [Math.round(a * mx + c * my + e - pixels / 2), Math.round(b * mx + d * my + f - pixels / 2)];
+      if (!(left > -pixels && top > -pixels && left < size.width && top < size.height)) continue;
+      corners[count] = left;
+      corners[count + 1] = top;
+      count += 2;
+    }
+    context.save();
+    context.resetTransform();
+    context.globalAlpha = alpha;
+    if (count / 2 > MOST_IN_PATH) setPixels(context, size, corners.subarray(0, count), pixels, colour);
+    else {
+      context.fillStyle = colour;
+      context.beginPath();
+      for (let i = 0; i < count; i += 2) context.rect(corners[i] ?? 0, corners[i + 1] ?? 0, pixels, pixels);
+      context.fill();
+    }
+    context.restore();
+  }
+
+  segments(ends: Float32Array, pen: Pen): void {
+    const { context, camera } = this;
+    if (ends.length / 4 > MOST_IN_PATH) return this.#picture(ends, pen);
+    context.save();
+    strokeWithin(context, ends, camera.visible, pen, camera.px(1));
+    context.restore();
+  }
+
+  /** Many lines are painted once into a picture somewhat larger than the view, which is then only
+      moved and stretched; and again when the view leaves it, or stands. */
+  #picture(ends: Float32Array, pen: Pen): void {
+    const { context, camera } = this;
+    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height].join();
+    const last = pictures.get(ends);
+    const stands = last?.view === view;
+    const fits = last !== undefined && last.colour === pen.colour && holds(last, camera) && !(stands && last.scale !== camera.scale);
+    const picture = fits ? last : { ...pictureOf(ends, pen, camera), view };
+    picture.view = view;
+    pictures.set(ends, picture);
+    const { canvas, box } = picture;
+    context.save();
+    context.transform(1, 0, 0, -1, 0, 0);
+    context.drawImage(canvas, box.minX, -box.maxY, box.maxX - box.minX, box.maxY - box.minY);
+    context.restore();
+  }
+}
+
+let reused = new Int32Array(0);
+
+/** Room for so many numbers; what was in it before is of no account. */
+function room(length: number): Int32Array {
+  if (reused.length < length) reused = new Int32Array(length);
+  return reused;
+}
+
+/** Device pixels. */
+function sizeOf({ width, height, ratio }: Camera): { width: number; height: number } {
+  return { width: Math.round(width * ratio), height: Math.round(height * ratio) };
+}
+
+/** Stretches the tiles of a grid over the canvas. Unless the view is turned, they meet on whole
+    device pixels, or seams would show. */
+export function drawTiles(context: CanvasRenderingContext2D, camera: Camera, tiles: Tiles): void {
+  const side = tiles.tileCells * tiles.resolution;
+  const isTurned = Math.abs(camera.angle) > LEAST_TURN;
+  const view = camera.visible;
+  context.save();
+  context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
+  if (!isTurned) context.resetTransform();
+  else context.transform(1, 0, 0, -1, 0, 0);
+  // Of tiles that lie askew each covers a little of the next.
+  const lap = isTurned ? camera.px(0.5) : 0;
+  const pixel = (x: number, y: number): [number, number] => {
+    const [screenX, screenY] = camera.toScreen(x, y);
+    return [Math.round(screenX * camera.ratio), Math.round(screenY * camera.ratio)];
+  };
+  for (const tile of tiles.all()) {
+    const [x, y] = [tile.col * side, tile.row * side];
+    if (x > view.maxX || y > view.maxY || x + side < view.minX || y + side < view.minY) continue;
+    const canvas = tiles.canvasOf(tile);
+    if (isTurned) {
+      context.drawImage(canvas, x, -y - side, side + lap, side + lap);
+      continue;
+    }
+    const [left, top] = pixel(x, y + side);
+    const [right, bottom] = pixel(x + side, y);
+    context.drawImage(canvas, left, top, right - left, bottom - top);
+  }
+  context.restore();
+}
+
+let sheet: { readonly image: ImageData; readonly pixels: Uint32Array; readonly canvas: OffscreenCanvas } | null = null;
+
+/** Squares with these left upper corners, one by one in a picture as large as the canvas. */
+function setPixels(context: CanvasRenderingContext2D, { width, height }: { width: number; height: number }, corners: Int32Array, side: number, colour: string): void {
+  if (sheet?.image.width !== width || sheet.image.height !== height) {
+    const image = new ImageData(width, height);
+    sheet = { image, pixels: new Uint32Array(image.data.buffer), canvas: new OffscreenCanvas(width, height) };
+  }
+  const { image, pixels, canvas } = sheet;
+  const [red, green, blue] = rgb(colour);
+  const opaque = ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
+  pixels.fill(0);
+  for (let i = 0; i < corners.length; i += 2) {
+    const [left = 0, top = 0] = [corners[i], corners[i + 1]];
+    const [from, to] = [Math.max(left, 0), Math.min(left + side, width)];
+    for (let row = Math.max(top, 0); row < Math.min(top + side, height); row += 1) {
+      for (let at = row * width + from; at < row * width + to; at += 1) pixels[at] = opaque;
+    }
+  }
+  canvas.getContext("2d")?.putImageData(image, 0, 0);
+  context.drawImage(canvas, 0, 0);
+}
+
+interface Picture {
+  readonly canvas: OffscreenCanvas;
+  readonly colour: string;
+  readonly box: Box;
+  readonly scale: number;
+  /** The view that it was drawn in last. */
+  view: string;
+}
+
+const pictures = new WeakMap<Float32Array, Picture>();
+
+function holds({ box, scale }: Picture, camera: Camera): boolean {
+  const [view, stretch] = [camera.visible, camera.scale / scale];
+  return stretch <= STRETCH && stretch >= 1 / STRETCH && view.minX >= box.minX && view.maxX <= box.maxX && view.minY >= box.minY && view.maxY <= box.maxY;
+}
+
+function pictureOf(ends: Float32Array, pen: Pen, camera: Camera): Omit<Picture, "view"> {
+  const view = camera.visible;
+  const [spareX, spareY] = [SPARE * (view.maxX - view.minX), SPARE * (view.maxY - view.minY)];
+  const box = { minX: view.minX - spareX, maxX: view.maxX + spareX, minY: view.minY - spareY, maxY: view.maxY + spareY };
+  const k = camera.scale * camera.ratio;
+  const canvas = new OffscreenCanvas(Math.max(1, Math.round(k * (box.maxX - box.minX))), Math.max(1, Math.round(k * (box.maxY - box.minY))));
+  const context = canvas.getContext("2d");
+  if (context) {
+    context.setTransform(k, 0, 0, -k, -k * box.minX, k * box.maxY);
+    strokeWithin(context, ends, box, pen, camera.px(1));
+  }
+  return { canvas, colour: pen.colour, box, scale: camera.scale };
+}
+
+/** Strokes what may cross `box`; `pixel` is the size of a CSS pixel, m. */
+function strokeWithin(context: CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D, ends: Float32Array, box: Box, { colour, width, alpha = 1, dash = [] }: Pen, pixel: number): void {
+  context.strokeStyle = colour;
+  context.globalAlpha = alpha;
+  context.lineWidth = pixel * width;
+  context.setLineDash(dash.map((length) => pixel * length));
+  context.beginPath();
+  for (let i = 0; i + 3 < ends.length; i += 4) {
+    const [x1 = 0, y1 = 0, x2 = 0, y2 = 0] = [ends[i], ends[i + 1], ends[i + 2], ends[i + 3]];
+    if ((x1 < box.minX && x2 < box.minX) || (x1 > box.maxX && x2 > box.maxX) || (y1 < box.minY && y2 < box.minY) || (y1 > box.maxY && y2 > box.maxY)) continue;
+    context.moveTo(x1, y1);
+    context.lineTo(x2, y2);
+  }
+  context.stroke();
+}
