@@ -105,8 +105,11 @@ test('the language changes in the middle of a run, which goes on, and is kept', 
 test('a link may name the language, which is not kept', async ({ lab, page }) => {
   await lab.open('/?lang=pl');
   await expect(page.locator('html')).toHaveAttribute('lang', 'pl');
+  // What the page still fetches would be broken off.
+  await page.waitForLoadState('networkidle');
   await lab.open('/');
   await expect(page.locator('html')).toHaveAttribute('lang', 'en');
+  await page.waitForLoadState('networkidle');
   await lab.open('/?lang=xx');
   await expect(page.locator('html')).toHaveAttribute('lang', 'en');
 });

@@ -185,7 +185,7 @@ export class SlamLegend extends SlamElement {
           <select data-testid="drawing" aria-labelledby="drawing" @change=${(e: Event) => chooseDrawing(valueOf(e) as Drawing)}>
             ${Object.entries(DRAWN).map(([name, label]) => html`<option value=${name} .selected=${chosenDrawing() === name}>${label}</option>`)}
           </select>
-          <small data-testid="drawn-with">${DRAWN[drawing.with]}${drawing.why === "" ? "" : `: ${drawing.why}`}.</small></li>
+          <small data-testid="drawn-with">${DRAWN[drawing.with]}${drawing.why === "" ? "" : html`: ${drawing.why}`}.</small></li>
       </ul>`;
   }
 
