@@ -90,7 +90,7 @@ pub(crate) async fn run(
                     redirector: redirector.clone(),
                     visitor: Visitor {
                         place: Arc::new(place),
-                        peer: Peer(from),
+                        peer: Peer::At(from),
                     },
                     limits: shared.limits,
                     stopped: stopped.clone(),

@@ -13,11 +13,23 @@ const RATE: u32 = 2;
 
 /// Where a connection comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Peer(pub(crate) SocketAddr);
+pub(crate) enum Peer {
+    /// A socket.
+    At(SocketAddr),
+    /// The Zenoh router, or who is behind it, by the number that it gave itself.
+    #[cfg(feature = "zenoh")]
+    Router(Option<u64>),
+}
 
 impl fmt::Display for Peer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
+        match self {
+            Self::At(address) => address.fmt(f),
+            #[cfg(feature = "zenoh")]
+            Self::Router(None) => f.write_str("the router"),
+            #[cfg(feature = "zenoh")]
+            Self::Router(Some(number)) => write!(f, "the router, as {number:016x}"),
+        }
     }
 }
 

@@ -81,7 +81,7 @@ async fn enter(
 }
 
 /// The right that the client shows, if any; an error if it may not even watch.
-fn admit(
+pub(crate) fn admit(
     shared: &Shared,
     challenge: &[u8; CHALLENGE_BYTES],
     hello: &ClientHello,

@@ -26,7 +26,8 @@
 //! 7. `audit` writes down who drove, who stopped and who was refused.
 //! 8. `mapping` runs the core's session on what the hub has, where that is asked for.
 //! 9. `storage` keeps finished recordings in object storage, too, where that is asked for.
-//! 10. [`record`] writes down what was said, so that nothing acknowledged is lost.
+//! 10. [`zenoh`] reaches the robot through a router, where that is built in and asked for.
+//! 11. [`record`] writes down what was said, so that nothing acknowledged is lost.
 //!
 //! The page is inside the program (`cargo xtask package`), or in a folder that is read at each
 //! request, so that a rebuilt page needs a reload and not a restart ([`Page`]).
@@ -72,6 +73,7 @@ pub mod tls;
 pub mod token;
 pub mod trust;
 pub mod udp;
+pub mod zenoh;
 
 pub use slamlab_core::device::safety;
 

@@ -15,6 +15,11 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
+#[cfg(feature = "zenoh")]
+use tracing_subscriber::filter::{LevelFilter, Targets};
+#[cfg(feature = "zenoh")]
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 mod flags;
 mod open;
@@ -49,10 +54,18 @@ fn sentence(error: &anyhow::Error) -> String {
 }
 
 async fn obey(flags: Flags) -> anyhow::Result<()> {
-    tracing_subscriber::fmt()
+    let log = tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
         .with_target(false)
-        .init();
+        .finish();
+    // What Zenoh has to say of itself, the bridge says in its own words.
+    #[cfg(feature = "zenoh")]
+    let log = log.with(
+        Targets::new()
+            .with_default(LevelFilter::INFO)
+            .with_target("zenoh", LevelFilter::OFF),
+    );
+    log.init();
     match flags.command {
         None => serve(flags.serve).await,
         Some(Command::Serve(flags)) => serve(flags).await,
@@ -117,7 +130,8 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         }),
     };
     let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
-    let (map, storage) = (settings.map()?, settings.storage()?);
+    let map = settings.map()?;
+    let (storage, zenoh) = (settings.storage()?, settings.zenoh()?);
     let config = Config {
         page: Some(page),
         sources,
@@ -133,6 +147,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         storage,
         record: settings.record,
         map,
+        zenoh,
         ..Config::default()
     };
     // Only now is anybody there who could answer at the address.

@@ -16,6 +16,8 @@ mod file;
 mod keys;
 mod name;
 
+#[cfg(feature = "zenoh")]
+use slamlab_core::wire::message::MessageKey;
 use slamlab_core::wire::message::{CHALLENGE_BYTES, PROOF_BYTES, Right, Role, Verifier};
 use subtle::ConstantTimeEq;
 
@@ -39,6 +41,16 @@ impl Granted {
     /// token is a watcher to all limits.
     pub(crate) fn may_drive(&self) -> bool {
         self.right.role.may_drive()
+    }
+
+    /// With which its holder signs messages, after a proof that showed it.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn message_key(
+        &self,
+        challenge: &[u8; CHALLENGE_BYTES],
+        shown: &[u8; PROOF_BYTES],
+    ) -> MessageKey {
+        self.verifier.message_key(challenge, shown)
     }
 }
 
@@ -81,6 +93,14 @@ impl Rights {
         let name = name.to_string();
         let mut all = self.0.iter().map(|granted| &granted.right);
         all.find(|right| right.name == name).map(|right| right.role)
+    }
+
+    /// The right of this name.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn named(&self, name: &Name) -> Option<Granted> {
+        let name = name.to_string();
+        let found = self.0.iter().find(|granted| granted.right.name == name);
+        found.cloned()
     }
 
     /// How many there are.

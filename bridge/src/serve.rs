@@ -32,6 +32,7 @@ use crate::source::{self, Running, Source};
 use crate::storage;
 use crate::storage::{StorageConfig, StorageError};
 use crate::tls::Identity;
+use crate::zenoh::{self, ZenohConfig, ZenohError};
 
 /// How long open requests may take to end after the shutdown began.
 const GRACE: Duration = Duration::from_secs(2);
@@ -70,6 +71,8 @@ pub struct Config {
     pub storage: Option<StorageConfig>,
     /// Whether and how the bridge maps what its robot sees.
     pub map: Option<MapConfig>,
+    /// Whether and how the robot is reached through a router.
+    pub zenoh: Option<ZenohConfig>,
     /// Of sockets, messages and times.
     pub limits: Limits,
 }
@@ -107,6 +110,9 @@ pub enum RunError {
     /// The map cannot.
     #[error(transparent)]
     Map(#[from] MapError),
+    /// The robot cannot be reached through the router.
+    #[error(transparent)]
+    Zenoh(#[from] ZenohError),
 }
 
 /// Serves on `listener` until `shutdown` ends; see [`start`] and [`Serving::until`].
@@ -153,6 +159,7 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     if let Some(StorageConfig { url, .. }) = config.storage {
         return Err(StorageError::NotBuilt { url }.into());
     }
+    let zenoh = config.zenoh.map(zenoh::ready).transpose()?;
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
@@ -179,6 +186,9 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
     let audit = audit.transpose()?;
     let (rights_sender, rights) = watch::channel(Arc::new(config.keys.read()?));
+    if let Some(zenoh) = &zenoh {
+        zenoh.check_rights(&rights.borrow())?;
+    }
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start_all(config.sources, &sender)?;
     let about = about(&sources, robot.as_ref(), config.watching);
@@ -239,6 +249,9 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
                 () = stopped => (),
             }
         });
+    }
+    if let Some(zenoh) = zenoh {
+        zenoh.start(Arc::clone(&shared), stopped.clone());
     }
     let server = tokio::spawn(accept::run(listener, config.tls, shared, stopped));
     notify::ready();

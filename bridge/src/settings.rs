@@ -13,6 +13,7 @@
 mod map;
 mod recording;
 mod storage;
+mod zenoh;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -28,6 +29,7 @@ use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
 pub use map::{Failsafe, MapSettings};
 pub use storage::StorageSettings;
+pub use zenoh::ZenohSettings;
 
 /// The default address: this machine only.
 pub const LOCAL: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8080);
@@ -108,6 +110,9 @@ pub struct Settings {
     /// Whether and how the bridge maps; the command line has flags of its own for it.
     #[arg(skip)]
     pub map: Option<MapSettings>,
+    /// Whether and how the robot is reached through a Zenoh router.
+    #[command(flatten)]
+    pub zenoh: Option<ZenohSettings>,
 }
 
 /// The help of `--source`.
@@ -228,6 +233,20 @@ pub enum SettingsError {
          `slamlab-bridge token add NAME --role driver`"
     )]
     NoFailsafeRight,
+    /// What a Zenoh router needs, or what cannot be.
+    #[error("zenoh {key} {why}")]
+    Zenoh {
+        /// Which.
+        key: &'static str,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// Everybody at the router would watch.
+    #[error(
+        "private lets nobody watch without a token, and a router shows the robot to whoever it lets in: name a router at \
+         tls/, with a certificate (zenoh cert and key), that asks for those of all others"
+    )]
+    ZenohPrivate,
     /// No battery has so many volts.
     #[error("low-volts is {value}; expected {least} to {most}")]
     LowVolts {
@@ -331,6 +350,10 @@ impl Settings {
                 (Some(above), Some(below)) => Some(above.over(below)),
                 (above, below) => above.or(below),
             },
+            zenoh: match (self.zenoh, below.zenoh) {
+                (Some(above), Some(below)) => Some(above.over(below)),
+                (above, below) => above.or(below),
+            },
         }
     }
 
@@ -358,6 +381,9 @@ impl Settings {
         self.check_recording()?;
         self.storage()?;
         let map = self.map.clone().map(MapSettings::complete).transpose()?;
+        let is_private = self.private == Some(true);
+        let zenoh = self.zenoh.clone();
+        let zenoh = zenoh.map(|zenoh| zenoh.complete(is_private)).transpose()?;
         let tls = self.tls()?;
         let (tls_cert, tls_key) = match &tls {
             Tls::Files { cert, key } => (Some(cert.clone()), Some(key.clone())),
@@ -381,6 +407,7 @@ impl Settings {
             tls_cert,
             tls_key,
             map,
+            zenoh,
             ..self.over(defaults)
         })
     }

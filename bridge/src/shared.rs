@@ -96,12 +96,22 @@ impl Shared {
             self.metrics.turned_away.add(1);
             return Err(Some(close::FULL));
         }
+        self.let_in(visitor.peer, name, granted).await
+    }
+
+    /// The same where the way in has its own bounds.
+    pub(crate) async fn let_in(
+        &self,
+        peer: Peer,
+        name: String,
+        granted: Option<Granted>,
+    ) -> Result<Joined, End> {
         let outbox = Arc::new(Outbox::default());
         let (answer, id) = oneshot::channel();
         let client = NewClient {
             name,
             granted,
-            peer: visitor.peer,
+            peer,
             outbox: Arc::clone(&outbox),
         };
         self.tell(FromClient::Joined(client, answer)).await?;
@@ -122,7 +132,12 @@ impl Shared {
 
     /// Logs that the bridge ended a connection, and counts who had no right to come in.
     pub(crate) fn shown_out(&self, visitor: &Visitor, code: u16) {
-        let (kind, peer) = (kind_of(code), visitor.peer);
+        self.ended(visitor.peer, code);
+    }
+
+    /// The same of a connection that has no place of its own.
+    pub(crate) fn ended(&self, peer: Peer, code: u16) {
+        let kind = kind_of(code);
         self.metrics.shown_out.add(1);
         if code == close::ACCESS {
             self.metrics.intruders.add(1);

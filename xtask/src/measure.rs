@@ -34,6 +34,9 @@ pub enum Promise {
     /// An hour of recording through a link that breaks 20 times: every piece that counts as stored
     /// is in the bucket of a real S3-compatible server, byte for byte
     Upload,
+    /// Three robots at a Zenoh router: one driven through it and stopped by others, the router killed
+    /// and started again, certificates that are foreign, settings that cannot be
+    Router,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,
     /// No decoder crashes on changed input
@@ -63,6 +66,7 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::Upload => {
             return tools::run_cargo("run --release --quiet --package slamlab-storage-report");
         }
+        Promise::Router => return router(),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),
@@ -90,4 +94,16 @@ pub fn measure(what: &Measurement) -> Result<()> {
         .args([example, "--"])
         .args(words);
     tools::run(&mut cargo)
+}
+
+/// Apart from the others: what it measures is built with a feature that takes minutes to compile,
+/// and by the profile of the tests, which have compiled most of the rest.
+fn router() -> Result<()> {
+    let built = "--profile test --quiet --package slamlab-bridge --package slamlab-tests \
+                 --features slamlab-bridge/zenoh,slamlab-tests/zenoh";
+    let programs = "--bin slamlab-bridge --example router_report";
+    tools::run_cargo(&format!("build {built} {programs}"))?;
+    let mut report = std::process::Command::new(tools::built("debug/examples/router_report"));
+    report.env("SLAMLAB_BRIDGE", tools::built("debug/slamlab-bridge"));
+    tools::run(&mut report)
 }

@@ -19,7 +19,7 @@ fn who(client: u32, name: &str, role: Role) -> Who {
         client,
         &right,
         "phone",
-        Peer(([192, 168, 1, 7], 40_000).into()),
+        Peer::At(([192, 168, 1, 7], 40_000).into()),
     )
 }
 

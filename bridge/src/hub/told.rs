@@ -88,7 +88,7 @@ impl Task {
             role: mapped.role,
             name,
         };
-        let here = Peer(([127, 0, 0, 1], 0).into());
+        let here = Peer::At(([127, 0, 0, 1], 0).into());
         Some(Who::new(id, &right, mapping::NAME, here))
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// Collects the bytes of one message.
 #[derive(Debug)]
-pub(super) struct Cdr {
+pub(crate) struct Cdr {
     bytes: Vec<u8>,
 }
 
@@ -15,39 +15,39 @@ pub(super) struct Cdr {
 const HEAD: [u8; 4] = [0, 1, 0, 0];
 
 impl Cdr {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             bytes: HEAD.to_vec(),
         }
     }
 
-    pub(super) fn u8(&mut self, value: u8) -> &mut Self {
+    pub(crate) fn u8(&mut self, value: u8) -> &mut Self {
         self.put([value])
     }
 
     /// Bytes that need no alignment of their own.
-    pub(super) fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
         self.bytes.extend_from_slice(bytes);
         self
     }
 
-    pub(super) fn u32(&mut self, value: u32) -> &mut Self {
+    pub(crate) fn u32(&mut self, value: u32) -> &mut Self {
         self.put(value.to_le_bytes())
     }
 
-    pub(super) fn i32(&mut self, value: i32) -> &mut Self {
+    pub(crate) fn i32(&mut self, value: i32) -> &mut Self {
         self.put(value.to_le_bytes())
     }
 
-    pub(super) fn f32(&mut self, value: f32) -> &mut Self {
+    pub(crate) fn f32(&mut self, value: f32) -> &mut Self {
         self.put(value.to_le_bytes())
     }
 
-    pub(super) fn f64(&mut self, value: f64) -> &mut Self {
+    pub(crate) fn f64(&mut self, value: f64) -> &mut Self {
         self.put(value.to_le_bytes())
     }
 
-    pub(super) fn all(&mut self, values: &[f64]) -> &mut Self {
+    pub(crate) fn all(&mut self, values: &[f64]) -> &mut Self {
         for &value in values {
             self.f64(value);
         }
@@ -55,7 +55,7 @@ impl Cdr {
     }
 
     /// Length with the closing zero, bytes, zero.
-    pub(super) fn text(&mut self, text: &str) -> &mut Self {
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
         self.u32(text.len() as u32 + 1);
         self.bytes.extend(text.as_bytes());
         self.bytes.push(0);
@@ -63,16 +63,16 @@ impl Cdr {
     }
 
     /// `std_msgs/Header`.
-    pub(super) fn header(&mut self, stamp: Duration, frame: &str) -> &mut Self {
+    pub(crate) fn header(&mut self, stamp: Duration, frame: &str) -> &mut Self {
         self.time(stamp).text(frame)
     }
 
     /// `builtin_interfaces/Time`.
-    pub(super) fn time(&mut self, time: Duration) -> &mut Self {
+    pub(crate) fn time(&mut self, time: Duration) -> &mut Self {
         self.i32(time.as_secs() as i32).u32(time.subsec_nanos())
     }
 
-    pub(super) fn finish(&mut self) -> Vec<u8> {
+    pub(crate) fn finish(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.bytes)
     }
 

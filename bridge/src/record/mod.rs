@@ -25,7 +25,7 @@
 //!
 //! Source: the MCAP format specification, mcap.dev/spec; OMG CDR for the ROS 2 messages.
 
-mod cdr;
+pub(crate) mod cdr;
 mod export;
 mod journal;
 pub(crate) mod pieces;

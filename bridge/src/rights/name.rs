@@ -15,7 +15,7 @@ pub struct Name(String);
 /// What is no name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{given:?} is no name of a right; expected 1 to {LONGEST} letters and digits, and `.`, `-` or `_` between them"
+    "{given:?} is no name; expected 1 to {LONGEST} letters and digits, and `.`, `-` or `_` between them"
 )]
 pub struct NameError {
     given: String,

@@ -82,6 +82,22 @@ fn whole() -> Settings {
             failsafe_right: Some("home".parse().unwrap()),
             set: [("matcher.cell".to_owned(), 0.1)].into(),
         }),
+        storage: Some(StorageSettings {
+            url: "s3://bucket/rp6".into(),
+            part_mib: Some(8),
+            verify: Some(true),
+            options: [("aws_region".to_owned(), "eu-central-1".to_owned())].into(),
+        }),
+        zenoh: Some(ZenohSettings {
+            router: Some("tls/router.example:7447".parse().unwrap()),
+            name: Some("rp6".parse().unwrap()),
+            ca: path(),
+            cert: path(),
+            key: path(),
+            ros_domain: Some(7),
+            ros_namespace: Some("rp6".into()),
+            ros_right: Some("ros".parse().unwrap()),
+        }),
         source: Some(vec![SourceSettings {
             name: "ld06:/dev/serial0".parse().unwrap(),
             mount: Some(Mount {
@@ -274,4 +290,49 @@ fn a_robot_goes_home_only_by_a_right_and_a_map_is_made_by_a_method_that_there_is
     assert_eq!(held, Some(crate::MapConfig::default()));
     let off = Settings::default().complete().unwrap().map().unwrap();
     assert!(off.is_none());
+}
+
+#[test]
+fn a_router_that_cannot_be_reached_as_asked_is_said_in_words() {
+    let check = |text: &str, words: &str| {
+        let said = match read(text).and_then(Settings::complete) {
+            Ok(_) => "nothing".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        assert!(said.contains(words), "{text}: {said}");
+    };
+    let tls = "[zenoh]\nrouter = \"tls/r:1\"\n";
+    check("[zenoh]\nname = \"a\"", "zenoh router is missing");
+    check("[zenoh]\nrouter = \"udp/r:1\"", "neither tcp nor tls");
+    check("[zenoh]\nrouter = \"tcp/r:1\"\nname = \"a/b\"", "a/b");
+    check(
+        "[zenoh]\nrouter = \"tcp/r:1\"\nca = \"x\"",
+        "zenoh router is tcp/",
+    );
+    check(tls, "zenoh ca is missing");
+    check(
+        &format!("{tls}ca = \"x\"\ncert = \"x\""),
+        "zenoh key is missing",
+    );
+    check(
+        &format!("{tls}ca = \"x\"\nkey = \"x\""),
+        "zenoh cert is missing",
+    );
+    check(&format!("private = true\n{tls}ca = \"x\""), "private");
+    let tcp = "[zenoh]\nrouter = \"tcp/r:1\"\nname = \"a\"\n";
+    check(&format!("private = true\n{tcp}"), "private");
+    check(
+        &format!("{tcp}ros-domain = 233"),
+        "zenoh ros-domain is too high",
+    );
+    check(
+        &format!("{tcp}ros-right = \"a\""),
+        "zenoh ros-domain is missing",
+    );
+    let namespace = |name| format!("{tcp}ros-domain = 0\nros-namespace = {name:?}");
+    check(&namespace("1st"), "zenoh ros-namespace");
+    check(&namespace("a//b"), "zenoh ros-namespace");
+    check(&namespace("/a"), "zenoh ros-namespace");
+    check(&namespace("a-b"), "zenoh ros-namespace");
+    check(&namespace("floor_1/rp6"), "nothing");
 }

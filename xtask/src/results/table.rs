@@ -131,6 +131,8 @@ pub(super) const TABLE: &[Entry] = &[
         "From the robot to a client, alone and beside watchers."),
     entry("access", Promise, Slow, BRIDGE,
         "Who has no right to the robot is refused, and keeps nobody else from it."),
+    entry("router", Promise, Slow, BRIDGE,
+        "Robots at a Zenoh router are driven and stopped through it, and stop when it goes."),
     entry("soak", Promise, Slow, BRIDGE,
         "Nothing grows with time."),
     entry("fuzz", Promise, Slow, &["core/src/wire", "core/src/format", "core/src/settings", "bridge/src"],

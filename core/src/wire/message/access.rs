@@ -12,6 +12,8 @@ pub const PROOF_BYTES: usize = 32;
 
 /// Keeps proofs for slamlab apart from any other use of the same token.
 const CONTEXT: &[u8] = b"slamlab bridge 2";
+/// Keeps the signatures of messages apart from proofs.
+const SIGNED: &[u8] = b"slamlab signed messages 1";
 
 /// Shows that its sender has the token, to who has its [`Verifier`].
 ///
@@ -61,6 +63,16 @@ impl Verifier {
         Self::of_client(xor(*shown, self.signature(challenge))).0
     }
 
+    /// The key of who made `shown`, which this one's token made.
+    #[must_use]
+    pub fn message_key(
+        &self,
+        challenge: &[u8; CHALLENGE_BYTES],
+        shown: &[u8; PROOF_BYTES],
+    ) -> MessageKey {
+        MessageKey::new(xor(*shown, self.signature(challenge)), challenge)
+    }
+
     fn of_client(client: [u8; PROOF_BYTES]) -> Self {
         Self(Sha256::digest(client).into())
     }
@@ -74,6 +86,49 @@ impl Verifier {
 impl std::fmt::Debug for Verifier {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Verifier(…)")
+    }
+}
+
+/// Signs messages where a proof at the beginning is not enough: behind a router, anybody may write
+/// under the name of a client that has shown one.
+///
+/// With `client` as in [`proof`], the key is `HMAC-SHA-256(client, "slamlab signed messages 1" |
+/// challenge)`: who listened to challenge and proof does not have it, for neither tells `client`
+/// without the verifier.
+#[derive(Clone)]
+pub struct MessageKey([u8; PROOF_BYTES]);
+
+impl MessageKey {
+    /// That of who has the token, after this challenge.
+    #[must_use]
+    pub fn of_token(token: &str, challenge: &[u8; CHALLENGE_BYTES]) -> Self {
+        Self::new(hmac(token.trim().as_bytes(), CONTEXT), challenge)
+    }
+
+    fn new(client: [u8; PROOF_BYTES], challenge: &[u8; CHALLENGE_BYTES]) -> Self {
+        Self(hmac(&client, &[SIGNED, challenge].concat()))
+    }
+
+    /// The signature of a message: its HMAC-SHA-256.
+    #[must_use]
+    pub fn sign(&self, message: &[u8]) -> [u8; PROOF_BYTES] {
+        hmac(&self.0, message)
+    }
+
+    /// Whether a message was signed with it; it takes as long for any answer.
+    #[must_use]
+    pub fn has_signed(&self, message: &[u8], signature: &[u8]) -> bool {
+        Hmac::<Sha256>::new_from_slice(&self.0).is_ok_and(|mut mac| {
+            mac.update(message);
+            mac.verify_slice(signature).is_ok()
+        })
+    }
+}
+
+/// It drives.
+impl std::fmt::Debug for MessageKey {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("MessageKey(…)")
     }
 }
 

@@ -67,7 +67,7 @@ mod role;
 #[cfg(test)]
 mod tests;
 
-pub use access::{About, CHALLENGE_BYTES, PROOF_BYTES, Verifier, Watching, proof};
+pub use access::{About, CHALLENGE_BYTES, MessageKey, PROOF_BYTES, Verifier, Watching, proof};
 pub use body::{
     BatteryBody, BumpersBody, CurrentsBody, Device, DeviceState, LinkBody, LinkState, OdometryBody,
     RangerReading, RangersBody, RobotFigures, ScanBody,

@@ -325,3 +325,30 @@ proptest! {
         }
     }
 }
+
+/// The signature is Python's (`hmac.digest`, by the lines of [`MessageKey`]).
+#[test]
+fn a_message_is_signed_by_token_and_challenge_and_both_ends_make_the_same_key() {
+    let token = "0123456789abcdef0123456789abcdef";
+    let challenge = [1; CHALLENGE_BYTES];
+    let key = MessageKey::of_token(token, &challenge);
+    let signature = key.sign(b"drive");
+    let written: String = signature.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(
+        written,
+        "9b6032ab9b33865c553774f5e054ba3bd9c86181bf3e96b7330969cb67f05b81"
+    );
+    let shown = proof(token, &challenge);
+    let at_bridge = Verifier::of(token).message_key(&challenge, &shown);
+    assert!(at_bridge.has_signed(b"drive", &signature));
+    assert!(!at_bridge.has_signed(b"drivf", &signature));
+    assert!(!at_bridge.has_signed(b"drive", &signature[1..]));
+    assert!(!at_bridge.has_signed(b"drive", b""));
+    // Neither another challenge nor another token makes it.
+    for other in [
+        MessageKey::of_token(token, &[2; CHALLENGE_BYTES]),
+        MessageKey::of_token("another", &challenge),
+    ] {
+        assert!(!other.has_signed(b"drive", &signature));
+    }
+}

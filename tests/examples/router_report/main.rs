@@ -1,0 +1,75 @@
+//! Three bridges in processes of their own, a Zenoh router in another, and clients behind it:
+//! prints JSON, and exits with 0 only if all of it holds.
+//!
+//! `cargo xtask report router`, or with the programs built:
+//! `SLAMLAB_BRIDGE=… cargo run -p slamlab-tests --features zenoh --example router_report`
+#![cfg(not(target_family = "wasm"))] // opens sockets
+#![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
+
+// The tests' own client over a WebSocket, of which this uses a part.
+#[allow(dead_code)]
+#[path = "../../tests/bridge_ws/client.rs"]
+mod client;
+
+mod drive;
+mod lost;
+mod process;
+mod remote;
+mod slow;
+mod trust;
+mod words;
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    if let [word, config] = words.as_slice()
+        && word == "router"
+    {
+        process::be_router(config).await;
+        return ExitCode::SUCCESS;
+    }
+    let mut figures = serde_json::Map::new();
+    let mut holds = true;
+    for (name, (one_holds, figure)) in [
+        ("driven_and_stopped", drive::report().await),
+        ("router_killed", lost::report().await),
+        ("slow_link", slow::report().await),
+        ("certificates", trust::report().await),
+        ("words", words::report().await),
+    ] {
+        holds &= one_holds;
+        figures.insert(
+            name.to_owned(),
+            json!({ "holds": one_holds, "figures": figure }),
+        );
+    }
+    let whole = json!({ "report": "router", "holds": holds, "figures": figures });
+    println!("{}", serde_json::to_string_pretty(&whole).unwrap());
+    match holds {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    }
+}
+
+fn millis(duration: Duration) -> f64 {
+    (duration.as_secs_f64() * 1e5).round() / 100.0
+}
+
+/// The value below which this part of all lies, ms.
+fn part(all: &[Duration], part: f64) -> f64 {
+    let mut sorted = all.to_vec();
+    sorted.sort_unstable();
+    let at = (sorted.len().saturating_sub(1) as f64 * part).round() as usize;
+    sorted.get(at).map_or(f64::INFINITY, |one| millis(*one))
+}
+
+fn spread(all: &[Duration]) -> Value {
+    json!({
+        "count": all.len(), "median_ms": part(all, 0.5), "p99_ms": part(all, 0.99), "worst_ms": part(all, 1.0),
+    })
+}
