@@ -15,6 +15,8 @@
 // | registration.js, editor.js | the lab or the world editor is opened |
 // | files.js | a file of others is opened |
 // | svg_context.js | the view is saved as a drawing |
+// | language.js | the help is opened, where the language is chosen |
+// | words_hu.js … | another language than English is chosen |
 // | gl.js | there is a graphics card to draw the map with |
 
 import { createHash } from "node:crypto";
@@ -57,7 +59,8 @@ const options = {
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
   entryPoints: {
-    main: "src/main.ts", registration: "src/registration/lab.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts", style: "src/style.css",
+    main: "src/main.ts", registration: "src/registration/lab.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts",
+    language: "src/ui/language.ts", words_hu: "src/words/hu.ts", words_cs: "src/words/cs.ts", words_pl: "src/words/pl.ts", style: "src/style.css",
     worker: "src/worker.ts", files: "src/source/files.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
   },
   loader: { ".woff2": "file" },

@@ -47,7 +47,9 @@ export class Lab {
   /** Opens the page and waits until the robot has looked around. */
   async open(address = '/'): Promise<void> {
     await this.page.goto(address);
-    await expect.poll(async () => (await this.state()).status?.scans ?? 0, 'the robot scans').toBeGreaterThan(0);
+    // It begins only once its language is there, unless that is English.
+    const scans = async () => ((await this.page.evaluate(() => 'slamlab' in window)) ? (await this.state()).status?.scans ?? 0 : 0);
+    await expect.poll(scans, 'the robot scans').toBeGreaterThan(0);
   }
 
   at(id: string): Locator {

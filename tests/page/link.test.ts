@@ -70,6 +70,7 @@ test('a run that no list of actions can tell makes no link, and says why', async
   await lab.open();
   await lab.show('run');
   await lab.at('method').selectOption('scan-matching');
+  await expect.poll(async () => (await lab.state()).method, 'the run before has ended').toBe('scan-matching');
   await lab.watch((s) => s.scans, 'it maps').toBeGreaterThan(10);
   await lab.hidePanels();
   await page.keyboard.press('e');

@@ -1,6 +1,8 @@
 // Sorts files that were dropped or chosen together by what stands in them, whatever they are
 // called: a building, something else to open, or nothing that can be opened.
 
+import { t } from "./words.js";
+
 export type Chosen =
   | { kind: "nothing" }
   /** A map of ROS with its image, an OGmap.txt, a submap, or a floor plan. */
@@ -25,7 +27,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   yaml: "or a map of ROS (.yaml with .pgm or .png)",
 };
 /** As a list for a sentence. */
-export const OPENED = Object.values(WORDS).join(", ");
+export const opened = (): string => Object.values(WORDS).map((each) => t(each)).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
   json: "world", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
@@ -92,11 +94,11 @@ export async function chosen(files: readonly File[]): Promise<Chosen> {
   const kinds = await Promise.all(files.map(kindOf));
   const [yaml, image] = [files[kinds.indexOf("yaml")], files[kinds.indexOf("image")]];
   if (files.length === 2 && yaml && image) return { kind: "building", name: yaml.name, files: [yaml, image] };
-  if (more.length > 0) return { kind: "refused", text: `These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.` };
+  if (more.length > 0) return { kind: "refused", text: t`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.` };
   const [kind = "log"] = kinds;
-  if (kind === "yaml") return { kind: "refused", text: `${file.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
-  if (kind === "image") return { kind: "refused", text: `${file.name} is a picture. If it is one half of a map, drop it together with its YAML file.` };
-  if (typeof kind === "object") return { kind: "refused", text: `${file.name} is for other programs: this page does not read it. It is ${kind.words}` };
+  if (kind === "yaml") return { kind: "refused", text: t`${file.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
+  if (kind === "image") return { kind: "refused", text: t`${file.name} is a picture. If it is one half of a map, drop it together with its YAML file.` };
+  if (typeof kind === "object") return { kind: "refused", text: t`${file.name} is for other programs: this page does not read it. It is ${kind.words}` };
   if (kind === "building") return { kind: "building", name: file.name, files };
   return { kind: "file", file, content: kind };
 }

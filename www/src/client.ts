@@ -19,6 +19,7 @@ import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import type { WorldDesk } from "./world_desk.js";
 import { LEAST_MOVE } from "./view/submaps.js";
+import { t } from "./words.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
@@ -81,7 +82,7 @@ export class Client {
     this.#brokeAt = performance.now();
     this.#worker.terminate();
     if (this.isBeside || breaksAgain) {
-      this.#warn(`The simulation stopped: ${why}. Reload the page.`);
+      this.#warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
       return;
     }
@@ -96,7 +97,7 @@ export class Client {
       this.start(this.store.started);
       this.store.set("last", { lastRun: lastRun() });
     }
-    this.#warn(`The simulation broke off by a fault of the program: ${why}. It was started anew.`);
+    this.#warn(t`The simulation broke off by a fault of the program: ${why}. It was started anew.`);
   }
 
   send(command: Command, transfer: Transferable[] = []): void {
@@ -236,7 +237,7 @@ export class Client {
       exhibit(this.store, this, found);
       return true;
     }
-    this.#warn(`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
+    this.#warn(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
     return false;
   }
 
@@ -249,7 +250,7 @@ export class Client {
     }
     const lesson = lessons.find((each) => each.name === name);
     if (lesson) return teach(this.store, this, lesson);
-    this.#warn(`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
+    this.#warn(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
     if (this.#run === 0) this.start();
   }
 
@@ -267,7 +268,7 @@ export class Client {
     } catch (error) {
       // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.#warn(`The port cannot be used: ${faultOf(error).text}`);
+      this.#warn(t`The port cannot be used: ${faultOf(error).text}`);
     }
   }
 
@@ -529,7 +530,7 @@ export class Client {
 
   /** The map as it was drawn so far, to be found in. */
   localiseInThisMap(): void {
-    this.send({ kind: "read-prior-map", name: `map of ${this.store.title}`, files: [] });
+    this.send({ kind: "read-prior-map", name: t`map of ${this.store.title}`, files: [] });
   }
 
   /** The robot is to be found in this map from here on; none: among the walls of the world. */
@@ -552,7 +553,7 @@ export class Client {
     try {
       await work();
     } catch (error) {
-      this.#warn(`${name} could not be read: ${faultOf(error).text}`);
+      this.#warn(t`${name} could not be read: ${faultOf(error).text}`);
     }
   }
 
@@ -685,7 +686,7 @@ export class Client {
     },
     preset: ({ name, settings }) => {
       this.usePreset({ name, settings });
-      this.#note("good", `The preset "${name}" is in use`);
+      this.#note("good", t`The preset "${name}" is in use`);
     },
     contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
     examined: (examined) => {
@@ -723,11 +724,11 @@ export class Client {
     "solved-graph": (solvedGraph) => {
       this.store.set("graph", { solvedGraph });
       this.store.set("tab", { tab: "run" });
-      this.#note("good", `The pose graph ${solvedGraph.name} is solved: it is drawn under Run`);
+      this.#note("good", t`The pose graph ${solvedGraph.name} is solved: it is drawn under Run`);
     },
     saved: ({ files }) => {
       downloadAll(files);
-      this.#note("good", `Saved ${files.map((file) => file.name).join(", ")}`);
+      this.#note("good", t`Saved ${files.map((file) => file.name).join(", ")}`);
     },
     link: ({ link }) => void this.#giveLink(link),
     kept: ({ link, asked }) => {
@@ -765,6 +766,6 @@ export class Client {
 
   /** What of a file is not in what was read of it: told when its run begins. */
   #leaveOut(name: string, skipped: readonly string[]): void {
-    this.#skipped = skipped.length > 0 ? `${name}: left out ${skipped.join(", ")}.` : "";
+    this.#skipped = skipped.length > 0 ? t`${name}: left out ${skipped.join(", ")}.` : "";
   }
 }

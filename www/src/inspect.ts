@@ -1,6 +1,7 @@
 // Reads the matrix of an inspection: its rows, and which are those of a wall or of a point.
 
 import type { Inspection } from "./protocol/module.js";
+import { t } from "./words.js";
 
 /** A row of the matrix: a number of the robot, of a wall, or of a point. */
 export interface Row {
@@ -19,11 +20,11 @@ const ROBOT_ROWS: readonly Row[] = [
 
 export function rowOf(inspection: Inspection, index: number): Row {
   const { robotRows, landmarks, points } = inspection;
-  if (index < robotRows) return ROBOT_ROWS[index] ?? { wall: null, symbol: `state ${index + 1}`, owner: "the robot" };
+  if (index < robotRows) return ROBOT_ROWS[index] ?? { wall: null, symbol: t`state ${index + 1}`, owner: "the robot" };
   const at = index - robotRows;
   const wall = landmarks[Math.floor(at / 2)] ?? null;
-  if (wall !== null && points.includes(wall)) return { wall: null, symbol: at % 2 === 0 ? "x" : "y", owner: `point ${wall}` };
-  return { wall, symbol: at % 2 === 0 ? "α" : "r", owner: `wall ${wall}` };
+  if (wall !== null && points.includes(wall)) return { wall: null, symbol: at % 2 === 0 ? "x" : "y", owner: t`point ${wall}` };
+  return { wall, symbol: at % 2 === 0 ? "α" : "r", owner: t`wall ${wall}` };
 }
 
 /** The first of the two rows of a wall; null where the matrix has none. */

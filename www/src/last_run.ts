@@ -6,6 +6,7 @@ import type { Topics } from "./protocol.js";
 import type { MethodName, SettingValues, Setup } from "./protocol/module.js";
 import { ifAllowed } from "./storage.js";
 import type { Store } from "./store.js";
+import { t } from "./words.js";
 
 const KEY = "slamlab-last-run";
 const DATABASE = "slamlab";
@@ -69,7 +70,7 @@ export async function goOn(store: Store, client: Client): Promise<void> {
   if (last?.kind !== "replay") return;
   const file = await keptFile();
   if (!file) {
-    store.set("toast", { toast: { level: "warn", text: `The browser did not keep ${last.title}: open it again.` } });
+    store.set("toast", { toast: { level: "warn", text: t`The browser did not keep ${last.title}: open it again.` } });
     return;
   }
   store.set("settings", { setup: { ...store.setup, settings: last.settings } });

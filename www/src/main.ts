@@ -7,6 +7,7 @@ import { keepLastRun } from "./last_run.js";
 import { current as currentLesson, lessonAt } from "./lessons.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
+import { startLanguage } from "./language.js";
 import { isSharedWorld } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { keepForOffline, lookForNewer, renewFirst } from "./offline.js";
@@ -65,6 +66,8 @@ import { tracksOf } from "./view/layers/tracks.js";
 import { SlamMap } from "./view/map_view.js";
 import { readPalette } from "./view/palette.js";
 import { Scene } from "./view/scene.js";
+
+await startLanguage();
 
 const store = new Store();
 const scene = new Scene();

@@ -5,6 +5,7 @@
 import { faultOf } from "./fault.js";
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
+import { t } from "./words.js";
 
 /** Milliseconds before a line is tried again, the longest last. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
@@ -185,7 +186,7 @@ export class SerialPorts {
     if (this.#rules !== rules) return;
     this.#endRules();
     for (const line of this.#lines) void this.#close(line);
-    this.failed(`The robot at the cable was left: ${text}`);
+    this.failed(t`The robot at the cable was left: ${text}`);
   }
 
   /** An adapter was put in: where it is that of a line that broke, the line is opened at once. */

@@ -183,7 +183,10 @@ const handlers: Handlers<Command> = {
     interrupt();
     const { setup, actions, seconds } = read_link(link);
     const { world: title, method, sensor, seed } = setup;
-    const words = `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} ${actions === 1 ? "thing was" : "things were"} done in ${seconds.toFixed(0)} s`;
+    const done = seconds.toFixed(0);
+    const words = actions === 1
+      ? `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} thing was done in ${done} s`
+      : `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} things were done in ${done} s`;
     begin(new Run(WebRun.follow_link(link), { kind: "sim", title, method }, words), { setup, playing: true });
   },
   link: ({ setup }) => {

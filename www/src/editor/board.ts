@@ -1,9 +1,10 @@
 // The canvas that is drawn on: pointer, wheel, fingers and keys become what the model does.
 
-import { css, html, LitElement, type TemplateResult } from "lit";
+import { css, LitElement, type TemplateResult } from "lit";
 import { shared } from "../ui/style.js";
 import { Camera } from "../view/camera.js";
 import { listenToGestures } from "../view/gestures.js";
+import { html } from "../words.js";
 import { boxOf } from "./outline.js";
 import type { Point } from "./drawing.js";
 import type { EditorModel } from "./model.js";

@@ -1,7 +1,7 @@
 // The world editor: it lies over the map, and its code is loaded when it is opened first. What is
 // drawn is a world file; whether a robot can be in it the core says.
 
-import { html, LitElement, nothing, type TemplateResult } from "lit";
+import { LitElement, nothing, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
 import { faultOf } from "../fault.js";
 import { isSharedWorld } from "../link.js";
@@ -13,6 +13,7 @@ import { icons } from "../ui/icons.js";
 import { filesOf, valueOf } from "../ui/input.js";
 import { shared } from "../ui/style.js";
 import { takeDrops } from "../ui/own_drops.js";
+import { html, t } from "../words.js";
 import type { WorldDesk } from "../world_desk.js";
 import "./board.js";
 import type { EditorBoard } from "./board.js";
@@ -61,7 +62,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   override connectedCallback(): void {
     super.connectedCallback();
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "World editor");
+    this.setAttribute("aria-label", t("World editor"));
     this.tabIndex = -1;
     this.client.desk = this;
     this.#asksToEnd = false;
@@ -139,7 +140,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       this.#checked = drawing;
       if (this.#isFirst) this.#model.begin(drawing);
       else this.#model.open(drawing);
-      if (!this.#isFirst || opening.skipped.length > 0) this.#say(opening.skipped.length > 0 ? `${opening.name}: left out ${opening.skipped.join(", ")}.` : "", true);
+      if (!this.#isFirst || opening.skipped.length > 0) this.#say(opening.skipped.length > 0 ? t`${opening.name}: left out ${opening.skipped.join(", ")}.` : "", true);
       this.#isFirst = false;
       this.#board?.fit();
     }

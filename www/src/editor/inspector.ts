@@ -1,8 +1,9 @@
 // The chosen part in numbers: the same that is drawn, typed in.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import { icons } from "../ui/icons.js";
 import { isChecked, valueOf } from "../ui/input.js";
+import { html } from "../words.js";
 import type { Material, Part } from "./drawing.js";
 import { middleOf, moved } from "./change.js";
 import type { EditorModel } from "./model.js";

@@ -1,6 +1,7 @@
 // A drawing in an address: its file, packed and in letters that an address takes. `#world=…`
 
 import { WORLD_PREFIX as PREFIX } from "../link.js";
+import { t } from "../words.js";
 
 /** Longer ones are not read, bytes: packed, and unpacked. */
 const MOST_PACKED = 64_000;
@@ -15,7 +16,7 @@ export async function sharedHash(text: string): Promise<string> {
   let letters = "";
   for (const byte of packed) letters += String.fromCharCode(byte);
   const hash = PREFIX + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
-  if (hash.length > MOST_PACKED) throw new Error(`The drawing is too large for a link: ${hash.length} letters, at most ${MOST_PACKED}. Save it as a file instead.`);
+  if (hash.length > MOST_PACKED) throw new Error(t`The drawing is too large for a link: ${hash.length} letters, at most ${MOST_PACKED}. Save it as a file instead.`);
   return hash;
 }
 
@@ -23,7 +24,7 @@ export async function sharedHash(text: string): Promise<string> {
 
     Throws where there is none, in words. */
 export async function sharedWorld(hash: string): Promise<string> {
-  if (hash.length > MOST_PACKED) throw new Error(`The link to a world has ${hash.length} letters, at most ${MOST_PACKED} are read.`);
+  if (hash.length > MOST_PACKED) throw new Error(t`The link to a world has ${hash.length} letters, at most ${MOST_PACKED} are read.`);
   try {
     const letters = atob(hash.slice(PREFIX.length).replaceAll("-", "+").replaceAll("_", "/"));
     const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
@@ -44,7 +45,7 @@ async function throughStream(bytes: Uint8Array<ArrayBuffer>, stream: Compression
     length += value.length;
     if (length > most) {
       await reader.cancel();
-      throw new RangeError(`more than ${most} bytes`);
+      throw new RangeError(t`more than ${most} bytes`);
     }
     parts.push(value);
   }

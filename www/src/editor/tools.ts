@@ -1,5 +1,6 @@
 // The tools of the editor: what each makes of the points that were set with it.
 
+import { t } from "../words.js";
 import { tidy } from "./snap.js";
 import type { Material, Part, Point } from "./drawing.js";
 import { distance } from "./outline.js";
@@ -63,7 +64,7 @@ export function measure({ tool, points }: Draft, at: Point): string {
   const [dx, dy] = [at[0] - last[0], at[1] - last[1]];
   const length = Math.hypot(dx, dy);
   if (tool === "box") return `${Math.abs(dx).toFixed(2)} × ${Math.abs(dy).toFixed(2)} m`;
-  if (tool === "post") return `radius ${length.toFixed(2)} m`;
+  if (tool === "post") return t`radius ${length.toFixed(2)} m`;
   const angle = `${degrees(Math.atan2(dy, dx))}°`;
   return tool === "start" ? angle : `${length.toFixed(2)} m, ${angle}`;
 }

@@ -3,7 +3,9 @@
 
 import { equals, formula, fraction, id, op, row, sub, sup } from "../registration/formula.js";
 import { CELL } from "../protocol/module.js";
-import { fixed } from "../ui/format.js";
+import { word } from "../spoken.js";
+import { fixed, list } from "../ui/format.js";
+import { t } from "../words.js";
 import { square } from "./outlines.js";
 import type { Figure, Known, Told } from "./told.js";
 import { metres, number, place } from "./words.js";
@@ -20,11 +22,11 @@ export function cell(x: number, y: number, { examined }: Known): Told {
   const [middleX, middleY] = [(at("col") + 0.5) * side, (at("row") + 0.5) * side];
   const sonars = at("ofSonars");
   const both: Figure[] = Number.isNaN(sonars) ? [] : [
-    ["By the sensor alone", odds(at("ofSensor")), "cell-sensor", "Log-odds"],
+    ["By the sensor alone", odds(at("ofSensor")), "cell-sensor", word("Log-odds")],
     ["By the sonars alone", odds(sonars), "cell-sonars", "Log-odds; what both say adds up"],
   ];
   return {
-    title: `Cell ${fixed(at("col"), 0)}, ${fixed(at("row"), 0)}`,
+    title: t`Cell ${fixed(at("col"), 0)}, ${fixed(at("row"), 0)}`,
     fate: STATES[at("state") + 1] ?? "",
     words: l === 0 ? "No beam has said anything of it, or as much for it as against." : "Each scan whose beam ends in it adds a hit, each whose beams pass through it a miss; the sum is kept, the counts are not.",
     figures: [
@@ -32,10 +34,10 @@ export function cell(x: number, y: number, { examined }: Known): Told {
       ["Log-odds l", odds(l), "cell-l", "ln(p / (1 − p)), 0 where nothing is known"],
       ["After one more hit", chance(at("afterHit")), "cell-after-hit", "p if the next scan ends in it"],
       ["After one more miss", chance(at("afterMiss")), "cell-after-miss", "p if the next scan passes through it"],
-      ["A hit adds", odds(at("hit")), "cell-hit", "Log-odds"],
-      ["A miss adds", odds(at("miss")), "cell-miss", "Log-odds"],
+      ["A hit adds", odds(at("hit")), "cell-hit", word("Log-odds")],
+      ["A miss adds", odds(at("miss")), "cell-miss", word("Log-odds")],
       ["Kept within", `±${fixed(at("limit"), 2)}`, "cell-limit", "Log-odds of one sensor go no further, so that the map can change its mind"],
-      ["Middle", `${fixed(middleX, 3)}, ${fixed(middleY, 3)} m`, "cell-where", "Map frame"],
+      ["Middle", `${list(fixed(middleX, 3), fixed(middleY, 3))} m`, "cell-where", "Map frame"],
       ["Side", metres(side), "cell-side"],
       ...both,
     ],

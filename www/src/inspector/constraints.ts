@@ -9,6 +9,7 @@ import { type Figures, WHY } from "../ui/closure_words.js";
 import { fixed, percent } from "../ui/format.js";
 import { type ClosureName, rowOf } from "../view/layers/closures.js";
 import { FATE, type Fate } from "../view/submaps.js";
+import { t } from "../words.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
 import { metres, number } from "./words.js";
 
@@ -21,7 +22,7 @@ const shift = (metre: number, radian: number): string => `${metres(metre)}, ${fi
 export function closure(name: ClosureName, { scene: { submaps } }: Known): Told {
   const found = rowOf(submaps, name);
   const outcome = found === null ? undefined : submaps.outcomes[found];
-  const title = `Submap ${name[1]} in submap ${name[0]}`;
+  const title = t`Submap ${name[1]} in submap ${name[0]}`;
   if (found === null || !outcome) return { title, words: GONE, figures: [], outline: [] };
   const f = Object.fromEntries(Object.entries(CLOSURE).map(([each, place]) => [each, submaps.closures[found * CLOSURE_STRIDE + place] ?? NaN])) as unknown as Figures;
   return {
@@ -43,12 +44,12 @@ export function closure(name: ClosureName, { scene: { submaps } }: Known): Told 
 
 /** A join by its later submap. */
 export function join(later: number, { scene: { submaps } }: Known): Told {
-  const title = `Submap ${later - 1} to submap ${later}`;
+  const title = t`Submap ${later - 1} to submap ${later}`;
   if (later >= submaps.count) return { title, words: GONE, figures: [], outline: [] };
   const isLoose = submaps.isLoose(later);
   const at = (name: Parameters<typeof submaps.figure>[1]): number => submaps.figure(later, name);
   const told = { title, fate: isLoose ? "Loose" : "Matched", words: isLoose ? LOOSE : MATCHED, outline: [] };
-  if (Number.isNaN(at("chi2"))) return { ...told, words: `${told.words} No motion was measured between them: a part of the way is missing.`, figures: [] };
+  if (Number.isNaN(at("chi2"))) return { ...told, words: t`${told.words} No motion was measured between them: a part of the way is missing.`, figures: [] };
   return {
     ...told,
     figures: [

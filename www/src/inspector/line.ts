@@ -1,12 +1,13 @@
 // A wall of the line map: its numbers, what the robot should see of it, how the last scan was
 // matched to it, and what would flip that match.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import { type Candidate, FLIP, FLIP_STRIDE, type Inspection, LANDMARK, LANDMARK_STRIDE, LINE, LINE_STRIDE, type Sighting } from "../protocol/module.js";
 import { equals, fn, formula, hat, id, op, row, sup, text } from "../registration/formula.js";
 import { fixed } from "../ui/format.js";
 import { DECISION_WORDS } from "../ui/match_words.js";
+import { html, t } from "../words.js";
 import { segment } from "./outlines.js";
 import { times } from "./poses.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
@@ -14,7 +15,7 @@ import { angle, lineEquation, metres, number } from "./words.js";
 
 export function line(wall: number, { store, scene: { lines, landmarks, status }, examined }: Known): Told {
   const first = rowOf(lines, LINE_STRIDE, LINE.id, wall);
-  const title = `Wall ${wall}`;
+  const title = t`Wall ${wall}`;
   if (first === null) return { title, words: GONE, figures: [], outline: [] };
   const at = (name: keyof typeof LINE): number => lines[first + LINE[name]] ?? NaN;
   const [alpha, r, x1, y1, x2, y2] = [at("alpha"), at("r"), at("x1"), at("y1"), at("x2"), at("y2")];
@@ -98,12 +99,12 @@ function association(wall: number, inspection: Inspection | null): TemplateResul
   if (own.length + rivals.length === 0) return html`<h3>The last scan</h3><p data-testid="line-unseen">It is not in the last scan, nor near any line of it.</p>`;
   return html`<h3>The last scan</h3>
     ${own.map((sighting) => html`<p data-testid="line-match">A line was ${DECISION_WORDS[sighting.decision]}: ${candidates(sighting)}.</p>${flips(sighting)}`)}
-    ${rivals.map((sighting) => html`<p data-testid="line-rival">Another line was compared with it and ${DECISION_WORDS[sighting.decision]}${sighting.decision === "matched" ? ` as wall ${sighting.wall}` : ""}: ${candidates(sighting)}.</p>`)}
+    ${rivals.map((sighting) => html`<p data-testid="line-rival">Another line was compared with it and ${DECISION_WORDS[sighting.decision]}${sighting.decision === "matched" ? t` as wall ${sighting.wall}` : ""}: ${candidates(sighting)}.</p>`)}
     ${own.some(({ decision }) => decision === "matched") ? html`<p class="muted">Each by itself, all else the same. The lines of a scan are matched together, so the others may hold this one where it alone would flip (Neira & Tardós 2001).</p>` : nothing}`;
 }
 
 function candidates({ candidates: all }: Sighting): string {
-  return all.length === 0 ? "no known wall has its direction" : all.map(({ wall, d2 }) => `d² to wall ${wall} is ${fixed(d2, 1)}`).join(", ");
+  return all.length === 0 ? "no known wall has its direction" : all.map(({ wall, d2 }) => t`d² to wall ${wall} is ${fixed(d2, 1)}`).join(", ");
 }
 
 const AXES = [["turned to the right by", "turned to the left by"], ["nearer by", "farther by"]] as const;
@@ -117,7 +118,7 @@ function flips({ flips: rows, decision }: Sighting): TemplateResult {
     const [shift, rival] = [Math.abs(at(row, FLIP.shift)), at(row, FLIP.wall)];
     if (Number.isNaN(shift)) return html``;
     const by = axis === 0 ? angle(shift, 2) : metres(shift);
-    return html`<li><b class="num">${words} ${by}</b>: ${Number.isNaN(rival) ? "it would leave the gate" : `wall ${rival} would explain it as well`}</li>`;
+    return html`<li><b class="num">${words} ${by}</b>: ${Number.isNaN(rival) ? "it would leave the gate" : t`wall ${rival} would explain it as well`}</li>`;
   }));
   return html`<h4>What would flip this match: had the line been seen</h4><ul data-testid="flips">${told}</ul>`;
 }

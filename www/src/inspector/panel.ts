@@ -3,12 +3,13 @@
 // While a run goes on its numbers follow, at most once a second; the run is asked only for what no
 // frame brings, and only while that is told.
 
-import { css, html, nothing, type PropertyValues, type TemplateResult } from "lit";
+import { css, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { card } from "../ui/card.js";
 import { SlamElement } from "../ui/element.js";
 import { figure, figures } from "../ui/figures.js";
 import { icons } from "../ui/icons.js";
 import type { Thing } from "../view/things.js";
+import { html } from "../words.js";
 import { cell } from "./cell.js";
 import { closure, join } from "./constraints.js";
 import { line } from "./line.js";

@@ -3,9 +3,10 @@
 import { degrees } from "../angle.js";
 import type { Tear, TearName } from "../protocol/module.js";
 import { equals, fn, formula, id, op, row, sub } from "../registration/formula.js";
-import { fixed } from "../ui/format.js";
+import { fixed, list } from "../ui/format.js";
 import { chi2Words } from "../ui/chi2.js";
 import { seen } from "../ui/tears.js";
+import { t } from "../words.js";
 import { cell } from "./cell.js";
 import { ring, segment } from "./outlines.js";
 import { GONE, type Known, type Told } from "./told.js";
@@ -36,7 +37,7 @@ export function torn({ kind, place: [x, y], off, earlier, later, witnesses }: Te
         : [kind === "doubled" ? "Walls apart by" : "Known to", `${kind === "doubled" ? "" : "±"}${metres(off)}`, "torn-off", "As measured between walls that stand twice, or one standard deviation of what is not known"],
       ["Seen first", seen(earlier), "torn-earlier", "Time of the run in which the one side was seen"],
       ["Seen again", seen(later), "torn-later", "Time of the run in which the other side was seen"],
-      ["Where", `${fixed(x, 1)}, ${fixed(y, 1)} m`, "torn-where", "In the map"],
+      ["Where", `${list(fixed(x, 1), fixed(y, 1))} m`, "torn-where", "In the map"],
       ...(witnesses > 0 ? [["Pairs of submaps that say so", `${witnesses}`, "torn-witnesses", "One alone may be furniture that was moved; it is heard only where scans that two submaps share were shifted"] as const] : []),
     ],
     outline: [],
@@ -61,7 +62,7 @@ export function frontier(x: number, y: number, known: Known): Told {
 }
 
 export function submap(index: number, { scene: { submaps } }: Known): Told {
-  const title = `Submap ${index}`;
+  const title = t`Submap ${index}`;
   if (index >= submaps.count) return { title, words: GONE, figures: [], outline: [] };
   const at = (name: Parameters<typeof submaps.figure>[1]): number => submaps.figure(index, name);
   const extent = (name: Parameters<typeof submaps.extent>[1]): number => submaps.extent(index, name);
@@ -105,7 +106,7 @@ export function truth(index: number, { scene: { truth: walls, materials } }: Kno
     formulas: [{
       general: formula(row(id("x"), fn("cos"), id("α"), op("+"), id("y"), fn("sin"), id("α"), equals(), id("r"))),
       numbers: lineEquation(alpha, r),
-      source: `TDK 2016 § 3.2: the line by its normal, ${fixed(degrees(alpha), 1)}°, m`,
+      source: t`TDK 2016 § 3.2: the line by its normal, ${fixed(degrees(alpha), 1)}°, m`,
     }],
     outline: segment(x1, y1, x2, y2),
   };

@@ -7,6 +7,7 @@ import { fixed, percent } from "../ui/format.js";
 import { landmarksOf } from "../view/layers/landmarks.js";
 import { CHI2_95, ellipseOf } from "../view/layers/robot.js";
 import { tracksOf } from "../view/layers/tracks.js";
+import { t } from "../words.js";
 import { ellipse, ring } from "./outlines.js";
 import { type Figure, type Formula, GONE, type Known, type Told } from "./told.js";
 import { angle, metres, number, place } from "./words.js";
@@ -51,7 +52,7 @@ export function robot({ store, scene }: Known): Told {
   return {
     title: "The robot",
     fate: "Estimate",
-    words: `Where ${title} believes it to be at ${fixed(time, 1)} s.`,
+    words: t`Where ${title} believes it to be at ${fixed(time, 1)} s.`,
     figures: [
       ["x, y", place(x, y), "robot-pose", "Map frame: it begins where the robot did"],
       ["Heading θ", angle(heading), "robot-heading", "From the x axis of the map, to the left"],
@@ -68,12 +69,12 @@ export function robot({ store, scene }: Known): Told {
 export function point(number_: number, { scene: { landmarks } }: Known): Told {
   const found = landmarksOf(landmarks).findIndex(({ id, kind }) => id === number_ && kind !== "wall");
   const at = (name: keyof typeof LANDMARK): number => landmarks[found * LANDMARK_STRIDE + LANDMARK[name]] ?? NaN;
-  if (found < 0) return { title: `Point ${number_}`, words: GONE, figures: [], outline: [] };
+  if (found < 0) return { title: t`Point ${number_}`, words: GONE, figures: [], outline: [] };
   const [x, y] = [at("x"), at("y")];
   const about = doubt(at("varX"), at("covXy"), at("varY"));
   const isPost = landmarksOf(landmarks)[found]?.kind === "post";
   return {
-    title: `${isPost ? "Post" : "Corner"} ${number_}`,
+    title: isPost ? t`Post ${number_}` : t`Corner ${number_}`,
     fate: at("confirmed") ? "Confirmed" : "Not confirmed",
     figures: [
       ["x, y", place(x, y), "point-place", "Map frame"],
@@ -91,12 +92,12 @@ export function track(number_: number, { scene: { tracks } }: Known): Told {
   const found = all.findIndex(({ id }) => id === number_);
   const at = (name: keyof typeof TRACK): number => tracks[found * TRACK_STRIDE + TRACK[name]] ?? NaN;
   const motion = all[found]?.motion;
-  if (!motion) return { title: `Track ${number_}`, words: GONE, figures: [], outline: [] };
+  if (!motion) return { title: t`Track ${number_}`, words: GONE, figures: [], outline: [] };
   const [x, y, vx, vy] = [at("x"), at("y"), at("velocityX"), at("velocityY")];
   const about = doubt(at("varX"), at("covXy"), at("varY"));
   const v = sub(id("v"), id("x"));
   return {
-    title: `Track ${number_}`,
+    title: t`Track ${number_}`,
     fate: { new: "New", moving: "Moves", paused: "Pauses", standing: "Stands" }[motion],
     words: at("seen") ? "The last scan saw it. Pose and map do without what it hides." : "The last scan did not see it: this is where it should be by now.",
     figures: [
@@ -153,5 +154,5 @@ export function particles({ scene: { particles: all, status } }: Known): Told {
 }
 
 export function times(count: number): string {
-  return count === 1 ? "once" : `${count} times`;
+  return count === 1 ? "once" : t`${count} times`;
 }

@@ -2,7 +2,7 @@
 
 import { degrees } from "../angle.js";
 import { equals, formula, id, op, row } from "../registration/formula.js";
-import { fixed, length } from "../ui/format.js";
+import { fixed, length, list } from "../ui/format.js";
 
 export function metres(value: number): string {
   const { value: text, unit } = length(Math.abs(value));
@@ -10,7 +10,7 @@ export function metres(value: number): string {
 }
 
 export function place(x: number, y: number): string {
-  return `${fixed(x, 2)}, ${fixed(y, 2)} m`;
+  return `${list(fixed(x, 2), fixed(y, 2))} m`;
 }
 
 export function angle(radians: number, digits = 1): string {

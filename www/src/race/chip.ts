@@ -1,10 +1,11 @@
 // The name of a run over its map, how it does now, and the way to end it.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { SlamElement } from "../ui/element.js";
 import { clock, fixed } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import type { PaletteName } from "../view/palette.js";
+import { html, t } from "../words.js";
 import { swatch } from "./swatch.js";
 
 export class SlamRaceChip extends SlamElement {
@@ -34,7 +35,7 @@ export class SlamRaceChip extends SlamElement {
   override render(): TemplateResult {
     const { status, reading } = this.store;
     const error = status?.positionError ?? NaN;
-    const now = reading || !status ? "begins …" : !this.isThere() ? `on the way, ${clock(status.time)}` : Number.isFinite(error) ? `${fixed(error, 3)} m` : clock(status.time);
+    const now = reading || !status ? "begins …" : !this.isThere() ? t`on the way, ${clock(status.time)}` : Number.isFinite(error) ? `${fixed(error, 3)} m` : clock(status.time);
     return html`<div >${swatch(this.colour, this.place)}<b title=${this.name}>${this.name}</b>
       <span class="now" data-testid="race-now-${this.place}" title=${Number.isFinite(error) ? "Position error" : "Moment of the recording"}>${now}${status?.finished ? " · over" : ""}</span>
       ${this.onClose ? html`<button data-testid="race-close-${this.place}" aria-label="End ${this.name}" title="End this run; the others go on" @click=${this.onClose}>${icons.close}</button>` : html`<button class="layers" data-testid="race-layers" aria-label="Layers" aria-pressed=${this.store.tab === "layers"} title="What the maps show" @click=${() => this.#toggleLayers()}>${icons.layers}</button>`}</div>`;

@@ -2,7 +2,7 @@
 // nobody knows the truth: there it is what each claims, and how far its way lies from the one that
 // is shown.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
 import { apart } from "../compared.js";
 import { type Column, csvOf } from "../csv.js";
@@ -15,6 +15,7 @@ import { colourOf } from "../ui/plot_style.js";
 import { type Plotter, SlamPlotted } from "../ui/plotted.js";
 import type { PaletteName } from "../view/palette.js";
 import type { Scene } from "../view/scene.js";
+import { html, t } from "../words.js";
 import { DASHES, swatch } from "./swatch.js";
 
 /** A run as the plot shows it. */
@@ -110,7 +111,7 @@ export class SlamRacePlot extends SlamPlotted {
     if (!this.hasTruth) {
       const [shown] = this.entries;
       const ways = [shown, entry].map((each) => each?.scene.trail.slice(0, each.scene.trailLength) ?? new Float32Array(0));
-      return [now, i === 0 ? "shown" : fixed(apart(ways[0]!, ways[1]!).rms, 3)];
+      return [now, i === 0 ? t("shown") : fixed(apart(ways[0]!, ways[1]!).rms, 3)];
     }
     const rms = Math.sqrt(values.reduce((sum, value) => sum + value * value, 0) / values.length);
     return [now, fixed(rms, 3), fixed(Math.max(...values), 3)];

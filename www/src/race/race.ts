@@ -7,7 +7,7 @@
 // | what is done to the robot, or in the world | done to each run at the same moment of its own |
 // | view, layers, theme | those of the page |
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
 import type { Command } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
@@ -18,6 +18,7 @@ import { icons } from "../ui/icons.js";
 import { isChecked, valueOf } from "../ui/input.js";
 import { range, stored, written } from "../ui/setting_words.js";
 import type { SlamMap } from "../view/map_view.js";
+import { html, t } from "../words.js";
 import "./chip.js";
 import type { SlamRaceChip } from "./chip.js";
 import { layOut } from "./panes.js";
@@ -120,7 +121,7 @@ export class SlamRace extends SlamDialog {
     if (store.source === "bridge") return "A real robot drives once: record it, and compare methods on the recording.";
     if (currentLesson(store)) return "A lesson is tried alone: what it asks is yours to find.";
     if (!store.status || store.reading) return "Wait until the run has begun.";
-    return this.#rivals.length + 1 >= MOST_RUNS ? `No more than ${MOST_RUNS} runs stand side by side: end one first.` : "";
+    return this.#rivals.length + 1 >= MOST_RUNS ? t`No more than ${MOST_RUNS} runs stand side by side: end one first.` : "";
   }
 
   override render(): TemplateResult {
@@ -137,7 +138,7 @@ export class SlamRace extends SlamDialog {
       <h4 id="setting">By the same method, with one setting changed</h4>
       ${this.#settingFields(count >= room)}
       <footer><button class="go" data-testid="race-go" ?disabled=${count === 0} @click=${() => this.#go()}>${icons.beside} Run side by side</button>
-        <p role="status">${count === 0 ? room === 1 ? "There is room for one more." : `Choose up to ${room}.` : `${count + this.#rivals.length + 1} runs in all.`}</p></footer>
+        <p role="status">${count === 0 ? room === 1 ? "There is room for one more." : t`Choose up to ${room}.` : t`${count + this.#rivals.length + 1} runs in all.`}</p></footer>
     </dialog>`;
   }
 
@@ -230,7 +231,7 @@ export class SlamRace extends SlamDialog {
     if (!s || Number.isNaN(this.#value)) return others;
     const from = this.#isFork ? store.status?.time ?? null : null;
     const changed: SettingValues = { ...settings, [s.key]: this.#value };
-    const name = `${s.name} ${written(s, this.#value)}${from === null ? "" : ` from ${clock(from)}`}`;
+    const name = `${s.name} ${written(s, this.#value)}${from === null ? "" : t` from ${clock(from)}`}`;
     return [...others, { name, method: store.method, isByMethod: false, settings: changed, from }];
   }
 
@@ -259,7 +260,7 @@ export class SlamRace extends SlamDialog {
     parts.client.onLost = () => this.#close(rival);
     parts.store.on("toast", () => this.#tell(rival));
     const pane = document.createElement("section");
-    pane.setAttribute("aria-label", difference.name);
+    pane.setAttribute("aria-label", t(difference.name));
     pane.dataset["testid"] = `race-pane-${place}`;
     pane.append(parts.map, Object.assign(this.#chip(parts, difference.name, place, () => this.#close(rival)), { isThere: () => rival.isThere }));
     document.querySelector("#maps")?.append(pane);

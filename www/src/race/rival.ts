@@ -8,6 +8,7 @@ import type { MethodName, SettingValues } from "../protocol/module.js";
 import type { Store } from "../store.js";
 import type { SlamMap } from "../view/map_view.js";
 import type { Scene } from "../view/scene.js";
+import { t } from "../words.js";
 import type { RunColour } from "./swatch.js";
 
 /** What a run consists of in the page. */
@@ -76,7 +77,7 @@ export class Rival {
     const setup = { ...shown.started, method, settings: from === null ? settings : shown.started.settings, lesson: null };
     const link = await leader.linkOf(setup);
     if (link !== null) return client.follow(link);
-    shown.set("toast", { toast: { level: "info", text: `${name} begins without what was done by hand: in this run no link can tell that.` } });
+    shown.set("toast", { toast: { level: "info", text: t`${name} begins without what was done by hand: in this run no link can tell that.` } });
     client.start(setup);
   }
 

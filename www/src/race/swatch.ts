@@ -1,7 +1,8 @@
 // How runs side by side are told apart: by colour, and by the dashes of their lines.
 
-import { html, type TemplateResult } from "lit";
+import type { TemplateResult } from "lit";
 import type { PaletteName } from "../view/palette.js";
+import { html } from "../words.js";
 
 /** Most runs side by side. */
 export const MOST_RUNS = 4;

@@ -1,12 +1,14 @@
 // The basin of convergence of a method: from which starts it comes to the right pose, filled while
 // one looks.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { BasinAxesName } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { fixed } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { valueOf } from "../ui/input.js";
 import { colourOf } from "../ui/plot_style.js";
+import { html, t } from "../words.js";
 import { LabElement } from "./element.js";
 import { wordsOf } from "./methods.js";
 import { type BasinMap, REACH } from "./model.js";
@@ -15,7 +17,7 @@ import { between } from "./pose.js";
 const SIZES = [15, 25, 41] as const;
 /** Colours of the outcomes, in the order of the core. */
 const OUTCOMES = [
-  { colour: "map-path", words: "found" },
+  { colour: "map-path", words: word("found") },
   { colour: "line-strong", words: "lost, and says so" },
   { colour: "map-torn", words: "lost, and sure of it" },
 ] as const;
@@ -134,8 +136,8 @@ export class LabBasin extends LabElement {
     if (!basin) return "Map of starts: still empty";
     const known = basin.outcomes.filter((outcome) => !Number.isNaN(outcome));
     const part = (outcome: number): string => `${fixed((100 * known.filter((each) => each === outcome).length) / Math.max(known.length, 1), 0)} %`;
-    const cut = basin.state === "cancelled" ? `Cancelled after ${known.length} of ${basin.outcomes.length} starts. ` : "";
-    return `${cut}${wordsOf(basin.method).title}: found from ${part(0)} of ${known.length} starts, wrongly sure in ${part(2)}.`;
+    const cut = basin.state === "cancelled" ? t`Cancelled after ${known.length} of ${basin.outcomes.length} starts. ` : "";
+    return t`${cut}${wordsOf(basin.method).title}: found from ${part(0)} of ${known.length} starts, wrongly sure in ${part(2)}.`;
   }
 }
 

@@ -1,8 +1,9 @@
 // The two clouds, large: the moving one is dragged and turned by mouse, finger or keys, and either
 // is drawn by hand.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { type Box, Camera, union } from "../view/camera.js";
+import { html, t } from "../words.js";
 import { boxOf, coloursOf, drawCloud, drawOrigin, drawRules, prepare } from "./draw.js";
 import { LabElement } from "./element.js";
 import { middle, place, takeBack, turned, wrap } from "./pose.js";
@@ -47,7 +48,7 @@ export class LabClouds extends LabElement {
     const { pen, clouds } = this.model;
     const touch = matchMedia("(pointer: coarse)").matches;
     const isLacking = clouds.fixed.length === 0 || clouds.moving.length === 0;
-    const hint = pen ? `Draw the ${pen} cloud with ${touch ? "a finger" : "the pen"}: points come every ${100 * SPACING} cm.`
+    const hint = pen ? t`Draw the ${pen} cloud with ${touch ? "a finger" : "the pen"}: points come every ${100 * SPACING} cm.`
       : isLacking ? "Two clouds are needed." : touch ? "Drag the orange cloud; its handle or two fingers turn it." : "Drag the orange cloud; its handle or the wheel turns it. Keys: arrows, Q and E; Shift for more; Home takes it back.";
     return html`
       <canvas tabindex="0" role="application" data-testid="lab-clouds" class=${pen ? "pen" : this.#what ? "drags" : ""}

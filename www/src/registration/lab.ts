@@ -1,7 +1,7 @@
 // The registration lab: two clouds, all methods side by side, and a map of starts. It lies over the
 // map, and its code is loaded when it is opened first.
 
-import { css, html, LitElement, nothing, type TemplateResult } from "lit";
+import { css, LitElement, nothing, type TemplateResult } from "lit";
 import type { Keyframe, Keyframes } from "../keyframes.js";
 import type { Store } from "../store.js";
 import { DASH, fixed, percent } from "../ui/format.js";
@@ -9,6 +9,7 @@ import { icons } from "../ui/icons.js";
 import { filesOf, valueOf } from "../ui/input.js";
 import { shared } from "../ui/style.js";
 import { takeDrops } from "../ui/own_drops.js";
+import { html, t } from "../words.js";
 import "./basin_view.js";
 import "./clouds_view.js";
 import "./method_card.js";
@@ -95,7 +96,7 @@ export class SlamRegistration extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     this.setAttribute("role", "dialog");
-    this.setAttribute("aria-label", "Registration lab");
+    this.setAttribute("aria-label", t("Registration lab"));
     this.tabIndex = -1;
     this.#leave = this.#model.on(() => this.requestUpdate());
     this.store.on("theme", () => {
@@ -187,8 +188,8 @@ export class SlamRegistration extends LitElement {
     return html`<div class="time" role="group" aria-label="Iterations">
       <button class="icon" data-testid="lab-play" ?disabled=${lastStep === 0} aria-label=${playing ? "Pause" : "Play the iterations"} title=${playing ? "Pause" : "Play"} @click=${() => model.play(!playing)}>${playing ? icons.pause : icons.play}</button>
       <button class="icon" data-testid="lab-step" ?disabled=${step >= lastStep} aria-label="Next iteration" title="Next iteration" @click=${() => model.show(step + 1)}>${icons.step}</button>
-      <input type="range" data-testid="lab-slider" min="0" max=${lastStep} step="1" .value=${String(step)} aria-label="Iteration" aria-valuetext=${step >= lastStep ? "end" : `iteration ${step + 1}`} @input=${(e: Event) => { model.play(false); model.show(Number(valueOf(e))); }}>
-      <span class="num">${lastStep === 0 ? DASH : step >= lastStep ? "end" : `iteration ${step + 1}`}</span>
+      <input type="range" data-testid="lab-slider" min="0" max=${lastStep} step="1" .value=${String(step)} aria-label="Iteration" aria-valuetext=${step >= lastStep ? "end" : t`iteration ${step + 1}`} @input=${(e: Event) => { model.play(false); model.show(Number(valueOf(e))); }}>
+      <span class="num">${lastStep === 0 ? DASH : step >= lastStep ? "end" : t`iteration ${step + 1}`}</span>
     </div>`;
   }
 

@@ -1,9 +1,10 @@
 // One method at work: the clouds at an iteration with what pulls and how far it looks, what came of
 // it in words and figures, and its formula.
 
-import { css, html, nothing, type PropertyDeclarations, type TemplateResult } from "lit";
+import { css, nothing, type PropertyDeclarations, type TemplateResult } from "lit";
 import { fixed, length, percent } from "../ui/format.js";
 import { Camera, union } from "../view/camera.js";
+import { html, t } from "../words.js";
 import { boxOf, coloursOf, drawCloud, drawDirection, drawEllipse, drawPulls, drawRules, drawWidths, prepare } from "./draw.js";
 import { LabElement } from "./element.js";
 import { wordsOf } from "./methods.js";
@@ -89,16 +90,16 @@ export class LabMethod extends LabElement {
     const note = this.renderRoot.querySelector<HTMLElement>("[data-note]");
     if (!note) return;
     note.hidden = this.#zoom === 0 && !(isEnd && found.direction);
-    note.textContent = found.direction ? "this way is not told" : `95 % ellipse${this.#zoom > 1 ? ` × ${this.#zoom}` : ""}`;
+    note.textContent = found.direction ? "this way is not told" : t`95 % ellipse${this.#zoom > 1 ? ` × ${this.#zoom}` : ""}`;
   }
 
   #stepWords(found: Found): string {
     const { step } = this.model;
     const count = iterations(found);
-    if (step >= count) return `end, after ${found.iterations}`;
+    if (step >= count) return t`end, after ${found.iterations}`;
     const width = length(figureAt(found, step, "width"));
     const words = wordsOf(this.name);
-    return `${step + 1} / ${count} · ${step === 0 ? words.firstWidth ?? words.width : words.width} ${width.value} ${width.unit} · ${figureAt(found, step, "matched")} pairs`;
+    return t`${step + 1} / ${count} · ${step === 0 ? words.firstWidth ?? words.width : words.width} ${width.value} ${width.unit} · ${figureAt(found, step, "matched")} pairs`;
   }
 
   #result(found: Found): TemplateResult {
@@ -114,7 +115,7 @@ export class LabMethod extends LabElement {
         <div><dt>overlap</dt><dd>${percent(found.overlap)}</dd></div>
         <div><dt>residual</dt><dd>${residual.value} ${residual.unit}</dd></div>
         <div><dt>time</dt><dd>${fixed(found.millis, found.millis < 10 ? 2 : 0)} ms</dd></div>
-        ${error && off ? html`<div title=${clouds.truth ? `From the pose that is right: ${clouds.truthWords}` : "From the pose of the best verdict"}><dt>${clouds.truth ? "off by" : "from best"}</dt><dd>${off.value} ${off.unit}</dd></div><div><dt>turned by</dt><dd>${fixed((180 / Math.PI) * error.turn, 2)}°</dd></div>` : nothing}
+        ${error && off ? html`<div title=${clouds.truth ? t`From the pose that is right: ${clouds.truthWords}` : "From the pose of the best verdict"}><dt>${clouds.truth ? "off by" : "from best"}</dt><dd>${off.value} ${off.unit}</dd></div><div><dt>turned by</dt><dd>${fixed((180 / Math.PI) * error.turn, 2)}°</dd></div>` : nothing}
         <div><dt>iterations</dt><dd>${found.iterations}</dd></div>
       </dl>`;
   }
@@ -125,11 +126,11 @@ export function verdictWords({ verdict, direction, agreement, iterations }: Foun
   const degrees = direction ? Math.round(((180 / Math.PI) * Math.atan2(direction[1], direction[0]) + 180) % 180) : 0;
   switch (verdict) {
     case "converged": return { tone: "good", text: "Converged: the clouds fix the pose." };
-    case "degenerate": return { tone: "warn", text: `Degenerate: nothing tells how far along ${degrees}°. The rest is right.` };
-    case "local-minimum": return { tone: "warn", text: `Local minimum: of what could agree, only ${percent(agreement)} does.` };
+    case "degenerate": return { tone: "warn", text: t`Degenerate: nothing tells how far along ${degrees}°. The rest is right.` };
+    case "local-minimum": return { tone: "warn", text: t`Local minimum: of what could agree, only ${percent(agreement)} does.` };
     case "ambiguous": return { tone: "warn", text: "Ambiguous: another pose is as good, or may be: too little is seen by both." };
     case "too-few-points": return { tone: "warn", text: "Too few points lie on a surface." };
-    case "not-converged": return { tone: "warn", text: `Not converged: still moving after ${iterations} iterations.` };
+    case "not-converged": return { tone: "warn", text: t`Not converged: still moving after ${iterations} iterations.` };
   }
 }
 

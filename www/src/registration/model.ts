@@ -3,6 +3,7 @@
 
 import { handle, type Handlers } from "../protocol.js";
 import { BASIN, BASIN_STRIDE, type BasinAxesName, ITERATION, ITERATION_STRIDE, type RegistrationAdvice, type RegistrationOffer } from "../protocol/module.js";
+import { t } from "../words.js";
 import { between, middle, NOWHERE, place, turned } from "./pose.js";
 import type { Found, LabAnswer, LabCommand, Pose, Role } from "./protocol.js";
 
@@ -75,7 +76,7 @@ export class LabModel {
 
   constructor() {
     this.#worker.onmessage = (event: MessageEvent<LabAnswer>) => handle(this.#handlers, event.data);
-    this.#worker.onerror = (event) => this.#change({ error: `The lab stopped: ${event.message || "its worker could not be started"}. Reload the page.` });
+    this.#worker.onerror = (event) => this.#change({ error: t`The lab stopped: ${event.message || "its worker could not be started"}. Reload the page.` });
   }
 
   on(listener: () => void): () => void {
@@ -89,14 +90,14 @@ export class LabModel {
   }
 
   open(file: File, role: Role): void {
-    void file.arrayBuffer().then((bytes) => this.#send({ kind: "file", name: file.name, bytes, role }, [bytes]), () => this.#change({ error: `${file.name} cannot be read.` }));
+    void file.arrayBuffer().then((bytes) => this.#send({ kind: "file", name: file.name, bytes, role }, [bytes]), () => this.#change({ error: t`${file.name} cannot be read.` }));
   }
 
   /** Other clouds; they begin at `start`. */
   setClouds(clouds: Clouds, start: Pose): void {
     const [fixed, moving] = [thinned(clouds.fixed), thinned(clouds.moving)];
     const dropped = (clouds.fixed.length + clouds.moving.length - fixed.length - moving.length) / 2;
-    const note = dropped > 0 ? `Of each cloud at most ${MOST_POINTS} points are used: ${dropped} were left out, evenly.` : "";
+    const note = dropped > 0 ? t`Of each cloud at most ${MOST_POINTS} points are used: ${dropped} were left out, evenly.` : "";
     this.#change({ clouds: { ...clouds, fixed, moving }, start, found: [], advice: null, right: null, step: 0, basin: null, correspondences: new Map(), error: "", note });
     this.#send({ kind: "clouds", fixed, moving, areScans: clouds.areScans });
     this.#atEnd = true;

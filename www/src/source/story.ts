@@ -2,6 +2,7 @@
 // or closed. The same for every source.
 
 import type { Level, LocalisationName, RunStatus, WebRun } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { sentence } from "../ui/format.js";
 
 export interface Note {
@@ -116,17 +117,17 @@ export class Story {
     if (goal === this.#goal) return;
     this.#goal = goal;
     if (goal === "" || !s.task) return;
-    const by = s.task.planner ? `, path by ${s.task.planner}` : "";
+    const where = s.task.planner ? `${goal}, path by ${s.task.planner}` : goal;
     if (s.task.state === "homeward") {
-      this.note("info", `All is explored: drives home to ${goal}${by}`, `home ${this.#tasks}`);
+      this.note("info", `All is explored: drives home to ${where}`, `home ${this.#tasks}`);
       return;
     }
     if (s.task.state === "closing") {
-      this.note("info", `All is explored: drives on to ${goal}${by}, to close the loop`, `loop ${this.#tasks}`);
+      this.note("info", `All is explored: drives on to ${where}, to close the loop`, `loop ${this.#tasks}`);
       return;
     }
     // Exploring means replanning all the time: that is one entry, not a hundred.
-    const text = s.mode === "explore" ? `Heads for a frontier at ${goal}${by}` : `Goal ${goal}${by}`;
+    const text = s.mode === "explore" ? `Heads for a frontier at ${where}` : `Goal ${where}`;
     this.note("info", text, `task ${this.#tasks}`);
   }
 }
@@ -145,4 +146,4 @@ export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   return mode === "explore" ? `heads for a frontier ${way}` : way;
 }
 
-const WINDS = ["east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east"] as const;
+const WINDS = [word("east"), word("north-east"), word("north"), word("north-west"), word("west"), word("south-west"), word("south"), word("south-east")] as const;

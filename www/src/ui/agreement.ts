@@ -1,8 +1,9 @@
 // How well a map agrees with itself, over the time of the run: of each stretch of the way, the part
 // of its walls that agrees with what was seen of them at other times.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import { History } from "../history.js";
+import { html } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 /** Behind the time. */

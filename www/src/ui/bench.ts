@@ -1,10 +1,12 @@
 // The drive controller on a bench: what it does for a straight drive when motors are not alike and
 // something pulls at a track.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type uPlot from "uplot";
 import type { BenchResponse, BenchTrial } from "../protocol/module.js";
+import { word } from "../spoken.js";
+import { html, t } from "../words.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -49,7 +51,7 @@ export class SlamBench extends SlamPlotted {
         <input type="range" min="0" max="30" step="1" data-testid="mismatch" .value=${String(100 * mismatch)} @input=${(e: Event) => this.#change({ mismatch: Number(valueOf(e)) / 100 })}></label>
       <label>Pull at the left track after ${TRIAL.pullAt} s <span class="num">${fixed(pull, 1)} N</span>
         <input type="range" min="0" max="20" step="1" data-testid="pull" .value=${String(10 * pull)} @input=${(e: Event) => this.#change({ pull: Number(valueOf(e)) / 10 })}></label>
-      <div class="key">${[["path", "with controller", ""], ["odometry", "without", "4 3"], ["truth", "wished", "1 3"]].map(([colour, text, dash]) => html`<span><svg viewBox="0 0 20 8" aria-hidden="true"><path d="M0 4h20" stroke="var(--map-${colour})" stroke-width="2" stroke-dasharray=${dash ?? ""}/></svg>${text}</span>`)}</div>
+      <div class="key">${[["path", "with controller", ""], ["odometry", word("without"), "4 3"], ["truth", word("wished"), "1 3"]].map(([colour, text, dash]) => html`<span><svg viewBox="0 0 20 8" aria-hidden="true"><path d="M0 4h20" stroke="var(--map-${colour})" stroke-width="2" stroke-dasharray=${dash ?? ""}/></svg>${text}</span>`)}</div>
       <figure aria-label="Speeds of both tracks over time"><figcaption><span>Speeds of both tracks, m/s</span></figcaption><div class="plot"></div></figure>
       <figure aria-label="Heading over time"><figcaption><span>Heading, °</span><span class="num" data-testid="bench-heading">${bench ? this.#words(bench) : ""}</span></figcaption><div class="plot"></div></figure>
     </details>`;
@@ -78,7 +80,7 @@ export class SlamBench extends SlamPlotted {
   #words(bench: BenchResponse): string {
     const n = bench.seconds.length;
     const [closed, open] = [bench.headings[n - 1] ?? NaN, bench.headings[2 * n - 1] ?? NaN];
-    return `${fixed(degrees(closed), 1)}° against ${fixed(degrees(open), 0)}°`;
+    return t`${fixed(degrees(closed), 1)}° against ${fixed(degrees(open), 0)}°`;
   }
 
   #toggle(event: Event): void {

@@ -1,10 +1,11 @@
 // The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden
 // where there is no bridge.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
 import type { BridgeState } from "../protocol/devices.js";
 import type { DeviceStateName, DeviceStatus, DisarmReasonName, RoleName } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { DASH, fixed } from "./format.js";
@@ -128,19 +129,19 @@ function state(bridge: BridgeState): TemplateResult {
 }
 
 function sentence(bridge: BridgeState): string {
-  if (bridge.connection === "connecting") return bridge.fault ? `${bridge.fault} Trying again…` : "Connecting…";
-  if (bridge.connection === "lost") return `${bridge.fault} Trying again; the map stays.`;
+  if (bridge.connection === "connecting") return bridge.fault ? t`${bridge.fault} Trying again…` : "Connecting…";
+  if (bridge.connection === "lost") return t`${bridge.fault} Trying again; the map stays.`;
   if (bridge.connection === "refused") return bridge.fault;
-  if (bridge.emergency) return `Emergency stop: the motors are cut off. ${undoing(bridge)}`;
+  if (bridge.emergency) return t`Emergency stop: the motors are cut off. ${undoing(bridge)}`;
   if (bridge.armed) return "You drive. The robot moves on command, and stops when this page is out of sight.";
   const why = bridge.reason && REASONS[bridge.reason];
-  const stands = why ? `The robot stands: ${why}.` : `${bridge.driver ? `“${bridge.driver}” drives the robot` : "The robot is driven"}; whoever has this page open may stop it.`;
-  return bridge.mayDrive ? stands : `${stands} This page only watches: ${bridge.right ? `so says the right of ${bridge.right}` : "it has no token"}.`;
+  const stands = why ? t`The robot stands: ${why}.` : t`${bridge.driver ? t`“${bridge.driver}” drives the robot` : "The robot is driven"}; whoever has this page open may stop it.`;
+  return bridge.mayDrive ? stands : t`${stands} This page only watches: ${bridge.right ? t`so says the right of ${bridge.right}` : "it has no token"}.`;
 }
 
 function undoing({ mayDrive, hasLease }: BridgeState): string {
   if (!mayDrive) return "Only a page that may drive can undo it.";
-  return `${hasLease ? "Undo it below" : "Press Drive, then undo it below"}; nothing moves by that.`;
+  return t`${hasLease ? "Undo it below" : "Press Drive, then undo it below"}; nothing moves by that.`;
 }
 
 function device(d: DeviceStatus): TemplateResult {

@@ -1,12 +1,13 @@
 // The bridge's own map: how it does, that it can be begun anew, and where in it the robot may be. A
 // bundle of its own, which comes with the first bridge that maps.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import { closed, type FenceDraft, undone } from "../fence.js";
 import type { BridgeMapStatus, FenceStateName } from "../protocol/module.js";
 import type { BridgeState } from "../protocol/devices.js";
 import type { Client } from "../client.js";
 import type { Store } from "../store.js";
+import { html, t } from "../words.js";
 
 interface Here {
   readonly bridge: BridgeState;
@@ -26,7 +27,7 @@ const FENCE: Readonly<Record<FenceStateName, string>> = {
 
 export function render(here: Here): TemplateResult {
   const { bridge, map, client, store } = here;
-  const kept = map.file ? `kept in ${map.file}` : "gone with the bridge: it is kept in no file";
+  const kept = map.file ? t`kept in ${map.file}` : "gone with the bridge: it is kept in no file";
   const isFault = map.fenceState !== "off" && map.fenceState !== "within";
   return html`
     <p data-testid="bridge-map">The bridge maps, too: ${map.scans} scans by ${map.method}, ${kept}. ${map.place ? "Its walls are drawn beside this page's map." : "It is not known yet how its map lies to this page's."}</p>
@@ -51,7 +52,7 @@ function drawing({ store, client }: Here, fence: FenceDraft): TemplateResult {
   };
   return html`<fieldset data-testid="geofence-editor">
     <legend>Geofence</legend>
-    <p aria-live="polite">${corners.length === 0 ? `${zones.length === 0 ? "No area yet" : zones.length === 1 ? "One area" : `${zones.length} areas`}. Tap the map to put the corners of ${zones.length === 0 ? "one" : "another"}; Enter puts one at the cross.` : `${corners.length} ${corners.length === 1 ? "corner" : "corners"}${corners.length < 3 ? "; an area has three at least" : ""}.`}</p>
+    <p aria-live="polite">${corners.length === 0 ? areas(zones.length) : cornersOf(corners.length)}</p>
     <p class="row">
       <label><input type="radio" name="zone" .checked=${!keepOut} @change=${() => set({ ...fence, keepOut: false })}> stays in</label>
       <label><input type="radio" name="zone" data-testid="geofence-keep-out" .checked=${keepOut} @change=${() => set({ ...fence, keepOut: true })}> keeps out</label>
@@ -70,4 +71,15 @@ function drawing({ store, client }: Here, fence: FenceDraft): TemplateResult {
 
 function anew(client: Client): void {
   if (confirm("Begin the bridge's own map anew, from where the robot stands? Its geofence is gone with it.")) client.resetBridgeMap();
+}
+
+function areas(count: number): string {
+  if (count === 0) return t("No area yet. Tap the map to put the corners of one; Enter puts one at the cross.");
+  const found = count === 1 ? t("One area") : t`${count} areas`;
+  return t`${found}. Tap the map to put the corners of another; Enter puts one at the cross.`;
+}
+
+function cornersOf(count: number): string {
+  const found = count === 1 ? t`${count} corner` : t`${count} corners`;
+  return count < 3 ? t`${found}; an area has three at least.` : `${found}.`;
 }

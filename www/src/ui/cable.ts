@@ -1,8 +1,9 @@
 // A robot at a serial port of this computer, without a bridge: chosen here, driven like any other.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { Host } from "../bridge_address.js";
 import { webSerial } from "../serial_ports.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { isChecked } from "./input.js";
 import { tool } from "./style.js";

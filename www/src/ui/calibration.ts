@@ -1,9 +1,10 @@
 // Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it
 // misses, and where it cannot be trusted.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
 import type { Calibration, Pairs } from "../protocol/module.js";
+import { html } from "../words.js";
 import { fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";

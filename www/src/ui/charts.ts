@@ -1,12 +1,13 @@
 // Curves of the run over its time, each with the bound or the band in which it should be.
 
-import { css, type CSSResultGroup, html, nothing, type TemplateResult } from "lit";
+import { css, type CSSResultGroup, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
 import { SAMPLE } from "../protocol/sample.js";
 import { type Column, csvOf } from "../csv.js";
 import type { History } from "../history.js";
 import { download, fileName } from "../save.js";
 import type { Topic } from "../store.js";
+import { html, t } from "../words.js";
 import { icons } from "./icons.js";
 import { colourOf, faint } from "./plot_style.js";
 import { type Plotter, SlamPlotted } from "./plotted.js";
@@ -85,7 +86,7 @@ export abstract class SlamCharts extends SlamPlotted {
   override render(): TemplateResult {
     return html`${this.curves.map((curve, i) => {
       const { title, meaning } = this.#words(i, curve);
-      return html`<figure id="figure-${i}" aria-label=${`${title} over time`}>
+      return html`<figure id="figure-${i}" aria-label=${t`${title} over time`}>
         <figcaption title=${meaning}><span>${title} ${[{ name: curve.name, colour: curve.colour }, ...curve.beside ?? []].map(({ name, colour }) => name === undefined ? nothing : html`<span class="key"><svg viewBox="0 0 12 4" aria-hidden="true"><path d="M0 2h12" stroke="var(--map-${colour})" stroke-width="2.5"/></svg>${name}</span> `)}${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
         <div class="plot" id="plot-${i}"></div>
       </figure>`;
@@ -121,7 +122,7 @@ export abstract class SlamCharts extends SlamPlotted {
     }
     const table = csvOf([column(SAMPLE.time, "Time", "s"), ...curves]);
     download(new Blob([table], { type: "text/csv;charset=utf-8" }), `${fileName(store.title)}-${this.localName.replace(/^slam-/, "")}.csv`);
-    if (keep > 1) store.set("toast", { toast: { level: "info", text: `The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
+    if (keep > 1) store.set("toast", { toast: { level: "info", text: t`The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
   }
 
   override updated(): void {

@@ -1,10 +1,11 @@
 // Is the filter honest? Its two figures with their bands, and a sentence that names the likely
 // cause where they leave them.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type { DiagnosisName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
+import { html } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 import { fixed } from "./format.js";
 

@@ -1,11 +1,13 @@
 // The planners side by side: the same way asked of all, what each found, how long it took, and its
 // tree on the map.
 
-import { css, html, nothing, type TemplateResult, unsafeCSS } from "lit";
+import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
-import { fixed, sentence } from "./format.js";
+import { html, t } from "../words.js";
+import { fixed, list, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -65,13 +67,13 @@ export class SlamContest extends SlamPlotted {
     const { source, contest } = this.store;
     const { found, running, error, start, goal, picking, ground, seconds } = contest;
     const from = start ? place(start) : "where the robot is";
-    const click = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
+    const click = matchMedia("(pointer: coarse)").matches ? word("tap") : word("click");
     return html`
       <h2>Planners, side by side</h2>
       <p>${goal ? "All search for the same path, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
       <div class="row ends" role="group" aria-label="What the next ${click} on the map sets">
         <button data-testid="contest-start" aria-pressed=${picking === "start"} title="The next ${click} on the map sets the start" @click=${() => this.#pick("start")}><span>Start</span><span class="num">${from}</span></button>
-        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : `next ${click}`}</span></button>
+        <button data-testid="contest-goal" aria-pressed=${picking === "goal"} title="The next ${click} on the map sets the goal" @click=${() => this.#pick("goal")}><span>Goal</span><span class="num">${goal ? place(goal) : t`next ${click}`}</span></button>
       </div>
       <div class="row">
         <label>Among<select data-testid="contest-ground" @change=${(e: Event) => this.client.contest({ ground: valueOf(e) as Ground })}>
@@ -166,7 +168,7 @@ function decades(low: number, high: number): number[] {
 }
 
 function place([x, y]: readonly [number, number]): string {
-  return `${fixed(x, 2)}, ${fixed(y, 2)} m`;
+  return `${list(fixed(x, 2), fixed(y, 2))} m`;
 }
 
 function time(seconds: number): string {

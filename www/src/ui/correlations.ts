@@ -1,12 +1,13 @@
 // The correlation matrix of the filter as a picture: which errors hang together, linked to the
 // walls on the map.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { firstRowOf, rowOf, type Row, sizeOf } from "../inspect.js";
 import type { Inspection } from "../protocol/module.js";
 import { SlamElement } from "./element.js";
 import { type Rgb, rgb } from "../view/palette.js";
 import { mix, packed } from "../view/tiles.js";
+import { html } from "../words.js";
 import { fixed } from "./format.js";
 import { colourOf } from "./plot_style.js";
 

@@ -1,8 +1,9 @@
 // The cycle as a strip: which stage it is in, what each gave and why, and a button for the next
 // one.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { Stage } from "../protocol/module.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 

@@ -1,7 +1,8 @@
 // The doors of the simulated world: a button each, and one for all of them.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 
 /** Doors that get a button of their own; the others are clicked on the map. */
@@ -32,10 +33,10 @@ export class SlamDoors extends SlamElement {
       <h2 id="doors">Doors</h2>
       <div role="group" aria-labelledby="doors">
         ${doors.slice(0, MOST_BUTTONS).map((door, i) => html`<button data-testid="door-${i}" aria-pressed=${door.ordered} title=${wordsOf(door)}
-          @click=${() => this.client.setDoor(i, !door.ordered)}>${i + 1}: ${door.ordered ? "open" : "shut"}${door.open === door.ordered ? "" : "…"}</button>`)}
+          @click=${() => this.client.setDoor(i, !door.ordered)}>${i + 1}: ${t(door.ordered ? "open" : "shut")}${door.open === door.ordered ? "" : "…"}</button>`)}
         ${doors.length > 1 ? html`<button data-testid="doors-all" @click=${() => doors.forEach((_, i) => this.client.setDoor(i, !all))}>${all ? "Shut all" : "Open all"}</button>` : nothing}
       </div>
-      <p class="muted">${doors.length > MOST_BUTTONS ? `The other ${doors.length - MOST_BUTTONS} by a click on the map. ` : ""}A click on a door in the map does the same. The robot does not know of it.</p>
+      <p class="muted">${doors.length > MOST_BUTTONS ? `${t`The other ${doors.length - MOST_BUTTONS} by a click on the map.`} ` : ""}A click on a door in the map does the same. The robot does not know of it.</p>
     `;
   }
 

@@ -1,7 +1,8 @@
 // Files dropped anywhere on the page.
 
-import { css, html, nothing, type TemplateResult } from "lit";
-import { OPENED } from "../chosen.js";
+import { css, nothing, type TemplateResult } from "lit";
+import { opened } from "../chosen.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -38,7 +39,7 @@ export class SlamDrop extends SlamElement {
   }
 
   override render(): TemplateResult | typeof nothing {
-    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>${OPENED}</span></div>` : nothing;
+    return this.#over ? html`<div>${icons.open}<b>Drop it here</b><span>${opened()}</span></div>` : nothing;
   }
 
   #show(over: boolean): void {

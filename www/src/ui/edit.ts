@@ -1,7 +1,8 @@
 // Changes the map by hand: what a drag on it does.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { EDIT_STRIDE, type EditName } from "../protocol/module.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 

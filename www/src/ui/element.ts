@@ -3,6 +3,7 @@
 
 import { type CSSResultGroup, type CSSResultOrNative, LitElement } from "lit";
 import type { Client } from "../client.js";
+import { LANGUAGE_CHANGED } from "../spoken.js";
 import type { Store, Topic } from "../store.js";
 import type { Scene } from "../view/scene.js";
 import { shared } from "./style.js";
@@ -23,6 +24,7 @@ export abstract class SlamElement extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     for (const topic of this.topics) this.store.on(topic, () => this.requestUpdate());
+    addEventListener(LANGUAGE_CHANGED, () => this.requestUpdate());
   }
 
   /** What a button does. After a click with the mouse the keys belong to the robot again, not to

@@ -1,7 +1,8 @@
 // What to watch in the experiment that is shown.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import { isOf } from "../gallery.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { story } from "./story_card.js";

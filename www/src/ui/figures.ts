@@ -1,6 +1,7 @@
 // Figures with their names, in two columns.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
+import { html } from "../words.js";
 
 export const figures = css`
   dl { display: grid; grid-template-columns: 1fr 1fr; column-gap: 20px; margin: 0; font-size: 13px; }

@@ -1,8 +1,9 @@
 // Parameters of a recorded or a live robot, fitted to its drive, with standard errors, as a preset;
 // and the twin.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { isChecked } from "./input.js";
 import { tool } from "./style.js";
@@ -53,7 +54,7 @@ export class SlamFit extends SlamElement {
       </table>
       <p>${fit.legs} legs were used${fit.leftOut > 0 ? html`; ${fit.leftOut} could not be explained and were left out: a push, or tracks that spun` : ""}.</p>`}
       ${known ? html`<div class="row">
-        <button data-testid="fit-use" @click=${() => this.client.usePreset({ name: `fit of ${this.store.title}`, settings: fit.settings as SettingValues })}>Use as preset</button>
+        <button data-testid="fit-use" @click=${() => this.client.usePreset({ name: t`fit of ${this.store.title}`, settings: fit.settings as SettingValues })}>Use as preset</button>
         <button data-testid="fit-save" @click=${() => this.client.send({ kind: "save", what: "fit" })}>Save as a file</button>
       </div>` : ""}`;
   }

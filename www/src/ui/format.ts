@@ -1,13 +1,19 @@
 // Numbers in words that people read.
 
+import { decimalMark } from "../spoken.js";
+
 export const DASH = "–";
 
 export function fixed(value: number, digits: number): string {
   if (!Number.isFinite(value)) return DASH;
   const text = Math.abs(value).toFixed(digits);
+  const shown = text.replace(".", decimalMark());
   // What rounds to zero has no sign.
-  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
+  return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
+
+/** Numbers beside each other; where a comma parts their digits, it cannot part them. */
+export const list = (...numbers: readonly string[]): string => numbers.join(decimalMark() === "," ? "; " : ", ");
 
 /** 83 s is 1:23. */
 export function clock(seconds: number): string {

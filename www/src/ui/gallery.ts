@@ -1,9 +1,10 @@
 // The gallery: a dozen experiments to begin by a click.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
 import { addressOf as addressOfLesson, passed, teach } from "../lessons.js";
 import type { LessonInfo } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
@@ -50,7 +51,7 @@ export class SlamGallery extends SlamDialog {
     const { sensors, methods } = this.store.offer;
     const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
     const method = methods.find(({ name }) => name === setup.method)?.title ?? setup.method;
-    return [setup.world, sensor, method].join(" · ");
+    return [setup.world, t(sensor), t(method)].join(" · ");
   }
 
   /** Experiments have an address of their own, which the page follows: it can be passed on. */

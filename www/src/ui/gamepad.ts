@@ -1,7 +1,8 @@
 // Says that a gamepad is there, what its stick does and what it says now; and when it goes.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { GamepadState } from "../gamepad.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -36,7 +37,7 @@ export class SlamGamepad extends SlamElement {
     const { gamepad } = this.store;
     const before = this.#before;
     this.#before = gamepad;
-    if (before && !gamepad) this.store.set("toast", { toast: { level: "info", text: `${before.name} is gone: it drives no longer. Keys and the stick on the map do.` } });
+    if (before && !gamepad) this.store.set("toast", { toast: { level: "info", text: t`${before.name} is gone: it drives no longer. Keys and the stick on the map do.` } });
   }
 
   /** What moving its stick does here. */

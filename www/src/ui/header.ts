@@ -1,7 +1,8 @@
 // Name, one sentence on what is happening, registration lab, theme and help.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { isDark, switchTheme } from "../theme.js";
+import { html } from "../words.js";
 import { caption } from "./caption.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -54,9 +55,9 @@ export class SlamHeader extends SlamElement {
           @click=${() => this.dispatchEvent(new CustomEvent("show-gallery", { bubbles: true, composed: true }))}>${icons.flask}</button>
         <button class="icon" aria-label="Registration lab" title="Registration lab: two scans on each other (L)" data-testid="registration"
           @click=${() => this.dispatchEvent(new CustomEvent("show-registration", { bubbles: true, composed: true }))}>${icons.scans}</button>
-        ${store.source === "sim" ? html`<button class="icon" aria-label="Truth" aria-pressed=${store.layers.truth} title="${store.layers.truth ? "Hide" : "Show"} the truth: the real walls and the real pose (X)" data-testid="peek"
+        ${store.source === "sim" ? html`<button class="icon" aria-label="Truth" aria-pressed=${store.layers.truth} title=${store.layers.truth ? "Hide the truth: the real walls and the real pose (X)" : "Show the truth: the real walls and the real pose (X)"} data-testid="peek"
           @click=${this.press(() => store.toggleLayer("truth"))}>${store.layers.truth ? icons.eye : icons.hidden}</button>` : ""}
-        <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title="${dark ? "Light" : "Dark"} theme (T)" data-testid="theme"
+        <button class="icon" aria-label=${dark ? "Light theme" : "Dark theme"} title=${dark ? "Light theme (T)" : "Dark theme (T)"} data-testid="theme"
           @click=${this.press(() => switchTheme(store))}>${dark ? icons.sun : icons.moon}</button>
         <button class="icon" aria-label="Help" title="Help (?)" data-testid="help"
           @click=${() => this.dispatchEvent(new CustomEvent("show-help", { bubbles: true, composed: true }))}>${icons.help}</button>

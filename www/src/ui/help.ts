@@ -1,8 +1,10 @@
 // What the page shows, and every key.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
+import { bundle } from "../bundle.js";
 import type { Offline } from "../offline.js";
 import { begin } from "../tour.js";
+import { html } from "../words.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
@@ -52,6 +54,12 @@ export class SlamHelp extends SlamDialog {
 
   protected override readonly topics = ["offline"] as const;
 
+  /** Who looks for another language looks here. */
+  override show(): void {
+    super.show();
+    void bundle(this.store, "language.js", "The choice of the language");
+  }
+
   override render(): TemplateResult {
     return html`<dialog aria-labelledby="title" data-testid="help-dialog" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
       <header><h3 id="title">A robot that has never been here</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
@@ -59,7 +67,8 @@ export class SlamHelp extends SlamDialog {
       <p>From both it works out the walls and its own place in one go: <b>SLAM</b>, simultaneous localisation and mapping. The orange ellipse says how sure it is. It swells on the way into the unknown, and shrinks when a wall is met again. The dotted trail shows where the robot would believe to be by its wheels alone.</p>
       <p><button data-testid="tour-begin" @click=${() => this.#tour()}>${icons.play} Watch it happen, in four steps</button></p>
       <p>Click the map and the robot drives there. Drop a recorded log, and the same algorithms map a real building.</p>
-      <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? `: ${this.store.offline.why}` : ""}.</p>
+      <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? html`: ${this.store.offline.why}` : ""}.</p>
+      <slam-language .store=${this.store}></slam-language>
       <h2>Keys</h2>
       <dl>${KEYS.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>
     </dialog>`;

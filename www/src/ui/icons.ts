@@ -1,6 +1,7 @@
 // Line icons, drawn on 24 x 24.
 
-import { html, svg, type TemplateResult } from "lit";
+import type { TemplateResult } from "lit";
+import { html, svg } from "../words.js";
 
 const icon = (paths: TemplateResult<2>): TemplateResult => html`<svg viewBox="0 0 24 24" aria-hidden="true">${paths}</svg>`;
 

@@ -1,7 +1,8 @@
 // What was left on the last visit, offered.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { goOn } from "../last_run.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
 import { icons } from "./icons.js";
@@ -22,7 +23,7 @@ export class SlamLastRun extends SlamElement {
     const { lastRun: last, tour, offer: { methods } } = this.store;
     if (!last || tour) return nothing;
     const method = methods.find(({ name }) => name === last.method)?.title ?? last.method;
-    const from = last.kind === "sim" && last.link !== null ? `It is done again as far as ${clock(last.time)}, and waits there.` : "It begins again from its beginning.";
+    const from = last.kind === "sim" && last.link !== null ? t`It is done again as far as ${clock(last.time)}, and waits there.` : "It begins again from its beginning.";
     return html`<section aria-label="Your last run" data-testid="last-run">
       <header><h2>Go on where you left off?</h2>
         <button class="icon" aria-label="Forget it" @click=${this.press(() => this.store.set("last", { lastRun: null }))}>${icons.close}</button></header>

@@ -1,12 +1,13 @@
 // Every layer with its sign, what it means, and a switch; in which order they lie on one another;
 // and what the map is drawn with.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import { chooseDrawing, chosenDrawing, type Drawing } from "../view/graphics.js";
 import { LAYERS, type LayerName, type Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
+import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 import { icons } from "./icons.js";
@@ -93,9 +94,9 @@ const MOST_CELLS = 64;
 const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, string]; meaning?: string }[] = [
   { view: "continuous", label: "how sure each cell is" },
   { view: "three", label: "three tones, as it is saved" },
-  { view: "distance", label: "distance to the nearest wall", ends: ["0 m", "{most} and more"], meaning: "From the middle of each known cell to that of the nearest occupied one." },
+  { view: "distance", label: "distance to the nearest wall", ends: ["0 m", "and more"], meaning: "From the middle of each known cell to that of the nearest occupied one." },
   { view: "likelihood", label: "likelihood of a beam's end", ends: ["0: 0.4 m off", "1: on a wall"], meaning: "How well a beam that ends there fits the map, walls taken to be off by 0.1 m (standard deviation)." },
-  { view: "room", label: "where the robot may be", ends: ["0 m of room", "{most} and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
+  { view: "room", label: "where the robot may be", ends: ["0 m of room", "and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
 ];
 
 /** What the map can be drawn with; what "auto" is here is said beside it. */
@@ -184,7 +185,7 @@ export class SlamLegend extends SlamElement {
           <select data-testid="drawing" aria-labelledby="drawing" @change=${(e: Event) => chooseDrawing(valueOf(e) as Drawing)}>
             ${Object.entries(DRAWN).map(([name, label]) => html`<option value=${name} .selected=${chosenDrawing() === name}>${label}</option>`)}
           </select>
-          <small data-testid="drawn-with">${DRAWN[drawing.with]}${drawing.why === "" ? "" : `: ${drawing.why}`}.</small></li>
+          <small data-testid="drawn-with">${DRAWN[drawing.with]}${drawing.why === "" ? "" : html`: ${drawing.why}`}.</small></li>
       </ul>`;
   }
 
@@ -227,7 +228,7 @@ export class SlamLegend extends SlamElement {
     if (!chosen?.ends) return nothing;
     const [low, high] = chosen.ends;
     const most = `${fixed(MOST_CELLS * this.scene.tiles.resolution, 1)} m`;
-    return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high.replace("{most}", most)}</span><small>${chosen.meaning}</small></div>`;
+    return html`<div class="scale" data-testid="grid-scale"><i class=${view}></i><span>${low}</span><span>${high === "and more" ? t`${most} and more` : high}</span><small>${chosen.meaning}</small></div>`;
   }
 }
 

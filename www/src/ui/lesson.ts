@@ -1,8 +1,10 @@
 // The lesson of the run that is shown: what goes wrong, what is to be reached, and how far it is.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { addressOf, current, leave, teach } from "../lessons.js";
 import type { LessonInfo, Mark, MeasureName } from "../protocol/module.js";
+import { word } from "../spoken.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock, DASH, fixed, length, percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -68,9 +70,9 @@ export class SlamLesson extends SlamElement {
     const { title, kind, meaning } = MEASURES[measure];
     const [now, asked] = [shown[kind](value), shown[kind](bound)];
     const state = isMet ? "met" : isOver ? "missed" : "";
-    const word = isMet ? "reached" : isOver ? "missed" : "not yet";
+    const told = isMet ? word("reached") : isOver ? word("missed") : "not yet";
     return html`<li class=${state} title=${meaning} data-testid="mark-${measure}" data-met=${isMet}>
-      <span role="img" aria-label=${word}>${isMet ? "✓" : isOver ? "✗" : "·"}</span><span>${title}</span>
+      <span role="img" aria-label=${told}>${isMet ? "✓" : isOver ? "✗" : "·"}</span><span>${title}</span>
       <span><b>${Number.isFinite(value) ? now : DASH}</b> <i>${isLeast ? "≥" : "≤"} ${asked}</i></span></li>`;
   }
 

@@ -1,6 +1,7 @@
 // What was decided, and why, with the time of the run.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
 

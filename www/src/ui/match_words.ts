@@ -1,9 +1,10 @@
 // What became of a line of a scan, in words.
 
 import type { Decision } from "../protocol/module.js";
+import { word } from "../spoken.js";
 
 export const DECISION_WORDS: Readonly<Record<Decision, string>> = {
-  matched: "recognised",
+  matched: word("recognised"),
   added: "a new wall",
   ambiguous: "dropped: two walls explain it nearly as well",
   "outside-gate": "dropped: too far for a match, too near for a new wall",

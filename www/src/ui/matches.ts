@@ -1,8 +1,9 @@
 // Why this match: the lines of the last scan, what each was compared with, and what became of it.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type { Candidate, Decision, Gate, Inspection, Sighting } from "../protocol/module.js";
+import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 import { DECISION_WORDS } from "./match_words.js";
@@ -79,7 +80,7 @@ export class SlamMatches extends SlamElement {
       return html`<div class="card" data-testid="match"><b>Wall ${wall}</b> is not in the last scan, nor near any line of it.</div>`;
     }
     return html`${sightings.map((s) => html`<div class="card" data-testid="match">
-      <b>${s.wall === null ? "A line of the last scan" : `Wall ${s.wall}`}</b>: ${DECISION_WORDS[s.decision]}.
+      <b>${s.wall === null ? "A line of the last scan" : t`Wall ${s.wall}`}</b>: ${DECISION_WORDS[s.decision]}.
       ${s.candidates.length === 0 ? html`<p>No known wall has its direction.</p>` : html`${this.#ruler(s, inspection)}${this.#table(s)}`}
     </div>`)}`;
   }
@@ -90,7 +91,7 @@ export class SlamMatches extends SlamElement {
     const at = (d2: number): string => `${(100 * Math.min(d2, most)) / most}%`;
     const mark = (d2: number, text: string): TemplateResult<2> => svg`<line x1=${at(d2)} x2=${at(d2)} y1="2" y2="16"/><text x=${at(d2)} y="29">${text}</text>`;
     return html`<svg class="ruler" aria-hidden="true">
-      <line x1="0" x2="100%" y1="16" y2="16"/>${mark(gate, `gate ${fixed(gate, 1)}`)}${mark(newGate, `new ${fixed(newGate, 0)}`)}
+      <line x1="0" x2="100%" y1="16" y2="16"/>${mark(gate, t`gate ${fixed(gate, 1)}`)}${mark(newGate, t`new ${fixed(newGate, 0)}`)}
       ${s.candidates.map((c) => svg`<circle cx=${at(c.d2)} cy="16" r="4.5" class=${isWinner(s, c) ? "winner" : ""}/>`)}
     </svg>`;
   }
@@ -99,7 +100,7 @@ export class SlamMatches extends SlamElement {
     return html`<table>
       <thead><tr><th>candidate</th><th class="num">d²</th><th class="num">Δα</th><th class="num">Δr</th></tr></thead>
       <tbody>${s.candidates.map((c) => html`<tr class=${isWinner(s, c) ? "winner" : ""} @pointerenter=${() => this.store.point({ hovered: [c.wall] })} @pointerleave=${() => this.store.point({ hovered: [] })}>
-        <td>wall ${c.wall}${isWinner(s, c) ? " ✓" : ""}<small>${GATE_WORDS[c.gate]}${c.gap > 0 ? `, ${fixed(c.gap, 2)} m apart` : ""}</small></td>
+        <td>wall ${c.wall}${isWinner(s, c) ? " ✓" : ""}<small>${GATE_WORDS[c.gate]}${c.gap > 0 ? t`, ${fixed(c.gap, 2)} m apart` : ""}</small></td>
         <td class="num">${fixed(c.d2, 1)}</td>
         <td class="num">${fixed(degrees(c.deltaAlpha), 1)}°<small>σ ${fixed(degrees(c.sigmaAlpha), 1)}°</small></td>
         <td class="num">${fixed(100 * c.deltaR, 1)} cm<small>σ ${fixed(100 * c.sigmaR, 1)} cm</small></td>

@@ -1,11 +1,13 @@
 // Methods side by side on one log: each that was run on it with its figures, and how far its way is
 // from the one that is shown.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { apart, type Compared, shownRun } from "../compared.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodInfo } from "../protocol/module.js";
+import { word } from "../spoken.js";
 import { methodPen } from "../view/layers/compared.js";
+import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { DASH, fixed } from "./format.js";
 
@@ -48,12 +50,12 @@ export class SlamMethods extends SlamElement {
     const { colour, dash } = methodPen(run?.place ?? 0);
     const sign = isShown ? svg`<path d="M1 4h24" stroke="var(--map-estimate)" stroke-width="2.5"/>` : svg`<path d="M1 4h24" stroke="var(--map-${colour})" stroke-width="2.5" stroke-dasharray=${dash.join(" ")}/>`;
     const gap = run && !isShown ? apart(shown.trail, run.trail) : null;
-    const part = run && run.progress < 1 ? `${fixed(100 * run.progress, 0)} % of the log` : "the whole log";
-    return html`<tr class=${isShown ? "shown" : ""} data-testid="method-${name}" title=${run ? `${meaning}. ${run.scans} scans, ${part}` : meaning}>
+    const part = run && run.progress < 1 ? t`${fixed(100 * run.progress, 0)} % of the log` : "the whole log";
+    return html`<tr class=${isShown ? "shown" : ""} data-testid="method-${name}" title=${run ? t`${meaning}. ${run.scans} scans, ${part}` : meaning}>
       <td><span>${run ? html`<svg viewBox="0 0 26 8" aria-hidden="true">${sign}</svg>` : nothing}${title}</span></td>
       <td>${run ? fixed(run.scanMillis, 1) : DASH}</td>
       <td>${run ? run.loopClosures : DASH}</td>
-      <td title=${gap ? `at most ${fixed(gap.most, 2)} m` : ""} data-testid="apart-${name}">${gap ? `${fixed(gap.rms, 2)} m` : isShown ? "shown" : DASH}</td>
+      <td title=${gap ? t`at most ${fixed(gap.most, 2)} m` : ""} data-testid="apart-${name}">${gap ? `${fixed(gap.rms, 2)} m` : isShown ? word("shown") : DASH}</td>
       <td>${isShown ? nothing : html`<button data-testid="run-${name}" @click=${() => this.client.again(name)}>${run ? "Again" : "Run"}</button>`}</td></tr>`;
   }
 }

@@ -1,6 +1,7 @@
 // Says for some seconds that a loop was closed, and by how much that moved the map.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 
@@ -23,7 +24,7 @@ export class SlamMoved extends SlamElement {
       clearTimeout(this.#timer);
       const { moved } = this.store;
       // The tour says it in its own words.
-      this.#text = moved > 0 && !this.store.tour ? `Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
+      this.#text = moved > 0 && !this.store.tour ? t`Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
       this.#timer = window.setTimeout(() => {
         this.#text = "";
         this.requestUpdate();

@@ -2,9 +2,11 @@
 // what it recognises lies from where it expects it, what a scan showed, and time per scan. Without
 // truth there are no errors, and the claims stand alone.
 
-import { html, nothing, type TemplateResult } from "lit";
+import { nothing, type TemplateResult } from "lit";
 import type { MethodName } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
+import { word } from "../spoken.js";
+import { html, t } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 /** Of methods that have no innovation, why, and what they have in its place. */
@@ -18,7 +20,7 @@ const NO_INNOVATION: Readonly<Partial<Record<MethodName, string>>> = {
 };
 
 const innovation = (title: string, of: string, unit: string, value: number, bounds: readonly [number, number], colour: string): Curve => ({
-  title, meaning: `Innovation: ${of}, mean of a scan, seen less expected. Of an honest filter 95 of 100 lie between the bounds, as often above 0 as below.`, unit,
+  title, meaning: t`Innovation: ${of}, mean of a scan, seen less expected. Of an honest filter 95 of 100 lie between the bounds, as often above 0 as below.`, unit,
   value, bounds, key: "±2σ", digits: 2, colour, isSigned: true,
 });
 
@@ -37,8 +39,8 @@ export class SlamPlots extends SlamCharts {
     { title: "Residual of the match", meaning: "Root of the mean squared distance of the scan's points from the surfaces on which they were laid", unit: "mm",
       value: SAMPLE.residual, bounds: [], key: "", digits: 1, colour: "scan" },
     { title: "Features", meaning: "What was found in the scan, what of it is known, and what became a landmark. Where whole scans are matched it is points of surfaces.", unit: "",
-      value: SAMPLE.seen, name: "seen", bounds: [], key: "", digits: 0, colour: "truth",
-      beside: [{ name: "matched", value: SAMPLE.matched, colour: "estimate" }, { name: "new", value: SAMPLE.new, colour: "path" }] },
+      value: SAMPLE.seen, name: word("seen"), bounds: [], key: "", digits: 0, colour: "truth",
+      beside: [{ name: word("matched"), value: SAMPLE.matched, colour: "estimate" }, { name: word("new"), value: SAMPLE.new, colour: "path" }] },
     { title: "Time per scan", meaning: "What this computer needs for one scan, planning not counted", unit: "ms",
       value: SAMPLE.scanMillis, bounds: [], key: "", digits: 2, colour: "path" },
   ];

@@ -1,9 +1,10 @@
 // A pose graph of others (.g2o): what it looks like, as its file had it and solved.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { downloadAll } from "../save.js";
 import { Camera } from "../view/camera.js";
 import { readPalette } from "../view/palette.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { DASH } from "./format.js";
 import { icons } from "./icons.js";

@@ -1,9 +1,10 @@
 // The map that a robot is to be found in: where it comes from, where the robot begins in it, and
 // whether it fits.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { LocalisationName, PriorMapSetup } from "../protocol/module.js";
 import { needsPriorMap } from "../protocol/methods.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -79,8 +80,8 @@ export class SlamPriorMap extends SlamElement {
     const part = percent(status?.priorMapOverlap ?? NaN);
     const misfit = status?.priorMapMisfit ?? false;
     const words = !isJudged ? "Whether the map fits shows after some scans."
-      : misfit ? `The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
-      : `The map fits: ${part} of what the sensor hits is a wall of it.`;
+      : misfit ? t`The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.`
+      : t`The map fits: ${part} of what the sensor hits is a wall of it.`;
     // That it fitted before says nothing while the robot is lost in it.
     if (isJudged && !misfit && status.localisation !== null && status.localisation !== "localised") return nothing;
     return html`<p class=${misfit ? "bad" : ""} data-testid="prior-map-fit">${words}</p>`;

@@ -1,8 +1,9 @@
 // What the map is worth: whether it agrees with itself, and where not and why.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type { MapVerdictName, Quality, Tear, UnjudgeableName } from "../protocol/module.js";
+import { html, svg, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed, percent } from "./format.js";
 import { apart, seen, WHY } from "./tears.js";
@@ -57,7 +58,7 @@ export class SlamQuality extends SlamElement {
     if (unjudgeable && tears.length === 0) return html`<p class=${verdict} data-testid="quality">${NOTHING_SAID[unjudgeable]}</p>`;
     return html`
       <p class=${verdict} data-testid="quality">${VERDICTS[verdict]}
-        ${agreement === null ? "No place was seen twice yet." : `${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>
+        ${agreement === null ? "No place was seen twice yet." : t`${fixed(100 * agreement, 0)} % of what was seen again agrees.`}</p>
       ${tears.length > 0 ? html`<ol data-testid="tears">${tears.slice(0, MOST_TOLD).map((tear) => this.#item(tear))}</ol>` : nothing}
       ${tears.length > MOST_TOLD ? html`<p>${tears.length - MOST_TOLD} more are marked in the map.</p>` : nothing}
       ${this.#loops(quality)}
@@ -72,7 +73,7 @@ export class SlamQuality extends SlamElement {
     // By decades: a tenth below, ten times above.
     const y = (ratio: number): number => 30 - 26 * Math.log10(Math.min(Math.max(ratio, 0.1), 10));
     return html`
-      <p class=${isOverconfident ? "torn" : ""} data-testid="loops">Loops were closed from ${loops.length === 1 ? "one stretch" : `${loops.length} stretches`} of the way.
+      <p class=${isOverconfident ? "torn" : ""} data-testid="loops">Loops were closed from ${loops.length === 1 ? "one stretch" : t`${loops.length} stretches`} of the way.
         ${loopRatio === null ? nothing : html`The ways round were off by ${fixed(loopRatio, loopRatio < 1 ? 2 : 1)} times what was known of them, on the median: they are known ${isOverconfident ? "worse than is said." : "about as well as is said, or better."}`}</p>
       <svg data-testid="loop-plot" class="loops" viewBox="0 -8 300 72" role="img" aria-label="How far off the way of each loop was, in units of what was known of it, over time">
         ${[0.1, 1, 3, 10].map((ratio) => svg`<path d="M0 ${y(ratio)}h300" class=${ratio === 3 ? "most" : "line"}/><text x="300" y=${y(ratio) - 2}>${ratio === 0.1 ? "≤ 0.1" : ratio === 10 ? "≥ 10" : ratio}</text>`)}

@@ -1,7 +1,9 @@
 // Recordings of the bridge, here and in object storage: which there are, how far each is stored, and
 // each of them to open. A bundle of its own, which comes when somebody looks.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
+import { word } from "../spoken.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 
@@ -76,7 +78,7 @@ export class SlamRecordings extends SlamElement {
       if (answer.ok) await this.client.openAll([new File([await answer.blob()], name)]);
       else this.store.set("toast", { toast: { level: "warn", text: await answer.text() } });
     } catch {
-      this.store.set("toast", { toast: { level: "warn", text: `${name} did not come: the bridge does not answer.` } });
+      this.store.set("toast", { toast: { level: "warn", text: t`${name} did not come: the bridge does not answer.` } });
     }
     this.#fetching = "";
     this.requestUpdate();
@@ -85,8 +87,8 @@ export class SlamRecordings extends SlamElement {
 
 function words({ here, stored, current, part }: Recording): string {
   if (current) return "is being written";
-  if (stored) return here ? "here and stored" : "stored";
-  return part > 0 ? `${Math.floor(100 * part)} % of it stored` : "not stored yet";
+  if (stored) return here ? "here and stored" : word("stored");
+  return part > 0 ? t`${Math.floor(100 * part)} % of it stored` : "not stored yet";
 }
 
 customElements.define("slam-recordings", SlamRecordings);

@@ -1,9 +1,10 @@
 // How well landmarks are found again in this run, against the truth that the simulator knows: the
 // receiver operating characteristic over the gate, with the gate that is set, and what it comes to.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { REFINDING, REFINDING_STRIDE } from "../protocol/module.js";
 import type { Topic } from "../store.js";
+import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 

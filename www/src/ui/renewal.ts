@@ -1,8 +1,9 @@
 // Says that there is a newer build of the page than the one that is shown, and offers it. The run
 // ends only when somebody takes it.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { renew, type Renewal } from "../offline.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 

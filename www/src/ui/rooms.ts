@@ -1,9 +1,10 @@
 // Rooms and corridors of the map as a list: what each is, its area, and its doors with where they
 // lead.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { Rooms } from "../protocol/module.js";
 import { roomAt } from "../view/layers/rooms.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 
@@ -33,14 +34,20 @@ export class SlamRooms extends SlamElement {
     return html`
       <h2 id="rooms">Rooms</h2>
       <p data-testid="rooms-summary">${rooms && count > 0
-        ? `${counted(count, "region")} and ${counted(rooms.doors.length, "door")} in the map so far.`
+        ? t`${regions(count)} and ${doors(rooms.doors.length)} in the map so far.`
         : "No room is found yet: let the robot scan."}</p>
       ${rooms ? html`<ul aria-labelledby="rooms">${byNumber.map(({ room }) => this.#item(rooms, room, room === chosen))}</ul>` : nothing}
     `;
   }
 
   #nameOf({ regions }: Rooms, room: number): string {
-    return `${regions[room]?.kind === "corridor" ? "Corridor" : "Room"} ${this.store.roomNumbers[room]}`;
+    const number = this.store.roomNumbers[room];
+    return regions[room]?.kind === "corridor" ? t`Corridor ${number}` : t`Room ${number}`;
+  }
+
+  #doorTo(rooms: Rooms, room: number, framed: boolean): string {
+    const name = this.#nameOf(rooms, room).toLowerCase();
+    return framed ? t`Door to ${name}` : t`Door to ${name}, one post not seen yet`;
   }
 
   #item(rooms: Rooms, room: number, isChosen: boolean): TemplateResult | typeof nothing {
@@ -55,14 +62,13 @@ export class SlamRooms extends SlamElement {
         <div><dt>Free floor</dt><dd class="num">${fixed(area, 1)} m²</dd></div>
         <div><dt>Width between its walls</dt><dd class="num">${fixed(width, 2)} m</dd></div>
         ${rooms.doors.filter(({ regions }) => regions.includes(room)).map(({ regions: [from, to], width, framed }) => html`<div>
-          <dt>Door to ${this.#nameOf(rooms, from === room ? to : from).toLowerCase()}${framed ? "" : ", one post not seen yet"}</dt><dd class="num">${framed ? "" : "about "}${Math.round(100 * width)} cm</dd></div>`)}
+          <dt>${this.#doorTo(rooms, from === room ? to : from, framed)}</dt><dd class="num">${framed ? "" : "≈ "}${Math.round(100 * width)} cm</dd></div>`)}
       </dl>` : nothing}
     </li>`;
   }
 }
 
-function counted(count: number, what: string): string {
-  return `${count} ${what}${count === 1 ? "" : "s"}`;
-}
+const regions = (count: number): string => (count === 1 ? t`${count} region` : t`${count} regions`);
+const doors = (count: number): string => (count === 1 ? t`${count} door` : t`${count} doors`);
 
 customElements.define("slam-rooms", SlamRooms);

@@ -1,6 +1,6 @@
 // The saved map that runs go on in: what it looks like, and where in it the robot begins.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type { MapStart } from "../protocol/module.js";
 import type { SavedMap } from "../store.js";
@@ -8,6 +8,7 @@ import { Camera } from "../view/camera.js";
 import { drawTiles } from "../view/canvas_bulk.js";
 import { readPalette } from "../view/palette.js";
 import { Tiles } from "../view/tiles.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
@@ -209,7 +210,7 @@ export class SlamSavedMap extends SlamElement {
     context.fillStyle = palette.css.robot;
     context.stroke();
     context.fill();
-    canvas.title = `x ${pose[0].toFixed(1)}, y ${pose[1].toFixed(1)} m, heading ${Math.round(degrees(pose[2]))}°`;
+    canvas.title = t`x ${pose[0].toFixed(1)}, y ${pose[1].toFixed(1)} m, heading ${Math.round(degrees(pose[2]))}°`;
   }
 }
 

@@ -1,6 +1,7 @@
 // The number of a setting as people read and type it.
 
 import type { SettingInfo } from "../protocol/module.js";
+import { t } from "../words.js";
 
 /** What an input holds: seven digits say what anybody typed; the others are those of the binary
     number. */
@@ -15,7 +16,7 @@ export function written(s: SettingInfo, value: number): string {
 }
 
 export function range(s: SettingInfo): string {
-  return `${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
+  return t`${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
 }
 
 /** The number to be stored for one as people read it; an end of the range as it is written is that

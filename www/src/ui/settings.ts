@@ -1,9 +1,10 @@
 // Every setting of the run, as the core's table has them: grouped, searched, with presets; changed
 // at once or on restart.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { current } from "../lessons.js";
 import type { PresetInfo, SettingInfo, SettingValues } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { isChecked, valueOf } from "./input.js";
@@ -62,8 +63,8 @@ export class SlamSettings extends SlamElement {
       <h2>Settings</h2>
       <input type="search" data-testid="settings-search" placeholder="Search: gate, σ, range …" aria-label="Search the settings" .value=${this.#search} @input=${(e: Event) => { this.#search = valueOf(e); this.requestUpdate(); }}>
       <label class="all"><input type="checkbox" data-testid="settings-all" .checked=${this.#all} @change=${(e: Event) => { this.#all = isChecked(e); this.requestUpdate(); }}> All settings</label>
-      ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.join(", ")} ${waits.length === 1 ? "waits" : "wait"} for a restart.</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
-      ${changed > 0 ? html`<div class="bar"><span>${changed} ${changed === 1 ? "setting differs" : "settings differ"} from ${isLesson ? "what the lesson gave" : changed === 1 ? "its default" : "their defaults"}.</span><button data-testid="settings-reset" @click=${() => this.client.configure(this.#given)}>${isLesson ? "As it was given" : "All defaults"}</button></div>` : ""}
+      ${waits.length > 0 ? html`<div class="bar" role="status" data-testid="settings-wait"><span>${waits.length === 1 ? t`${waits[0]} waits for a restart.` : t`${waits.map((name) => t(name)).join(", ")} wait for a restart.`}</span><button data-testid="settings-restart" @click=${() => this.client.again()}>${icons.again} Restart</button></div>` : ""}
+      ${changed > 0 ? html`<div class="bar"><span>${differing(changed, isLesson)}</span><button data-testid="settings-reset" @click=${() => this.client.configure(this.#given)}>${isLesson ? "As it was given" : "All defaults"}</button></div>` : ""}
       ${idle.length > 0 ? html`<ul class="idle" data-testid="settings-idle">${idle.map((s) => html`<li>${s.idle}.</li>`)}</ul>` : ""}
       ${groups.map((group) => this.#group(group, shown.filter((s) => s.group === group)))}
       ${shown.length === 0 && this.#search !== "" ? html`<p>No setting matches. The search covers names, units and meanings.</p>` : ""}
@@ -120,7 +121,7 @@ export class SlamSettings extends SlamElement {
     if (fits) return this.#set(s, value);
     input.value = plain(s.scale * before);
     const kind = s.kind === "whole" ? "a whole number" : "a number";
-    this.store.set("toast", { toast: { level: "warn", text: `${s.name} is ${kind} from ${range(s)}; it stays ${written(s, before)}.` } });
+    this.store.set("toast", { toast: { level: "warn", text: t`${s.name} is ${kind} from ${range(s)}; it stays ${written(s, before)}.` } });
   }
 
   #set(s: SettingInfo, value: number): void {
@@ -160,8 +161,15 @@ export class SlamSettings extends SlamElement {
   }
 }
 
+function differing(count: number, isLesson: boolean): string {
+  if (isLesson) return count === 1 ? t`${count} setting differs from what the lesson gave.` : t`${count} settings differ from what the lesson gave.`;
+  return count === 1 ? t`${count} setting differs from its default.` : t`${count} settings differ from their defaults.`;
+}
+
+/** The words of the table, in English and as they are shown. */
 function matches(s: SettingInfo, search: string): boolean {
-  const all = `${s.group} ${s.name} ${s.unit} ${s.meaning} ${s.key}`.toLowerCase();
+  const words = [s.group, s.name, s.meaning];
+  const all = [...words, ...words.map((each) => t(each)), s.unit, s.key].join(" ").toLowerCase();
   return search.toLowerCase().split(/\s+/).every((word) => all.includes(word));
 }
 

@@ -1,11 +1,12 @@
 // What a run starts from: world, sensor, seed, method; files in and out.
 
-import { css, html, type TemplateResult } from "lit";
-import { OPENED } from "../chosen.js";
+import { css, type TemplateResult } from "lit";
+import { opened } from "../chosen.js";
 import { SAVED } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SavedKind } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
@@ -43,6 +44,7 @@ export class SlamSetup extends SlamElement {
     label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
     label > * { color: var(--ink); font-size: 14px; }
     .wide { grid-column: 1 / -1; }
+    .grid label:has(> select) { min-width: 0; }
     .seed { display: flex; gap: 6px; }
     .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
     .files { display: grid; grid-template-columns: repeat(6, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
@@ -105,7 +107,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" multiple data-testid="file" aria-label="Open ${OPENED}" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
+          <input type="file" multiple data-testid="file" aria-label="Open ${opened()}" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
@@ -119,7 +121,7 @@ export class SlamSetup extends SlamElement {
         <button class="picture" data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG of the map</button>
         <button class="picture" data-testid="save-svg" title="Save what the map shows as a drawing: all layers that are on, cells as pictures in it" @click=${() => dispatchEvent(new Event("save-drawing"))}>${icons.image} SVG of the view</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : `${matchMedia("(pointer: coarse)").matches ? "Open" : "Open or drop anywhere"}: ${OPENED}.`}</p>
+      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</p>
     `;
   }
 
@@ -141,7 +143,7 @@ export class SlamSetup extends SlamElement {
     }
     // The field says again what the run was made of.
     input.value = String(this.store.setup.seed);
-    this.store.set("toast", { toast: { level: "warn", text: `A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
+    this.store.set("toast", { toast: { level: "warn", text: t`A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
   }
 
   #saveAs(event: Event): void {

@@ -1,8 +1,9 @@
 // How much the ranges of this sensor err, estimated from scans of a robot that stands; and its use.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
 import type { GrowthName, SigmaCurve } from "../protocol/module.js";
+import { html, t } from "../words.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -64,8 +65,8 @@ export class SlamSigma extends SlamPlotted {
     const unit = curve.growth === "linear" ? "mm/m" : "mm/m²";
     // Three standard deviations above its mean of χ²: the form of the curve is wrong.
     const misfits = chi > freedom + 3 * Math.sqrt(2 * freedom);
-    return html`<p data-testid="sigma-words">a = <b class="num">${fixed(1000 * a, 2)} ± ${fixed(1000 * da, 2)} mm</b>, b = <b class="num">${fixed(1000 * b, 2)} ± ${fixed(1000 * db, 2)} ${unit}</b>, from ${curve.scans} scans${curve.stretches > 1 ? ` in ${curve.stretches} stretches` : ""}.
-      ${misfits ? `The bins do not all lie on such a curve (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.` : `The bins lie on it as well as they can (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom).`}</p>`;
+    return html`<p data-testid="sigma-words">a = <b class="num">${fixed(1000 * a, 2)} ± ${fixed(1000 * da, 2)} mm</b>, b = <b class="num">${fixed(1000 * b, 2)} ± ${fixed(1000 * db, 2)} ${unit}</b>, from ${curve.scans} scans${curve.stretches > 1 ? t` in ${curve.stretches} stretches` : ""}.
+      ${misfits ? t`The bins do not all lie on such a curve (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.` : t`The bins lie on it as well as they can (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom).`}</p>`;
   }
 
   #use(curve: SigmaCurve): void {

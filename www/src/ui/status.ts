@@ -1,7 +1,9 @@
 // The current figures.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
+import { word } from "../spoken.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { clock, DASH, fixed, length } from "./format.js";
@@ -45,13 +47,13 @@ export class SlamStatus extends SlamElement {
       </div>
       <dl>
         ${figure(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
-        ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : "paused", "pace", "Seconds of simulation for each second of the clock")}
+        ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : word("paused"), "pace", "Seconds of simulation for each second of the clock")}
         ${figure("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
         ${figure("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
         ${figure("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
         ${sim ? figure("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
         ${figure("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}
-        ${s && s.mapParticles > 0 ? figure("Particles", `${s.mapParticles}, ${fixed(s.effectiveParticles, 1)} effective`, "particles",
+        ${s && s.mapParticles > 0 ? figure("Particles", t`${s.mapParticles}, ${fixed(s.effectiveParticles, 1)} effective`, "particles",
           "Each has a map of its own. So many of equal weight would estimate as well: where too few are effective, they are drawn anew", "wide") : ""}
         ${sim ? figure("Heading error", `${fixed(Math.abs(degrees(s?.headingError ?? NaN)), 1)}° (3σ ${claimed(3 * Math.sqrt(s?.covHeading ?? NaN))})`, "heading-error",
           "How far its heading is off now, and the 3σ that the filter claims. Tracks slip in a turn: by a degree or two until the next scan shows it", "wide") : ""}

@@ -1,6 +1,7 @@
 // A stick for the thumb: up is forward, left turns left. Letting go stops the robot.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 
 /** Within this part of the radius nothing moves. */

@@ -1,11 +1,12 @@
 // What the map is made of, as a list: its submaps, to be shown, looked at, saved and taken out; and
 // maps that were loaded beside it, with how they fit.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { AlignedName } from "../protocol/module.js";
 import type { LoadedMap } from "../store.js";
 import type { Box } from "../view/camera.js";
 import { boundsOf } from "../view/submaps.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed, percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -77,7 +78,7 @@ export class SlamSubmaps extends SlamElement {
   #submaps(count: number): TemplateResult {
     const { undoable } = this.scene.submaps;
     return html`
-      <p data-testid="submaps-summary">The map is made of ${count} ${count === 1 ? "submap" : "submaps"}. A click goes there.</p>
+      <p data-testid="submaps-summary">${count === 1 ? t`The map is made of ${count} submap.` : t`The map is made of ${count} submaps.`} A click goes there.</p>
       <ul aria-labelledby="submaps">${this.#numbers().map((submap) => this.#item(submap, submap === count - 1))}</ul>
       ${undoable === undefined ? nothing : html`<button class="undo" data-testid="undo-removal" title="With its joins to the others. What the robot saw since stays." @click=${() => this.client.send({ kind: "undo-removal" })}>${icons.undo} Put submap ${undoable} back</button>`}`;
   }
@@ -88,7 +89,7 @@ export class SlamSubmaps extends SlamElement {
     return html`<li><div class="row">
       <button class="name" data-testid="submap-${submap}" aria-expanded=${isChosen} @click=${() => this.#choose(submap)}>
         <b>Submap ${submap}</b><span class="num muted">${isLast ? "in the making" : this.#extent(submap)}</span></button>
-      ${this.#eye(isShown, `submap ${submap}`, `submap-eye-${submap}`, isLast, () => this.#show(submap, !isShown))}
+      ${this.#eye(isShown, t`submap ${submap}`, `submap-eye-${submap}`, isLast, () => this.#show(submap, !isShown))}
       </div>
       ${isChosen ? html`<dl data-testid="submap-details">
         <div><dt>Keyframes</dt><dd class="num">${keyframes}</dd></div>
@@ -140,7 +141,7 @@ export class SlamSubmaps extends SlamElement {
     const { id, name, picture, alignment, shown, isAligning } = map;
     return html`<li data-testid="loaded-map-${id}"><div class="row">
       <button class="name" ?disabled=${!alignment} title=${alignment ? "Go to it on the map" : ""} @click=${() => alignment && this.#lookAt(boundsOf(picture.walls, alignment.pose))}>
-        <b>${name}</b><span class="num muted">${picture.submaps === 1 ? `${picture.points} points` : `${picture.submaps} submaps`}</span></button>
+        <b>${name}</b><span class="num muted">${picture.submaps === 1 ? t`${picture.points} points` : t`${picture.submaps} submaps`}</span></button>
       ${this.#eye(shown && alignment !== null, name, `loaded-eye-${id}`, !alignment, () => this.client.showMap(id, !shown))}
       <button class="icon" data-testid="drop-map-${id}" aria-label="Remove ${name} from the list" title="Remove from the list" @click=${() => this.client.dropMap(id)}>${icons.close}</button>
       </div>
@@ -150,10 +151,10 @@ export class SlamSubmaps extends SlamElement {
   }
 
   #fit({ alignment, error }: LoadedMap): string {
-    if (!alignment) return error === "" ? "It is not laid on this run yet." : `Not laid on the map: ${error}.`.replace("..", ".");
+    if (!alignment) return error === "" ? "It is not laid on this run yet." : t`Not laid on the map: ${error}.`.replace("..", ".");
     const { agrees, contradicts, residual, landmarks, by } = alignment;
-    const shared = landmarks > 0 ? ` Both maps have ${landmarks} ${landmarks === 1 ? "landmark" : "landmarks"} in common.` : "";
-    return `It lies on the map: ${percent(agrees)} of its walls stand on walls, ${Math.max(1, Math.round(100 * residual))}\u00a0cm apart on average; at most ${Math.ceil(100 * contradicts)} % of the walls of either map stand where the other is free. ${BY[by]}.${shared}`;
+    const shared = landmarks > 0 ? ` ${landmarks === 1 ? t`Both maps have ${landmarks} landmark in common.` : t`Both maps have ${landmarks} landmarks in common.`}` : "";
+    return t`It lies on the map: ${percent(agrees)} of its walls stand on walls, ${Math.max(1, Math.round(100 * residual))}\u00a0cm apart on average; at most ${Math.ceil(100 * contradicts)} % of the walls of either map stand where the other is free. ${BY[by]}.${shared}`;
   }
 }
 

@@ -1,8 +1,9 @@
 // On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log
 // share the rest of the side: these choose which.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { Tab } from "../store.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -19,15 +20,16 @@ const TABS: readonly { tab: Exclude<Tab, "">; label: string; icon: TemplateResul
 
 export class SlamTabs extends SlamElement {
   static override styles = css`
-    nav { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
-    button { flex-direction: column; gap: 2px; min-height: 50px; padding: 0; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
+    nav { display: flex; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
+    /* Each as wide as its word: some languages have long ones. */
+    button { flex: 1 1 auto; min-width: 40px; flex-direction: column; gap: 2px; min-height: 50px; padding: 0 1px; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
     button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
     @media (min-width: 761px) {
-      nav { grid-auto-columns: auto; padding: 0 6px; border-bottom: 1px solid var(--line); border-top: 0; }
+      nav { padding: 0 3px; border-bottom: 1px solid var(--line); border-top: 0; }
       .phone { display: none; }
       .narrow { display: none; }
-      button { flex-direction: row; gap: 6px; min-height: 42px; font-size: 13px; }
-      button svg { width: 16px; height: 16px; }
+      button { flex-direction: row; gap: 4px; min-height: 42px; font-size: 13px; }
+      button svg { width: 15px; height: 15px; }
       button[aria-pressed="true"] { box-shadow: inset 0 -2.5px 0 var(--accent); }
     }
     /* Where there is no room for the layers on the map. */

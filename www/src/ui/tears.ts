@@ -1,6 +1,8 @@
 // What is said of a place where the map is torn, wherever it is said.
 
 import type { Tear, TearName } from "../protocol/module.js";
+import { word } from "../spoken.js";
+import { t } from "../words.js";
 import { clock, fixed } from "./format.js";
 
 /** Why, as the end of a sentence. */
@@ -11,16 +13,16 @@ export const WHY: Readonly<Record<TearName, string>> = {
   unproven: "the way between was long, and nothing else proves it",
 };
 
-export const seen = ([from, to]: readonly [number, number]): string => `${clock(from)} to ${clock(to)}`;
+export const seen = ([from, to]: readonly [number, number]): string => t`${clock(from)} to ${clock(to)}`;
 
 /** By how much, in words; empty where nobody knows. */
-export const apart = ({ off }: Tear): string => off === null ? "" : `${fixed(off, 1)} m off`;
+export const apart = ({ off }: Tear): string => off === null ? "" : t`${fixed(off, 1)} m off`;
 
 /** What a place is called: one that nothing proves contradicts nothing either. */
-export const called = ({ kind }: Tear): string => kind === "unproven" ? "doubtful" : "torn";
+export const called = ({ kind }: Tear): string => kind === "unproven" ? word("doubtful") : word("torn");
 
 /** Of a mark under the pointer. */
 export function tearWords(tear: Tear): string {
   const off = apart(tear);
-  return `${called(tear)}: ${WHY[tear.kind]}${off === "" ? "" : `, ${off}`}`;
+  return `${t(called(tear))}: ${t(WHY[tear.kind])}${off === "" ? "" : `, ${off}`}`;
 }

@@ -1,8 +1,9 @@
 // The run from its beginning to as far as it came: its events, where it is now, and the way back to
 // an earlier moment.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { span } from "../past.js";
+import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
 import { icons } from "./icons.js";

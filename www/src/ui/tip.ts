@@ -1,8 +1,9 @@
 // One hint for the first visit, dismissed for good by the first action.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
 import { ifAllowed } from "../storage.js";
+import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -28,7 +29,7 @@ export class SlamTip extends SlamElement {
       this.dismiss();
       return nothing;
     }
-    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} the map: the robot drives there</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map: the robot drives there" : "Click the map: the robot drives there"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
   }
 
   dismiss(): void {

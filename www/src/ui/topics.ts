@@ -1,7 +1,8 @@
 // Which topics of a recording of ROS are meant: asked where it has several lidars or odometries.
 
-import { css, html, nothing, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import type { OfferedTopic } from "../protocol/module.js";
+import { html } from "../words.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 

@@ -1,8 +1,9 @@
 // The four steps of a first visit, beside the run that they speak of.
 
-import { css, html, nothing, svg, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
 import { go, isOwnRun, STEPS, type TourStep } from "../tour.js";
+import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
 import { length } from "./format.js";
 import { icons } from "./icons.js";
@@ -95,8 +96,8 @@ export class SlamTour extends SlamElement {
           ? html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>, and the whole way round was put straight.`
           : html`Once it comes round to a place that it knows, its doubt falls at once, and the whole way between is put straight.`;
         const touch = matchMedia("(pointer: coarse)").matches;
-        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${this.store.layers.truth ? "Hide" : "Compare with"} the truth</button></p>
-          <p class="muted">${touch ? "Tap" : "Click"} the map and the robot drives there. ${touch ? "Open" : "Drop"} a recorded log, and a real building is mapped.</p>`;
+        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${this.store.layers.truth ? "Hide the truth" : "Compare with the truth"}</button></p>
+          <p class="muted">${touch ? "Tap the map and the robot drives there. Open a recorded log, and a real building is mapped." : "Click the map and the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`;
       }
     }
   }

@@ -1,8 +1,9 @@
 // Time and purpose: play, step, speed, what the robot should do, and Stop.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { Mode } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
+import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";
 import { icons } from "./icons.js";
@@ -102,7 +103,7 @@ export class SlamTransport extends SlamElement {
     // Undoing an emergency stop needs the right to drive first.
     const may = bridge?.connection === "open" && bridge.mayDrive && !(bridge.emergency && bridge.hasLease);
     const why = bridge?.mayDrive === false ? "Only with the token of a driver or an owner: open the address that holds it"
-      : drives ? "Give back the right to drive; the robot stops" : others ? `${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
+      : drives ? "Give back the right to drive; the robot stops" : others ? t`${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
       @click=${this.press(() => this.client.lease(!drives))}>${icons.hand} ${words}</button>`;
   }
@@ -128,7 +129,7 @@ export class SlamTransport extends SlamElement {
     const { store, client } = this;
     const { reading, status } = store;
     const done = reading?.done ?? (Number.isFinite(status?.progress) ? (status?.progress ?? 0) : 0);
-    const left = reading ? "reading" : status?.finished ? status.reason : Number.isFinite(status?.remaining) ? `${clock(status?.remaining ?? NaN)} left` : "";
+    const left = reading ? "reading" : status?.finished ? status.reason : Number.isFinite(status?.remaining) ? t`${clock(status?.remaining ?? NaN)} left` : "";
     return html`<div class="progress" data-testid="progress">
         <div class="num"><span>${percent(done)}</span><span class="muted">${left}</span></div>
         <progress max="1" .value=${done} aria-label="Part of the recording that is done"></progress>

@@ -1,8 +1,9 @@
 // Curves of the twin: how far it is from the robot, with what chance allows.
 
-import { css, html, type TemplateResult } from "lit";
+import { css, type TemplateResult } from "lit";
 import type { History } from "../history.js";
 import { TWIN } from "../protocol/module.js";
+import { html } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
 export class SlamTwin extends SlamCharts {

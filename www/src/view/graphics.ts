@@ -11,6 +11,7 @@
 import { bundle } from "../bundle.js";
 import { ifAllowed } from "../storage.js";
 import type { Store } from "../store.js";
+import { t } from "../words.js";
 import type { Surface } from "./surface.js";
 
 export const DRAWINGS = ["auto", "webgl2", "canvas"] as const;
@@ -104,7 +105,7 @@ export class Graphics {
       this.hearer.came(surface);
     } catch (fault) {
       this.#release();
-      this.hearer.went(`the graphics card does not take its programs: ${(fault as Error).message}`, false);
+      this.hearer.went(t`the graphics card does not take its programs: ${(fault as Error).message}`, false);
     }
   }
 }

@@ -18,6 +18,7 @@ import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
+import { t } from "../words.js";
 import { type Box, Camera, union } from "./camera.js";
 import { CanvasBulk } from "./canvas_bulk.js";
 import { CanvasSurface } from "./canvas_surface.js";
@@ -177,7 +178,7 @@ export class SlamMap extends SlamElement {
       came: (surface) => this.#drawOn(surface, ""),
       went: (why, isLoss) => {
         this.#drawOn(null, why);
-        if (isLoss) this.store.note({ time: this.scene.status?.time ?? 0, level: "warn", text: `The map is drawn with Canvas 2D for now: ${why}.` });
+        if (isLoss) this.store.note({ time: this.scene.status?.time ?? 0, level: "warn", text: t`The map is drawn with Canvas 2D for now: ${why}.` });
       },
     });
     const resized = new ResizeObserver(() => this.#resize());
@@ -199,6 +200,8 @@ export class SlamMap extends SlamElement {
     this.#drawOn(null, "");
   }
 
+  /** By lit's own `html`: what the map is drawn on stays when the language changes, and only its
+      labels are said anew. */
   override render(): TemplateResult {
     const { follow, source, editing, fence, inspecting, method } = this.store;
     return html`
@@ -208,18 +211,18 @@ export class SlamMap extends SlamElement {
       <canvas id="overlays"></canvas>
       <div
         id="pad" class=${editing || fence ? "draws" : inspecting ? "inspects" : source === "replay" ? "plain" : ""} tabindex="0" role="application" data-testid=${this.lead ? "map-beside" : "map"}
-        aria-label="Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), sets start or goal there while the planners are compared, or puts a corner of the geofence there while that is drawn."
+        aria-label=${t("Map. Arrow keys drive the robot, Shift with arrow keys moves the view, Q turns it, J turns it upright, plus and minus zoom, Enter sends the robot to the middle of the view, tells what lies there while things are inspected (I), sets start or goal there while the planners are compared, or puts a corner of the geofence there while that is drawn.")}
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
-      ${this.lead ? nothing : html`<div id="tools" role="group" aria-label="View">
-        <button class="icon pinch" title="Zoom in (+)" aria-label="Zoom in" @click=${() => this.zoom(1.5)}>${icons.plus}</button>
-        <button class="icon pinch" title="Zoom out (−)" aria-label="Zoom out" @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
-        <button class="icon" title="Show everything (0)" aria-label="Show everything" @click=${() => this.fit()}>${icons.fit}</button>
-        ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title="Turn the map upright (J)" aria-label="Turn the map upright" @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
-        <button class="icon" title="Follow the robot (F)" aria-label="Follow the robot" aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
-        <button class="icon" data-testid="inspect" title="Inspect: click anything for its numbers (I)" aria-label="Inspect" aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
-        ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title="Change the map by hand (E)" aria-label="Change the map by hand" aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
+      ${this.lead ? nothing : html`<div id="tools" role="group" aria-label=${t("View")}>
+        <button class="icon pinch" title=${t("Zoom in (+)")} aria-label=${t("Zoom in")} @click=${() => this.zoom(1.5)}>${icons.plus}</button>
+        <button class="icon pinch" title=${t("Zoom out (−)")} aria-label=${t("Zoom out")} @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
+        <button class="icon" title=${t("Show everything (0)")} aria-label=${t("Show everything")} @click=${() => this.fit()}>${icons.fit}</button>
+        ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title=${t("Turn the map upright (J)")} aria-label=${t("Turn the map upright")} @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
+        <button class="icon" title=${t("Follow the robot (F)")} aria-label=${t("Follow the robot")} aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
+        <button class="icon" data-testid="inspect" title=${t("Inspect: click anything for its numbers (I)")} aria-label=${t("Inspect")} aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
+        ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title=${t("Change the map by hand (E)")} aria-label=${t("Change the map by hand")} aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
       </div>`}
       <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
     `;
@@ -393,7 +396,7 @@ export class SlamMap extends SlamElement {
     const [x, y] = this.camera.toMap(screenX, screenY);
     if (this.#draft) this.#setDraft({ ...this.#draft, to: [x, y] });
     const p = this.scene.tiles.probabilityAt(x, y);
-    const what = p === null ? "unknown" : p >= 0.5 ? `${Math.round(p * 100)} % obstacle` : `${Math.round((1 - p) * 100)} % free`;
+    const what = p === null ? t("unknown") : p >= 0.5 ? t`${Math.round(p * 100)} % obstacle` : t`${Math.round((1 - p) * 100)} % free`;
     const readout = this.#element("hover");
     const wall = this.#wallAt(x, y);
     const door = this.#doorAt(x, y);
@@ -404,9 +407,9 @@ export class SlamMap extends SlamElement {
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
     const more = [
       value === 0 ? "" : ` · ${fieldWords(this.store.gridView, value, this.scene.field.step)}`,
-      wall === null ? "" : ` · wall ${wall}`,
-      door === null || this.store.inspecting ? "" : ` · door ${door + 1}, click to ${this.#isOpen(door) ? "shut" : "open"} it`,
-      room === null ? "" : ` · region ${this.store.roomNumbers[room]}`,
+      wall === null ? "" : ` · ${t`wall ${wall}`}`,
+      door === null || this.store.inspecting ? "" : ` · ${this.#isOpen(door) ? t`door ${door + 1}, click to shut it` : t`door ${door + 1}, click to open it`}`,
+      room === null ? "" : ` · ${t`region ${this.store.roomNumbers[room]}`}`,
       mark === null ? "" : ` · ${markWords(mark)}`,
       reading === null ? "" : ` · ${readingWords(reading)}`,
     ];
@@ -630,9 +633,9 @@ export class SlamMap extends SlamElement {
 
 /** A mark of the map in the read-out. */
 function markWords(mark: Thing): string {
-  if (mark.kind === "closure") return `closure ${mark.name[0]}–${mark.name[1]}`;
-  if (mark.kind === "join") return `join ${mark.submap - 1}–${mark.submap}`;
-  return mark.kind === "torn" ? `${tearWords(mark.tear)}, click to see more` : "";
+  if (mark.kind === "closure") return t`closure ${mark.name[0]}–${mark.name[1]}`;
+  if (mark.kind === "join") return t`join ${mark.submap - 1}–${mark.submap}`;
+  return mark.kind === "torn" ? t`${tearWords(mark.tear)}, click to see more` : "";
 }
 
 customElements.define("slam-map", SlamMap);

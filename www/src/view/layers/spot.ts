@@ -2,6 +2,7 @@
 // chosen one the lines of the last scan that were compared with it.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
+import { t } from "../../words.js";
 import { addSegments, type Brush, label, nearestSegment, stroke } from "./layer.js";
 import { writeName } from "./name.js";
 
@@ -20,7 +21,7 @@ export function draw(brush: Brush): void {
     line(ends, palette.css.ink, 9);
     line(ends, isPinned ? palette.css.path : palette.css.frontiers, 5);
     const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = ends;
-    label(brush, (x1 + x2) / 2, (y1 + y2) / 2, () => writeName(brush, `wall ${id}`));
+    label(brush, (x1 + x2) / 2, (y1 + y2) / 2, () => writeName(brush, t`wall ${id}`));
   }
 }
 

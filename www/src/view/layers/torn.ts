@@ -3,7 +3,9 @@
 // the widest tear are written.
 
 import type { Tear } from "../../protocol/module.js";
+import { fixed } from "../../ui/format.js";
 import { called } from "../../ui/tears.js";
+import { t } from "../../words.js";
 import { type Brush, label, stroke } from "./layer.js";
 
 /** Radius of a ring, CSS pixels. */
@@ -44,7 +46,7 @@ function writeWords(brush: Brush): void {
   const written: (readonly [number, number, number])[] = [];
   for (const tear of [...tears].sort((a, b) => weight(b) - weight(a))) {
     const { place: [x, y], off } = tear;
-    const text = `${called(tear)}${off === null ? "" : `: ${off.toFixed(1)} m`}`;
+    const text = `${t(called(tear))}${off === null ? "" : `: ${fixed(off, 1)} m`}`;
     label(brush, x, y, () => {
       context.font = "600 12px IBM Plex Mono, monospace";
       const width = context.measureText(text).width;

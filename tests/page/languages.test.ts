@@ -1,0 +1,129 @@
+// Each language from the first visit to a lesson: nothing of the catalogue stands there in English,
+// nothing overflows, and a run goes on when the language changes.
+import { AxeBuilder } from '@axe-core/playwright';
+import type { Page } from '@playwright/test';
+import * as cs from '../../www/src/words/cs.ts';
+import * as hu from '../../www/src/words/hu.ts';
+import * as pl from '../../www/src/words/pl.ts';
+import { Translator } from '../../www/src/words/translator.ts';
+import { expect, test } from './fixture.ts';
+import type { Lab, Panel } from './lab.ts';
+
+const LANGUAGES = { hu, cs, pl } as const;
+/** Words that no text of another language has; names of files, papers and programs may. */
+const ENGLISH = /(?<![\p{L}-])(the|of|and|with|which|where|from|this|that|are|for|not|its)(?![\p{L}-])/u;
+/** What is said as it is in every language. */
+const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard/;
+
+/** What the page says anywhere, also in attributes that are read aloud. */
+const told = (page: Page): Promise<string[]> => page.evaluate(() => {
+  const texts: string[] = [];
+  const visit = (root: ParentNode) => {
+    for (const element of root.querySelectorAll('*')) {
+      if (element.matches('style, script, noscript, option[lang]')) continue;
+      for (const name of ['title', 'aria-label', 'aria-description', 'placeholder']) {
+        const text = element.getAttribute(name);
+        if (text) texts.push(text);
+      }
+      for (const node of element.childNodes) if (node.nodeType === Node.TEXT_NODE && node.textContent?.trim()) texts.push(node.textContent.trim().replace(/\s+/g, ' '));
+      if (element.shadowRoot) visit(element.shadowRoot);
+    }
+  };
+  visit(document);
+  return [...new Set(texts)];
+});
+
+for (const [code, { SAID, HEARD }] of Object.entries(LANGUAGES)) {
+  const table: Readonly<Record<string, unknown>> = { ...SAID, ...HEARD };
+  /** Nothing that is shown now is a sentence of the catalogue, nor reads like English. */
+  const isTranslated = async (page: Page, place: string): Promise<void> => {
+    const words = (await told(page)).filter((text) => !NAMES.test(text));
+    const left = words.filter((text) => (Object.hasOwn(table, text) && table[text] !== text) || ENGLISH.test(text));
+    expect(left, `${code}: English is left in ${place}`).toEqual([]);
+  };
+
+  test.describe(`in ${code}`, () => {
+    test.use({ firstVisit: true, locale: code });
+
+    test('from the first visit to a lesson no English is left', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
+      test.setTimeout(240_000);
+      await lab.open();
+      await expect(page.locator('html')).toHaveAttribute('lang', code);
+      for (const step of ['unknown', 'wheels', 'doubt']) {
+        await isTranslated(page, `the tour, ${step}`);
+        await lab.at('tour-next').click();
+      }
+      await isTranslated(page, 'the end of the tour');
+      await lab.at('tour-leave').click();
+      for (const panel of ['status', 'run', 'plots', 'filter', 'paths', 'log', 'layers'] satisfies Panel[]) {
+        await lab.show(panel);
+        await isTranslated(page, panel);
+      }
+      await lab.show('settings');
+      await lab.at('settings-all').check();
+      await isTranslated(page, 'all settings');
+      if (isMobile) await lab.hidePanels();
+      expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 'nothing reaches over the edge').toBeLessThanOrEqual(0);
+
+      await lab.at('help').click();
+      await isTranslated(page, 'the help');
+      await page.keyboard.press('Escape');
+      await lab.at('show-gallery').click();
+      await isTranslated(page, 'the gallery');
+      await lab.at('lesson-shy').click();
+      await expect(lab.at('lesson')).toBeVisible();
+      await lab.watch((s) => s.scans, 'the lesson runs').toBeGreaterThan(3);
+      await isTranslated(page, 'a lesson');
+      await page.keyboard.press('p');
+      const { violations } = await new AxeBuilder({ page }).analyze();
+      expect(violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id }) => id)).toEqual([]);
+    });
+  });
+}
+
+test('the language changes in the middle of a run, which goes on, and is kept', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'the run is under way').toBeGreaterThan(5);
+  const before = await lab.status();
+  await lab.at('help').click();
+  await lab.at('language').selectOption('hu');
+  await expect(page.locator('html')).toHaveAttribute('lang', 'hu');
+  await expect(lab.at('help-dialog')).toContainText('Egy robot, amely még sosem járt itt');
+  await page.keyboard.press('Escape');
+  const after = await lab.status();
+  expect(after.scans, 'nothing began anew').toBeGreaterThanOrEqual(before.scans);
+  expect(after.time).toBeGreaterThanOrEqual(before.time);
+  await lab.watch((s) => s.scans, 'and it goes on').toBeGreaterThan(after.scans);
+  await page.reload();
+  await expect(lab.at('stop')).toContainText('ÁLLJ');
+  await lab.at('help').click();
+  await lab.at('language').selectOption('en');
+  await expect(lab.at('stop')).toContainText('STOP');
+  await expect(page.locator('html')).toHaveAttribute('lang', 'en');
+});
+
+test('a link may name the language, which is not kept', async ({ lab, page }) => {
+  await lab.open('/?lang=pl');
+  await expect(page.locator('html')).toHaveAttribute('lang', 'pl');
+  // What the page still fetches would be broken off.
+  await page.waitForLoadState('networkidle');
+  await lab.open('/');
+  await expect(page.locator('html')).toHaveAttribute('lang', 'en');
+  await page.waitForLoadState('networkidle');
+  await lab.open('/?lang=xx');
+  await expect(page.locator('html')).toHaveAttribute('lang', 'en');
+});
+
+test('forms follow the number, places its sentence, and marks the language', () => {
+  const forms = { by: 0, one: '{0} sken', few: '{0} skeny', many: '{0} skenu', other: '{0} skenů' } as const;
+  const czech = new Translator('cs', { '{0} scans': forms, '{0} of {1}': '{1}: {0}', east: 'východ', '{0} m to the {1}': '{0} m na {1}', 'goal reached': 'cíl dosažen' }, ['{0} m to the {1}']);
+  const scans = (count: number | string) => czech.compose(['', ' scans'], [count]);
+  expect([1, 3, 5, 0, '1,5', 22].map(scans)).toEqual(['1 sken', '3 skeny', '5 skenů', '0 skenů', '1,5 skenu', '22 skenů']);
+  expect(czech.compose(['', ' of ', ''], [2, 'east'])).toBe('východ: 2');
+  // Told by worker or core: known by its sentence, with the decimal mark of the language.
+  expect(czech.say('3.2 m to the east')).toBe('3,2 m na východ');
+  expect(czech.say('Goal reached'), 'at the beginning of a sentence').toBe('Cíl dosažen');
+  expect(czech.say('office.log')).toBe('office.log');
+  const polish = new Translator('pl', { '{0} scans': { by: 0, one: '{0} skan', few: '{0} skany', many: '{0} skanów', other: '{0} skanu' } }, []);
+  expect([1, 2, 5, 12, 22, '0,5'].map((count) => polish.compose(['', ' scans'], [count]))).toEqual(['1 skan', '2 skany', '5 skanów', '12 skanów', '22 skany', '0,5 skanu']);
+});

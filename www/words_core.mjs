@@ -1,0 +1,62 @@
+// What the core says to people: its tables, as the module has them, and the sentences that it puts
+// together, as they stand in its sources. What readers of files, devices and checks of settings
+// written by hand say stays English: whoever meets it passes it on to a developer.
+
+import { readFileSync } from "node:fs";
+import { initSync as initLab, registration_offer } from "./pkg/slamlab_lab.js";
+import { initSync, offer, WebRun } from "./pkg/slamlab_web.js";
+
+const here = new URL("./", import.meta.url);
+const at = (path) => new URL(path, here);
+
+/** Whose sentences a run shows in its course. */
+const SOURCES = [
+  "core/src/pilot/status.rs", "core/src/pilot/stages.rs", "core/src/plan/path.rs", "core/src/plan/rooms.rs",
+  "core/src/settings/applies.rs", "core/src/slam.rs", "core/src/live/homing.rs",
+  "core/src/estimation/map_alignment.rs", "core/src/estimation/odometry_fit/words.rs", "core/src/estimation/drive_fit.rs",
+  "core/src/estimation/scan_matching/removal.rs", "core/src/estimation/scan_matching/merging.rs",
+  "web/src/run.rs", "web/src/export.rs", "web/src/contest.rs",
+];
+/** Words that stand in places of these sentences. */
+const IN_PLACES = ["left", "right", "more than 0"];
+
+export function saidByCore() {
+  initSync({ module: readFileSync(at("pkg/slamlab_web_bg.wasm")) });
+  const { sensors, methods, devices, presets, lessons } = offer();
+  const run = WebRun.simulate({ ...lessons[0].setup, lesson: null });
+  const settings = run.settings({});
+  run.free();
+  initLab({ module: readFileSync(at("pkg/slamlab_lab_bg.wasm")) });
+  const { pairs, measured } = registration_offer();
+  const texts = [
+    ...pairs.map(({ title }) => title),
+    ...measured.map(({ title }) => title),
+    ...sensors.map(({ title }) => title),
+    ...methods.flatMap(({ title, meaning }) => [title, meaning]),
+    ...devices.map(({ about }) => about),
+    ...presets.flatMap(({ group, name, meaning }) => [group, name, meaning]),
+    ...lessons.flatMap(({ title, fault, task, hint }) => [title, fault, task, hint]),
+    ...settings.flatMap(({ group, name, meaning, choices }) => [group, name, meaning, ...choices]),
+    ...IN_PLACES,
+  ];
+  return texts.filter((text) => /\p{L}{2}/u.test(text));
+}
+
+export function heardFromCore() {
+  return SOURCES.flatMap((file) => sentencesOf(readFileSync(at(`../${file}`), "utf8")));
+}
+
+/** The sentences of a source of Rust: {0}, {1} … where it has arguments of any name. */
+function sentencesOf(source) {
+  const code = source.replace(/#\[cfg\(test\)\][\s\S]*$/, "").replace(/^\s*\/\/.*$/gm, "").replace(/#!?\[(expect|allow|doc)[\s\S]*?\)\]/g, "");
+  const literals = [...code.matchAll(/"((?:[^"\\]|\\[\s\S])*)"/g)].map(([, text]) => text.replace(/\\\n\s*/g, "").replaceAll('\\"', '"'));
+  return literals.filter((text) => /\p{L}{2}.* |^(; |, )|: $|^ of \{/u.test(text) && !/_/.test(text.replace(/\{[^}]*\}/g, ""))).map(numbered);
+}
+
+function numbered(text) {
+  let next = 0;
+  const places = text.replace(/\{[^{}]*\}/g, () => `{${next++}}`);
+  const before = /^[;, ]/.test(places);
+  const begun = before ? `{0}${places.replace(/\{(\d+)\}/g, (_, i) => `{${Number(i) + 1}}`)}` : places;
+  return / $/.test(begun) ? `${begun}{${next + (before ? 1 : 0)}}` : begun;
+}
