@@ -177,6 +177,8 @@ pub fn split() -> Result<()> {
     let (counting, called) = (folder.join("counting.wasm"), folder.join("called.json"));
     let mut count = Command::new(&splitter);
     tools::run(count.arg("count").args([&module, &counting]))?;
+    // The worker reads the module's arrays by it.
+    tools::run(tools::node(&www)?.arg("layout.mjs"))?;
     let mut visit = tools::node(&www)?;
     tools::run(visit.arg("first_visit.mjs").args([&counting, &called]))?;
     // Whole or not at all: what is there is not made again.
