@@ -1,5 +1,5 @@
-// A geofence while it is drawn: areas that are done, and the corners of the next one, in the frame of
-// the bridge's map. The map adds corners, the panel of the bridge does the rest.
+// A geofence while it is drawn: areas that are done, and the corners of the next one, in the frame
+// of the bridge's map. The map adds corners, the panel of the bridge does the rest.
 
 import type { FenceZone } from "./protocol/module.js";
 

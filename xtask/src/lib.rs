@@ -1,7 +1,7 @@
 //! The project's commands: from sources to a page that runs, and the proofs that it does.
 //!
-//! 1. [`wasm`] compiles `web` for wasm32, makes the JavaScript bindings, in `www/pkg`, and splits the
-//!    module of runs in two: what a first visit runs, and the rest.
+//! 1. [`wasm`] compiles `web` for wasm32, makes the JavaScript bindings, in `www/pkg`, and splits
+//!    the module of runs in two: what a first visit runs, and the rest.
 //! 2. [`page`] installs the locked npm packages and bundles the page into `www/dist`.
 //! 3. [`serve`] builds the bridge and becomes it.
 //! 4. [`check`] and [`suites`] run every check and every test, and end with a table of what passed

@@ -5,8 +5,8 @@
 //! of the client.
 //!
 //! 1. Readings and scans have one slot for each stream and source; a newer one replaces the older,
-//!    which is counted. So have the list of devices, the geofence and the state of safety, which are told whole:
-//!    nothing that others do fills a client's queue.
+//!    which is counted. So have the list of devices, the geofence and the state of safety, which
+//!    are told whole: nothing that others do fills a client's queue.
 //! 2. Odometry is joined instead: the motion of what was not sent yet, followed by the new one.
 //! 3. Everything else is queued in order. A client that lets the queue grow full is too slow, and
 //!    is disconnected.

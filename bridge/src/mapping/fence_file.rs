@@ -4,8 +4,8 @@
 //! { "zones": [{ "kind": "keep-in", "corners": [[0, 0], [4, 0], [4, 3]] }] }
 //! ```
 //!
-//! Corners are x, y in the frame of the map, m. It is the only place where a fence is kept: drawn on
-//! a page or written by hand, while the bridge does not run.
+//! Corners are x, y in the frame of the map, m. It is the only place where a fence is kept: drawn
+//! on a page or written by hand, while the bridge does not run.
 
 use std::fs;
 use std::io;

@@ -1,7 +1,7 @@
 //! What of a piece is in the store already, kept beside it: `NAME.mcap.upload`.
 //!
-//! It is written after each part, and as a whole. One that cannot be read, or is of another store or
-//! another piece of that name, counts for nothing: the upload begins again.
+//! It is written after each part, and as a whole. One that cannot be read, or is of another store
+//! or another piece of that name, counts for nothing: the upload begins again.
 
 use std::fs;
 use std::io;

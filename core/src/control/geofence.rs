@@ -3,10 +3,10 @@
 //! 1. Each [`Zone`] is a polygon, to stay in or to keep out of. The robot may be where at least one
 //!    of those to stay in is, if there are any, and none of those to keep out of.
 //! 2. [`Geofence::clearance`] is how far a place lies within that: the signed distances of the
-//!    polygons, joined as sets are (the greatest of a union, the least of an intersection). Its sign
-//!    is exact; outside of one polygon, or within one, so is its size; elsewhere it may be less than
-//!    the distance to the border, and never more. So it changes by no more than the way that is
-//!    gone.
+//!    polygons, joined as sets are (the greatest of a union, the least of an intersection). Its
+//!    sign is exact; outside of one polygon, or within one, so is its size; elsewhere it may be
+//!    less than the distance to the border, and never more. So it changes by no more than the way
+//!    that is gone.
 //! 3. Zones to stay in that only touch are not joined: where the robot is to pass from one to the
 //!    other they overlap by its width.
 //!

@@ -8,7 +8,8 @@
 //! 2. A message goes to the rules ([`Safety`]). What they say becomes actions: orders, limited by
 //!    safe mode; answers to the client; the new state for all.
 //! 3. Whoever gave a manoeuvre learns when it is over, whatever ends it (`manoeuvre.rs`).
-//! 4. Of a bridge that maps ([`Hub::maps`]), commands are limited to its geofence, too (`fence.rs`).
+//! 4. Of a bridge that maps ([`Hub::maps`]), commands are limited to its geofence, too
+//!    (`fence.rs`).
 //! 5. [`Hub::tick`] is due at [`Hub::deadline`]: for the watchdog, the lease, a robot that falls
 //!    silent, and heartbeats.
 //!

@@ -5,8 +5,9 @@
 //! Page, bridge, firmware tests and simulated devices share them, so that there is one truth about
 //! each byte.
 //!
-//! Of [`crate::format`] it takes what a map is, so that the wire tells the map that is saved, and no
-//! other; of [`crate::points`] how motion is remembered, of [`crate::control`] what a geofence is.
+//! Of [`crate::format`] it takes what a map is, so that the wire tells the map that is saved, and
+//! no other; of [`crate::points`] how motion is remembered, of [`crate::control`] what a geofence
+//! is.
 //!
 //! Units change here and only here: millimetres, degrees, ticks and counts outside; metres and
 //! radians inside.

@@ -1,10 +1,10 @@
 //! Uploads an hour's recording into a real S3-compatible server, through a link that breaks again
 //! and again, and says in JSON what came of it.
 //!
-//! It exits 0 only if all holds: every piece that the bridge counts as stored is in the bucket, byte
-//! for byte; the link broke as often as was asked; what was there already was not sent again; the
-//! end of the program in the midst cost no more than a part; and what is wrong with a store is said
-//! in words, while the bridge serves.
+//! It exits 0 only if all holds: every piece that the bridge counts as stored is in the bucket,
+//! byte for byte; the link broke as often as was asked; what was there already was not sent again;
+//! the end of the program in the midst cost no more than a part; and what is wrong with a store is
+//! said in words, while the bridge serves.
 //!
 //! The truth is the folder of the server: it is read as files, and compared with sums that were
 //! taken before anything was sent.

@@ -1,5 +1,5 @@
-// Recordings of the bridge, here and in object storage: which there are, how far each is stored, and
-// each of them to open. A bundle of its own, which comes when somebody looks.
+// Recordings of the bridge, here and in object storage: which there are, how far each is stored,
+// and each of them to open. A bundle of its own, which comes when somebody looks.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { word } from "../spoken.js";

@@ -1,7 +1,7 @@
 //! Keeps a robot within a fence: commands are limited to what stops before the border.
 //!
-//! In: where the robot is in the map of the fence, how it runs, and the command that is wished. Out:
-//! the command that keeps it within, [`Command::Stop`] if need be.
+//! In: where the robot is in the map of the fence, how it runs, and the command that is wished.
+//! Out: the command that keeps it within, [`Command::Stop`] if need be.
 //!
 //! 1. The robot's disc is to stay within, by a margin and by twice the standard deviation of its
 //!    place: the clearance of its middle may not fall below the sum.
@@ -10,8 +10,8 @@
 //!    Where the clearance falls too low the way ends. As the clearance changes by no more than the
 //!    way that is gone, a step may be as long as there is clearance to spare.
 //! 3. Speed: v t + v²/(2 a) may not exceed that way. Turning on the spot is never limited.
-//! 4. A robot that is nearer the border than that already, or outside, may go wherever its clearance
-//!    does not get less: so it is driven back.
+//! 4. A robot that is nearer the border than that already, or outside, may go wherever its
+//!    clearance does not get less: so it is driven back.
 //! 5. Where its pose is not known it stands.
 
 use nalgebra::Point2;
@@ -117,8 +117,8 @@ impl FenceGuard {
         }
     }
 
-    /// Takes where the robot is, and the speeds at which it runs; `None` where that is not known, or
-    /// not to be believed. Says what to tell the robot now, where that is no longer what it was.
+    /// Takes where the robot is, and the speeds at which it runs; `None` where that is not known,
+    /// or not to be believed. Says what to tell the robot now, where that is no longer what it was.
     pub fn moved(&mut self, pose: Option<PoseEstimate>, runs: Speeds, by: f64) -> Option<Command> {
         let sigma = |pose: &PoseEstimate| sigma_of(pose) <= self.config.sigma;
         self.pose = pose.filter(sigma);
