@@ -92,7 +92,7 @@ export class Client {
     this.#answered(false);
     this.store.set("run", { loading: "", reading: null, seeking: null });
     this.onRestart();
-    if (this.#bridge && this.store.source === "bridge") this.connect(this.#bridge.url, this.#bridge.token);
+    if (this.store.source === "bridge") this.again();
     else {
       this.start(this.store.started);
       this.store.set("last", { lastRun: lastRun() });
