@@ -86,14 +86,19 @@ fn list(entries: &[&Entry]) -> Result<()> {
 /// If the file or git cannot be read.
 pub fn name_stale() -> Result<()> {
     let sections = read()?;
-    let mut count = 0;
-    for entry in TABLE {
-        let state = state(entry, &sections)?;
-        if state != State::Measured {
-            count += 1;
-            eprintln!("  {}: {state:?}", entry.name);
+    let states = TABLE
+        .iter()
+        .map(|entry| Ok((entry.name, state(entry, &sections)?)));
+    let states: Vec<(&str, State)> = states.collect::<Result<_>>()?;
+    // A line each for all of a kind: where nobody watches, only the end of a log may be kept.
+    for kind in [State::Old, State::Missing] {
+        let names = states.iter().filter(|(_, state)| *state == kind);
+        let names: Vec<&str> = names.map(|(name, _)| *name).collect();
+        if !names.is_empty() {
+            eprintln!("  {kind:?}: {}", names.join(", "));
         }
     }
+    let count = states.iter().filter(|(_, s)| *s != State::Measured).count();
     eprintln!("{count} of {} results are old or missing", TABLE.len());
     Ok(())
 }
