@@ -1,6 +1,7 @@
-// Makes a first visit without a page, and the next one: runs the worker of the page with a module
-// that marks what is called, and writes the numbers of the functions that were: `node
-// first_visit.mjs COUNTING.wasm CALLED.json`. `cargo xtask build` splits the module by them.
+// Makes a first visit without a page: runs the worker of the page with a module that marks what is
+// called, does what somebody does who looks around, and writes the numbers of the functions that
+// were called: `node first_visit.mjs COUNTING.wasm CALLED.json`. `cargo xtask build` splits the
+// module by them.
 
 import { readFile, rm, mkdtemp, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -14,9 +15,44 @@ const folder = await mkdtemp(join(tmpdir(), "slamlab-first-visit-"));
 
 /** What the page says to its worker on a first visit (src/tour.ts), and on the next one. */
 const setup = { worldJson: null, sensor: "lidar", seed: 7, mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null, lesson: null };
+const opened = { inspect: { kind: "inspect", on: true, matrix: true }, rooms: { kind: "rooms", on: true }, points: { kind: "points", on: true } };
+const shut = { kind: "inspect", on: false, matrix: false };
+const fields = ["distance", "likelihood", "room", null].map((name) => ({ kind: "field", name }));
+
+/** Each to its end, or until so many seconds have passed in it; what is said, at its second. */
 const visits = [
-  { setup: { ...setup, world: "loop", method: "scan-matching" }, during: [{ kind: "wheels", on: true }] },
-  { setup: { ...setup, world: "office", method: "line-ekf" }, during: [] },
+  { setup: { ...setup, world: "loop", method: "scan-matching" }, said: [[0, [{ kind: "wheels", on: true }]]] },
+  { setup: { ...setup, world: "office", method: "line-ekf" }, said: [] },
+  ...["scan-matching", "line-ekf"].map((method) => ({
+    setup: { ...setup, world: "doors", method },
+    until: 60,
+    said: [
+      [2, [opened.inspect, opened.rooms, opened.points, ...fields, shut]],
+      [5, [{ kind: "examine", number: 1, x: 0.5, y: 0.5, wall: true }, { kind: "manual" }]],
+      [6, [{ kind: "drive", forward: 0.2, turn: 0.3 }]],
+      [7, [{ kind: "drive", forward: -0.2, turn: 0 }]],
+      [8, [{ kind: "drive", forward: 0, turn: 0 }]],
+      [9, [{ kind: "stop" }]],
+      [10, [{ kind: "goto", x: 1, y: 0 }]],
+      [14, [{ kind: "cancel" }, { kind: "explore" }, { kind: "door", index: 0, open: false }]],
+      [20, [{ kind: "door", index: 0, open: true }, { kind: "pause" }, { kind: "step" }, { kind: "step" }, { kind: "back" }, { kind: "play" }]],
+      [25, [{ kind: "seek", time: 10 }, { kind: "play" }]],
+      [30, [opened.inspect, opened.rooms, opened.points, ...fields, shut, { kind: "quality" }]],
+    ],
+  })),
+  // Somebody takes the wheel in the middle of a leg, drives on until a wall holds the robot back, is
+  // called away, and lets it explore again.
+  ...["scan-matching", "line-ekf"].flatMap((method) => [1, 2].map((seed) => ({
+    setup: { ...setup, world: "office", method, seed },
+    until: 60,
+    said: [
+      [10 + 1.3 * seed, [{ kind: "manual" }]],
+      ...Array.from({ length: 20 }, (_, i) => [20 + 0.4 * i, [{ kind: "drive", forward: 0.3, turn: i < 10 ? 0 : 0.2 }]]),
+      [40, [{ kind: "explore" }]],
+    ],
+  }))),
+  ...["arena", "corridor", "maze", "lab", "warehouse", "crowd"].map((world) => ({ setup: { ...setup, world, method: "scan-matching" }, until: 5, said: [] })),
+  ...["sick", "rangers", "sonar"].map((sensor) => ({ setup: { ...setup, world: "office", sensor, method: "line-ekf" }, until: 5, said: [] })),
 ];
 
 let exports = null;
@@ -51,14 +87,20 @@ await esbuild.build({ entryPoints: [new URL("src/worker.ts", import.meta.url).pa
 const ready = new Promise((resolve) => hear("ready", resolve));
 await import(pathToFileURL(worker));
 await ready;
-for (const { setup, during } of visits) {
+for (const { setup, until = Infinity, said } of visits) {
+  const left = [...said];
+  // The run waits at each of its moments: what is called hangs on no clock.
+  const hold = () => say({ kind: "hold-at", time: left[0]?.[0] ?? until });
   say({ kind: "speed", factor: Infinity });
   say({ kind: "start", setup, play: true });
   say({ kind: "settings", settings: {} });
-  during.forEach(say);
+  hold();
   await new Promise((resolve) => {
-    seen = (status) => {
-      if (status.finished) resolve();
+    seen = ({ time, finished }) => {
+      if (left.length > 0 && left[0][0] <= time) {
+        left.shift()[1].forEach(say);
+        hold();
+      } else if (finished || time >= until) resolve();
     };
   });
   seen = () => {};

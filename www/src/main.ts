@@ -98,16 +98,6 @@ client.onStart = (isAgain) => {
   keyframes.clear();
 };
 
-/** Who does more than watch the tour needs more of the module than that runs. */
-for (const kind of ["pointerdown", "keydown"]) {
-  const fetchRest = ({ target }: Event): void => {
-    if ((target as Element | null)?.closest?.("slam-tour")) return;
-    removeEventListener(kind, fetchRest, true);
-    client.send({ kind: "fetch-rest" });
-  };
-  addEventListener(kind, fetchRest, true);
-}
-
 /** The worker sends the filter's state only while its tab is open, and the matrix only while it is
     visible. */
 let matrixInSight = false;

@@ -155,9 +155,7 @@ export type Command =
   | { kind: "edit"; what: EditName; corners: readonly number[] }
   /** Takes the last change back. */
   | { kind: "undo-edit" }
-  | { kind: "drawn" }
-  /** Somebody does more than watch: all of the module will be wanted. */
-  | { kind: "fetch-rest" };
+  | { kind: "drawn" };
 
 /** What a run says of what somebody points at, at a time of the run, s: see CELL, and of a wall
     what went on in the filter. */

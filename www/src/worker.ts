@@ -278,7 +278,6 @@ const handlers: Handlers<Command> = {
   wheels: attend,
   field: attend,
   drawn: () => player.drawn(),
-  "fetch-rest": () => void rest?.whole().catch(() => {}),
 };
 
 function attend(what: Watched): void {
@@ -286,9 +285,19 @@ function attend(what: Watched): void {
   else player.show();
 }
 
-/** What the page says while somebody watches; for anything else the rest of the module is there
-    first. */
-const OF_A_FIRST_VISIT: ReadonlySet<Command["kind"]> = new Set(["start", "speed", "settings", "wheels", "play", "pause", "drawn", "keep", "fetch-rest"]);
+/** What the page says while somebody looks around, as first_visit.mjs does; for anything else the
+    rest of the module is there first. */
+const OF_A_FIRST_VISIT: ReadonlySet<Command["kind"]> = new Set([
+  "start", "speed", "settings", "wheels", "play", "pause", "step", "back", "seek", "drawn", "keep", "inspect", "rooms", "points", "field", "examine",
+  "explore", "manual", "goto", "drive", "stop", "cancel", "hold-at", "door", "quality",
+] satisfies Command["kind"][]);
+const METHODS_OF_A_FIRST_VISIT: readonly string[] = ["scan-matching", "line-ekf"];
+
+function isOfAFirstVisit(command: Command): boolean {
+  if (command.kind !== "start") return OF_A_FIRST_VISIT.has(command.kind);
+  const { method, worldJson, priorMap, lesson, cycle } = command.setup;
+  return METHODS_OF_A_FIRST_VISIT.includes(method) && worldJson === null && priorMap === null && lesson === null && !cycle;
+}
 
 let rest: Rest | null = null;
 
@@ -306,7 +315,7 @@ self.onmessage = ({ data: command }: MessageEvent<Command>) => {
     try {
       await module;
       // Where it cannot come, the command is refused, and what there is goes on.
-      if (!OF_A_FIRST_VISIT.has(command.kind)) await rest?.whole();
+      if (!isOfAFirstVisit(command)) await rest?.whole();
       handle(handlers, command);
     } catch (error) {
       fail(error);

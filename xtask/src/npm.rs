@@ -21,7 +21,6 @@ const PLACE: &str = "\"version\": \"0.0.0\"";
 /// If a tool is missing or a step fails.
 pub fn pack(out: Option<PathBuf>) -> Result<PathBuf> {
     page::make_module(crate::wasm::Profile::Release)?;
-    tools::run(tools::node(&tools::root().join("www"))?.arg("layout.mjs"))?;
     pack_built(&out.unwrap_or_else(|| tools::target_dir().join("npm")))
 }
 

@@ -152,6 +152,8 @@ pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
         }
         tools::run(&mut bind)?;
     }
+    // Which number stands where in the modules' flat arrays: the page and its package read it.
+    tools::run(tools::node(&tools::root().join("www"))?.arg("layout.mjs"))?;
     fs::write(&stamp_file, stamp)?;
     for (name, _) in modules {
         report_size(&out.join(format!("{name}_bg.wasm")))?;
@@ -167,8 +169,14 @@ pub fn bind(binder: &Path, modules: &[Module], profile: Profile) -> Result<()> {
 pub fn split() -> Result<()> {
     let www = tools::root().join("www");
     let out = www.join("pkg/split");
-    if out.is_dir() {
+    let visit = fs::read_to_string(www.join("first_visit.mjs"))?;
+    // By which visit it was split.
+    let split_by = www.join("pkg/.split-by");
+    if fs::read_to_string(&split_by).is_ok_and(|by| by == visit) {
         return Ok(());
+    }
+    if out.exists() {
+        fs::remove_dir_all(&out).with_context(|| format!("cannot empty {}", out.display()))?;
     }
     let splitter = tools::built("debug/split-module");
     let module = www.join("pkg/slamlab_web_bg.wasm");
@@ -177,15 +185,14 @@ pub fn split() -> Result<()> {
     let (counting, called) = (folder.join("counting.wasm"), folder.join("called.json"));
     let mut count = Command::new(&splitter);
     tools::run(count.arg("count").args([&module, &counting]))?;
-    // The worker reads the module's arrays by it.
-    tools::run(tools::node(&www)?.arg("layout.mjs"))?;
-    let mut visit = tools::node(&www)?;
-    tools::run(visit.arg("first_visit.mjs").args([&counting, &called]))?;
+    let mut visitor = tools::node(&www)?;
+    tools::run(visitor.arg("first_visit.mjs").args([&counting, &called]))?;
     // Whole or not at all: what is there is not made again.
     let unfinished = www.join("pkg/split.unfinished");
     let mut split = Command::new(&splitter);
     tools::run(split.arg("split").args([&module, &called, &unfinished]))?;
-    fs::rename(&unfinished, &out).with_context(|| format!("cannot make {}", out.display()))
+    fs::rename(&unfinished, &out).with_context(|| format!("cannot make {}", out.display()))?;
+    Ok(fs::write(&split_by, visit)?)
 }
 
 /// Which module this is: path, size and time of the last change.
