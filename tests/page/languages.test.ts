@@ -7,13 +7,26 @@ import * as hu from '../../www/src/words/hu.ts';
 import * as pl from '../../www/src/words/pl.ts';
 import { Translator } from '../../www/src/words/translator.ts';
 import { expect, test } from './fixture.ts';
-import type { Lab, Panel } from './lab.ts';
+import { drop, type Lab, type Panel } from './lab.ts';
 
 const LANGUAGES = { hu, cs, pl } as const;
 /** Words that no text of another language has; names of files, papers and programs may. */
 const ENGLISH = /(?<![\p{L}-])(the|of|and|with|which|where|from|this|that|are|for|not|its)(?![\p{L}-])/u;
 /** What is said as it is in every language. */
 const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard/;
+
+/** Of each way in which files and links are most often wrong, one. */
+const WRONG_FILES: readonly [name: string, bytes: string | Buffer][] = [
+  ['photo.log', Buffer.from([0xff, 0xd8, 0xff, 0xe0, 0, 16])],
+  ['drive.bag', 'SQLite format 3\0'],
+  ['page.clf', '<!doctype html><title>404</title>'],
+  ['empty.log', ''],
+  ['notes.log', 'ODOM 0 0 0 0 0 0 1 host 1\nhello\n'],
+  ['letter.slamlab', 'a letter'],
+  ['broken.gz', Buffer.from([0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 1])],
+  ['list.json', '{ "slamlab_world": 1, "name": "x", "start": { "x": "one", "y": 1 }, "obstacles": [] }'],
+];
+const WRONG_LINKS = ['run&world=moon&sensor=lidar&method=line-ekf&seed=7', 'run&world=office', 'run&world=office&sensor=nose&method=line-ekf&seed=7', 'run&world=office&sensor=lidar&method=line-ekf&seed=99999999999'];
 
 /** What the page says anywhere, also in attributes that are read aloud. */
 const told = (page: Page): Promise<string[]> => page.evaluate(() => {
@@ -77,6 +90,23 @@ for (const [code, { SAID, HEARD }] of Object.entries(LANGUAGES)) {
       await page.keyboard.press('p');
       const { violations } = await new AxeBuilder({ page }).analyze();
       expect(violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id }) => id)).toEqual([]);
+    });
+
+    test('what is wrong with a file or a link is said in it', async ({ lab, page }) => {
+      await lab.open();
+      await lab.at('tour-leave').click();
+      for (const [name, bytes] of WRONG_FILES) {
+        await drop(page, name, Buffer.from(bytes));
+        await expect(lab.at('toast')).toContainText(name);
+        await isTranslated(page, `what is wrong with ${name}`);
+      }
+      for (const link of WRONG_LINKS) {
+        await page.getByRole('button').and(page.locator('slam-toast button')).click();
+        await expect(lab.at('toast')).toBeHidden();
+        await page.evaluate((link) => (location.hash = link), link);
+        await expect(lab.at('toast')).toBeVisible();
+        await isTranslated(page, `what is wrong with ${link}`);
+      }
     });
   });
 }
