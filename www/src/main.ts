@@ -369,11 +369,19 @@ store.on("exhibit", () => {
   if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
 });
 
-// And a lesson.
+// And a lesson: one that was under way, or that nobody knows. One that is about to begin stays.
+let taught: string | null = null;
 for (const topic of ["run", "lesson"] as const) {
   store.on(topic, () => {
     const isLoading = store.loading !== "" || store.offer.lessons.length === 0;
-    if (!isLoading && lessonAt(location.hash) !== null && !currentLesson(store)) history.replaceState(null, "", location.pathname + location.search);
+    const given = lessonAt(location.hash);
+    const running = currentLesson(store);
+    if (running) {
+      taught = running.lesson.name;
+    } else if (!isLoading && given !== null && (given === taught || !store.offer.lessons.some(({ name }) => name === given))) {
+      taught = null;
+      history.replaceState(null, "", location.pathname + location.search);
+    }
   });
 }
 

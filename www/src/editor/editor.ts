@@ -68,6 +68,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.#asksToEnd = false;
     if (!this.#isBegun) this.#listen();
     this.#isBegun = true;
+    document.addEventListener("keydown", this.#keyOfNobody);
     // Where what reads worlds could not be loaded, it is asked for again.
     if (this.#isFirst) this.#openFirst();
   }
@@ -92,6 +93,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    document.removeEventListener("keydown", this.#keyOfNobody);
     if (this.client.desk === this) this.client.desk = null;
   }
 
@@ -183,6 +185,11 @@ export class SlamEditor extends LitElement implements WorldDesk {
   #holdOff(isOff: boolean): void {
     this.#model.isHeldOff = isOff;
   }
+
+  /** What is pressed while nothing has the focus, as after a click beside the fields. */
+  readonly #keyOfNobody = (event: KeyboardEvent): void => {
+    if (event.target === document.body) this.#key(event);
+  };
 
   #key(event: KeyboardEvent): void {
     const target = event.composedPath()[0];
