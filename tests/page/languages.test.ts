@@ -13,7 +13,7 @@ const LANGUAGES = { hu, cs, pl } as const;
 /** Words that no text of another language has; names of files, papers and programs may. */
 const ENGLISH = /(?<![\p{L}-])(the|of|and|with|which|where|from|this|that|are|for|not|its)(?![\p{L}-])/u;
 /** What is said as it is in every language. */
-const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard/;
+const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard|corrupt gzip stream/;
 
 /** Of each way in which files and links are most often wrong, one. */
 const WRONG_FILES: readonly [name: string, bytes: string | Buffer][] = [
@@ -154,6 +154,9 @@ test('forms follow the number, places its sentence, and marks the language', () 
   expect(czech.say('3.2 m to the east')).toBe('3,2 m na východ');
   expect(czech.say('Goal reached'), 'at the beginning of a sentence').toBe('Cíl dosažen');
   expect(czech.say('office.log')).toBe('office.log');
+  // The name of a file before what is wrong with it takes nothing away from the sentence.
+  const file = new Translator('cs', { '{0}, or {1}': '{0}, nebo {1}', 'the file is damaged, or not all is here: {0}': 'soubor je poškozený, nebo není celý: {0}' }, ['{0}, or {1}', 'the file is damaged, or not all is here: {0}']);
+  expect(file.say('a-b.gz: the file is damaged, or not all is here: checksum')).toBe('a-b.gz: soubor je poškozený, nebo není celý: checksum');
   const polish = new Translator('pl', { '{0} scans': { by: 0, one: '{0} skan', few: '{0} skany', many: '{0} skanów', other: '{0} skanu' } }, []);
   expect([1, 2, 5, 12, 22, '0,5'].map((count) => polish.compose(['', ' scans'], [count]))).toEqual(['1 skan', '2 skany', '5 skanów', '12 skanów', '22 skany', '0,5 skanu']);
 });
