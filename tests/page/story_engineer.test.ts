@@ -34,7 +34,7 @@ test('an engineer opens a log, looks back, asks again and takes the result away'
   const again = await lab.status();
   expect(Math.hypot(again.x - end.x, again.y - end.y), 'it ends there, too').toBeLessThan(0.2);
 
-  // Taken away: the way for tools that compare trajectories, and the map for those that drive in it.
+  // Taken away: the way for tools that compare trajectories, the map for those that drive in it.
   const downloads: Download[] = [];
   page.on('download', (download) => downloads.push(download));
   await lab.at('save-map').click();

@@ -1,5 +1,5 @@
-// A hobbyist with a robot of their own behind a bridge, in the room with a phone: watches, takes the
-// wheel, drives by thumb, lets it explore, stops it, and takes the map home.
+// A hobbyist with a robot of their own behind a bridge, in the room with a phone: watches, takes
+// the wheel, drives by thumb, lets it explore, stops it, and takes the map home.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
