@@ -12,11 +12,13 @@
 mod client;
 
 mod drive;
+mod fleet;
 mod lost;
 mod process;
 mod remote;
 mod slow;
 mod trust;
+mod web;
 mod words;
 
 use std::process::ExitCode;
@@ -37,6 +39,7 @@ async fn main() -> ExitCode {
     let mut holds = true;
     for (name, (one_holds, figure)) in [
         ("driven_and_stopped", drive::report().await),
+        ("fleet", fleet::report().await),
         ("router_killed", lost::report().await),
         ("slow_link", slow::report().await),
         ("certificates", trust::report().await),
