@@ -212,8 +212,8 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let mapping = mapping.transpose()?;
     // Others reach it by its last name: the first of several counts on this machine only.
     #[cfg(feature = "zenoh")]
-    let page_address = (listener.local_addr().ok())
-        .and_then(|at| address::urls(at, config.tls.is_some()).pop());
+    let page_address =
+        (listener.local_addr().ok()).and_then(|at| address::urls(at, config.tls.is_some()).pop());
     let shared = Arc::new(Shared {
         page: config.page,
         about,

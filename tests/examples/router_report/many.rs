@@ -64,7 +64,11 @@ async fn be_robot(endpoint: String, number: usize, count: usize) {
         .callback(move |query| {
             use zenoh::Wait;
             let is_stopped = answering.load(Ordering::Relaxed);
-            for (name, message) in [("safety", safety(is_stopped)), ("mapping", mapping()), ("battery", battery())] {
+            for (name, message) in [
+                ("safety", safety(is_stopped)),
+                ("mapping", mapping()),
+                ("battery", battery()),
+            ] {
                 let key = key(name);
                 let asked = zenoh::key_expr::KeyExpr::new(key.as_str()).unwrap();
                 if query.key_expr().intersects(&asked) {
@@ -78,14 +82,20 @@ async fn be_robot(endpoint: String, number: usize, count: usize) {
     let _token = session.liveliness().declare_token(alive).await.unwrap();
     // Side by side in rows, each on a circle of its own.
     let across = (count as f64).sqrt().ceil() as usize;
-    let (x, y) = ((number % across) as f64 * 3.0, (number / across) as f64 * 3.0);
+    let (x, y) = (
+        (number % across) as f64 * 3.0,
+        (number / across) as f64 * 3.0,
+    );
     let (mut tick, mut way, mut told) = (interval(POSE), number as f64, false);
     for beat in 0_u64.. {
         tick.tick().await;
         let is_stopped = stopped.load(Ordering::Relaxed);
         if is_stopped != told {
             told = is_stopped;
-            session.put(key("safety"), text(&safety(told))).await.unwrap();
+            session
+                .put(key("safety"), text(&safety(told)))
+                .await
+                .unwrap();
         }
         way += if is_stopped { 0.0 } else { 0.1 };
         let pose = FromBridge::Pose(PoseBody {

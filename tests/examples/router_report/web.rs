@@ -17,9 +17,8 @@ pub(crate) async fn ask(
     origin: Option<&str>,
 ) -> (u16, String) {
     let origin = origin.map_or(String::new(), |origin| format!("Origin: {origin}\r\n"));
-    let request = format!(
-        "{method} {path} HTTP/1.0\r\nHost: {address}\r\n{origin}Content-Length: 0\r\n\r\n"
-    );
+    let request =
+        format!("{method} {path} HTTP/1.0\r\nHost: {address}\r\n{origin}Content-Length: 0\r\n\r\n");
     let whole = async {
         let mut stream = TcpStream::connect(address).await.unwrap();
         stream.write_all(request.as_bytes()).await.unwrap();
@@ -43,5 +42,8 @@ pub(crate) async fn fleet(address: SocketAddr) -> Value {
 /// Robots at the router, as the bridge tells of them.
 pub(crate) fn here(fleet: &Value) -> Vec<&Value> {
     let robots = fleet["robots"].as_array().unwrap();
-    robots.iter().filter(|robot| robot["here"] == true).collect()
+    robots
+        .iter()
+        .filter(|robot| robot["here"] == true)
+        .collect()
 }

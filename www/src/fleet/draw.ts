@@ -27,7 +27,7 @@ export interface Drawn {
 /** Side of a robot's sign, CSS pixels: it is seen however far away the map is. */
 export const SIGN = 9;
 /** Names are written where there is room for them. */
-const MOST_NAMES = 40;
+const MOST_NAMES = 20;
 const MOST_CELLS = 64_000_000;
 
 /** Null of a map without a cell. */

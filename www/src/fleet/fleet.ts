@@ -225,6 +225,7 @@ export class SlamFleet extends LitElement {
     const robots = this.#drawn(performance.now());
     if (this.#fitted !== this.frameKey && this.frameKey) {
       const box = boxOf(this.#grid, robots);
+      this.#camera.inset.bottom = (this.renderRoot.querySelector<HTMLElement>(".frame")?.offsetHeight ?? 0) + 10;
       if (box) Object.assign(this.#camera, this.#camera.fitted(box));
       this.#fitted = this.frameKey;
     }

@@ -23,7 +23,13 @@ const STREAMS: [&str; 6] = [
     "mapping",
 ];
 /// What a robot says on change only, and is asked for when it comes.
-const STATES: [&str; 5] = ["safety", "battery", "pose", "mapping", super::super::streams::PAGE];
+const STATES: [&str; 5] = [
+    "safety",
+    "battery",
+    "pose",
+    "mapping",
+    super::super::streams::PAGE,
+];
 /// How long a robot may take to answer.
 const ANSWER: Duration = Duration::from_secs(2);
 
@@ -96,7 +102,9 @@ async fn watch_tokens(
 /// Asks a robot that has come for what it says on change only.
 async fn ask(session: Session, fleet: Arc<Fleet>, clock: Clock, name: String) {
     for state in STATES {
-        let answers = session.get(format!("slamlab/{name}/{state}")).timeout(ANSWER);
+        let answers = session
+            .get(format!("slamlab/{name}/{state}"))
+            .timeout(ANSWER);
         match answers.await {
             Ok(answers) => {
                 while let Ok(answer) = answers.recv_async().await {

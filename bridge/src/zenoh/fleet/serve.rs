@@ -84,10 +84,7 @@ async fn changes(
 }
 
 /// The map as the robot told it last.
-async fn map(
-    State(shared): State<Arc<Shared>>,
-    Path(name): Path<Name>,
-) -> Result<Response, No> {
+async fn map(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
     let fleet = fleet(&shared)?;
     let session = fleet.router().ok_or(No::NoRouter)?;
     let name = name.to_string();
@@ -108,10 +105,7 @@ async fn stop_all(State(shared): State<Arc<Shared>>) -> Result<Response, No> {
     Ok((StatusCode::ACCEPTED, Json(count)).into_response())
 }
 
-async fn stop(
-    State(shared): State<Arc<Shared>>,
-    Path(name): Path<Name>,
-) -> Result<Response, No> {
+async fn stop(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
     let name = name.to_string();
     if !fleet(&shared)?.with_table(|table| table.has(&name)) {
         return Err(No::Unknown(name));
