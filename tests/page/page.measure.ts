@@ -100,7 +100,9 @@ test('office at 1x with the plots open: pictures, work, long tasks, and how soon
   await lab.open();
   await lab.speed('1');
   await lab.show('plots');
-  await expect(page.locator('slam-plots .uplot').first()).toBeVisible();
+  // On such a screen they begin below its end.
+  await page.locator('slam-plots .uplot').first().scrollIntoViewIfNeeded();
+  await page.locator('slam-plots .csv').scrollIntoViewIfNeeded();
   await page.waitForTimeout(1000 * BEFORE);
   await page.evaluate(() => {
     const seen = ((window as unknown as { seen: { events: number[] } }).seen = { events: [] as number[] });

@@ -170,6 +170,7 @@ test('what cannot be done again is said, and the run stays where it is', async (
   await lab.pause();
   await onMap(page);
   await page.keyboard.press('e');
+  const { hash: unchanged } = await moment(lab);
   await lab.at('edit-wall').click();
   const box = (await lab.at('map').boundingBox())!;
   const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
@@ -178,6 +179,7 @@ test('what cannot be done again is said, and the run stays where it is', async (
   await page.mouse.move(x + 60, y, { steps: 3 });
   await page.mouse.up();
   await page.keyboard.press('e');
+  await expect.poll(async () => (await moment(lab)).hash, 'the wall is in the map').not.toBe(unchanged);
   const before = await moment(lab);
   await lab.at('back').click();
   await expect(page.locator('slam-toast')).toContainText('cannot be done again');

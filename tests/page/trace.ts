@@ -29,10 +29,12 @@ function ofMainThread(events: TraceEvent[]): TraceEvent[] {
 /** Work for each picture but the last, and the time to the next one, ms: a task belongs to the
     picture that began last before it ended. */
 function pictures(events: TraceEvent[]): Pictures {
-  const begins = events.filter((e) => e.name === 'FireAnimationFrame').map((e) => e.ts);
+  const tasks = events.filter((e) => e.name === 'ThreadControllerImpl::RunTask');
+  // All that was asked for the next picture is called in one task.
+  const asked = events.filter((e) => e.name === 'FireAnimationFrame').map((e) => e.ts);
+  const begins = tasks.flatMap(({ ts, dur = 0 }) => asked.find((at) => at >= ts && at <= ts + dur) ?? []);
   const work = begins.slice(1).map(() => 0);
   let picture = -1;
-  const tasks = events.filter((e) => e.name === 'ThreadControllerImpl::RunTask');
   for (const { ts, dur = 0, tdur = 0 } of tasks) {
     while ((begins[picture + 1] ?? Infinity) <= ts + dur) picture += 1;
     if (picture >= 0 && picture < work.length) work[picture]! += tdur / 1000;

@@ -14,6 +14,7 @@ import type { Run } from "./run.js";
 const IDLE_MILLIS = 6;
 /** Wall milliseconds of one slice. */
 export const SLICE_MILLIS = 12;
+/** While a run plays its hash is told so often, wall milliseconds. */
 const HASH_MILLIS = 500;
 /** While a recording is mapped, its map is judged again when it has grown by this factor. */
 const JUDGED_AGAIN = 1.5;
@@ -147,7 +148,8 @@ export class Player {
     const settings = run.module.take_followed_settings();
     if (settings) post({ kind: "followed-settings", run: this.number, settings });
     const now = performance.now();
-    if (now - this.#hashAt >= HASH_MILLIS) {
+    // While it stands, what a person changes is told at once: nothing may come after it.
+    if (now - this.#hashAt >= HASH_MILLIS || (this.#stale && !this.#playing)) {
       this.#hashAt = now;
       post({ kind: "hash", run: this.number, text: run.module.state_hash() });
       if (this.#setup?.lesson) post({ kind: "grade", run: this.number, grade: run.module.grade() ?? null });

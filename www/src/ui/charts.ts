@@ -9,6 +9,7 @@ import { download, fileName } from "../save.js";
 import type { Topic } from "../store.js";
 import { html, t } from "../words.js";
 import { icons } from "./icons.js";
+import { inTurn } from "./in_turn.js";
 import { colourOf, faint } from "./plot_style.js";
 import { type Plotter, SlamPlotted } from "./plotted.js";
 
@@ -37,6 +38,8 @@ export interface Curve {
 }
 
 const REDRAW_MILLIS = 250;
+/** As many texts as one plot takes turns. */
+const PLOT_WEIGHT = 3;
 
 export abstract class SlamCharts extends SlamPlotted {
   static override styles: CSSResultGroup = css`
@@ -71,6 +74,15 @@ export abstract class SlamCharts extends SlamPlotted {
   #drawn = -1;
   #drawnAt = 0;
   #theme = "";
+  /** Places of plots that somebody sees; the others are drawn when they come into sight. */
+  readonly #inSight = new Set<Element>();
+  readonly #sight = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) this.#inSight[isIntersecting ? "add" : "delete"](target);
+    if (entries.some(({ isIntersecting }) => isIntersecting)) {
+      this.#drawn = -1;
+      this.feed();
+    }
+  });
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -132,6 +144,9 @@ export abstract class SlamCharts extends SlamPlotted {
     if (theme === this.#theme && hosts.length === this.plots.length && this.plots.every((plot) => plot.root.isConnected)) return;
     this.#theme = theme;
     super.updated();
+    this.#sight.disconnect();
+    this.#inSight.clear();
+    for (const host of hosts) this.#sight.observe(host);
     this.#drawn = -1;
     this.feed();
   }
@@ -162,7 +177,7 @@ export abstract class SlamCharts extends SlamPlotted {
       ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range } },
-      hooks: { setCursor: [() => this.#readout()] },
+      hooks: { setCursor: [(plot) => this.#tell(plot, i)] },
     };
     return new make(options, columns(this.history.columns, curve), host);
   }
@@ -184,27 +199,28 @@ export abstract class SlamCharts extends SlamPlotted {
     this.plots.forEach((plot, i) => {
       const curve = this.curves[i];
       if (!curve) return;
-      plot.setData(columns(history.columns, curve));
       // A recording knows no truth, and some methods no innovations: an empty picture would only
       // puzzle.
       const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some(has);
       this.renderRoot.querySelector(`#figure-${i}`)?.toggleAttribute("hidden", empty);
+      this.#tell(plot, i);
+      const host = plot.root.parentElement;
+      if (!host || !this.#inSight.has(host)) return;
+      const draw = (): void => plot.setData(columns(history.columns, curve));
+      if (playing) inTurn(plot, draw, PLOT_WEIGHT);
+      else draw();
     });
-    this.#readout();
   }
 
   /** The number under the cursor, or else the latest. */
-  #readout(): void {
-    this.plots.forEach((plot, i) => {
-      const curve = this.curves[i];
-      const target = this.renderRoot.querySelector(`#now-${i}`);
-      if (!curve || !target) return;
-      // The bounds come before the values.
-      const [, ...all] = plot.data;
-      const shown = this.#alone[i] ? all.slice(0, 1) : all.slice(curve.bounds.length);
-      const numbers = shown.map((values) => values[plot.cursor.idx ?? values.length - 1]).filter((value) => typeof value === "number");
-      target.textContent = numbers.length > 0 ? `${numbers.map((value) => value.toFixed(curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
-    });
+  #tell(plot: uPlot, i: number): void {
+    const curve = this.curves[i];
+    const target = this.renderRoot.querySelector(`#now-${i}`);
+    if (!curve || !target) return;
+    const shown = this.#alone[i] ? curve.bounds.slice(0, 1) : [curve.value, ...(curve.beside ?? []).map(({ value }) => value)];
+    const at = plot.cursor.idx ?? -1;
+    const numbers = shown.map((index) => this.history.columns[index]?.at(at)).filter((value) => value !== undefined && Number.isFinite(value)) as number[];
+    target.textContent = numbers.length > 0 ? `${numbers.map((value) => value.toFixed(curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
   }
 }
 

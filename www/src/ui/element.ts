@@ -6,6 +6,7 @@ import type { Client } from "../client.js";
 import { LANGUAGE_CHANGED } from "../spoken.js";
 import type { Store, Topic } from "../store.js";
 import type { Scene } from "../view/scene.js";
+import { inTurn } from "./in_turn.js";
 import { shared } from "./style.js";
 
 /** A component; it stays for as long as the page. */
@@ -23,7 +24,7 @@ export abstract class SlamElement extends LitElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    for (const topic of this.topics) this.store.on(topic, () => this.requestUpdate());
+    for (const topic of this.topics) this.store.on(topic, () => (topic === "frame" && this.store.playing ? inTurn(this, () => this.requestUpdate()) : this.requestUpdate()));
     addEventListener(LANGUAGE_CHANGED, () => this.requestUpdate());
   }
 

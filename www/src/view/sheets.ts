@@ -1,5 +1,6 @@
 // When each sheet of the map is drawn anew. What takes long takes turns: of that one sheet is drawn
-// for a picture, the one that has waited longest. The others are moved with the view meanwhile.
+// for a picture, the one that has waited longest, and the quick ones for the next. Those that wait
+// are moved with the view meanwhile.
 
 import type { Box, Camera } from "./camera.js";
 import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
@@ -27,6 +28,8 @@ const NOTHING: Drawn = { view: "", content: "", at: -Infinity, took: 0 };
 
 export class Sheets {
   #drawn: Record<SheetName, Drawn> = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
+  /** For the last picture one that takes long was drawn. */
+  #wasLong = false;
 
   constructor(public surface: Surface) {}
 
@@ -55,7 +58,9 @@ export class Sheets {
     const due = SHEETS.filter((name) => isDue(drawn[name], wanted[name], now));
     const isLong = (name: SheetName): boolean => LONG.includes(name) || drawn[name].took > LONG_MILLIS;
     const first = due.filter(isLong).sort((a, b) => drawn[a].at - drawn[b].at)[0];
-    const drawnNow = due.filter((name) => name === first || !isLong(name) || drawn[name].view === "");
+    const isLongNow = first !== undefined && !(this.#wasLong && due.some((name) => !isLong(name)));
+    this.#wasLong = isLongNow;
+    const drawnNow = due.filter((name) => (isLongNow ? name === first : !isLong(name)) || drawn[name].view === "");
     for (const name of drawnNow) {
       const { view, content = "", within } = wanted[name];
       const begin = performance.now();
