@@ -2,9 +2,10 @@
 //!
 //! In: cells, and a fence with the distance that is kept from its border. Out: a mask of cells.
 
+use nalgebra::Point2;
+
 use crate::geom::geofence::Geofence;
 use crate::map::CellRect;
-use nalgebra::Point2;
 
 /// Cells of a block that is looked at whole first.
 const BLOCK: usize = 16;
