@@ -22,8 +22,8 @@ mod tests;
 
 use nalgebra::Point2;
 
-use crate::control::geofence::GeofenceError;
 use crate::estimation::EditKind;
+use crate::geom::geofence::GeofenceError;
 use crate::pilot::Mode;
 use crate::robot::{Bumpers, Command, OdometryCalibration, RobotModel};
 use crate::session::{Session, SessionConfig};
@@ -245,6 +245,10 @@ impl Live {
         let estimate = self.session.estimate().pose;
         if let Err(error) = self.bridge_map.take(&message, &estimate) {
             self.note(Severity::Warning, format!("The bridge's map: {error}"));
+        }
+        if let FromBridge::Geofence(_) | FromBridge::Pose(_) | FromBridge::Odometry(_) = message {
+            let fence = self.bridge_map.fence_in_run();
+            self.session.set_fence(fence.unwrap_or_default());
         }
         if is_reading {
             return;

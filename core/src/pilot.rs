@@ -17,6 +17,10 @@
 //! 6. While a continuous sensor is silent the robot stands and says so; it goes on with the next
 //!    scan.
 //!
+//! 7. A robot whose place has become so unsure that the map cannot lead it stands, and says that it
+//!    is lost.
+//! 8. Ways and frontiers lie within the geofence, where there is one.
+//!
 //! Planning happens on these events only, never at the rate of the ticks.
 
 mod around;
@@ -26,6 +30,7 @@ mod config;
 mod cycle;
 mod errand;
 mod explorer;
+mod lost;
 mod stages;
 mod status;
 #[cfg(test)]
@@ -39,6 +44,7 @@ use crate::control::{
     SafeConfig, Speeds, Underway, limit_among_walkers, limit_outline, limit_speed, within_model,
 };
 use crate::estimation::PoseGraph;
+use crate::geom::geofence::Geofence;
 use crate::geom::{Pose2, PoseEstimate, Segment};
 use crate::map::Grid;
 use crate::plan::{Frontier, Route};
@@ -67,6 +73,8 @@ pub struct Situation<'a> {
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
+    /// Whether the method itself looks for a robot that is lost, and finds it as it drives.
+    pub relocalises: bool,
     /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
     pub heading_drift: f64,
     /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).
@@ -96,6 +104,9 @@ pub struct Pilot {
     hand_scan: cycle::HandScan,
     /// Whether bumpers were pressed at the last tick.
     was_bumped: bool,
+    /// Where it may plan to, map frame.
+    fence: Geofence,
+    doubt: lost::Doubt,
 }
 
 /// What safe mode leaves of speeds that are wished.
@@ -124,6 +135,8 @@ impl Pilot {
             stages: StageRecord::default(),
             hand_scan: cycle::HandScan::default(),
             was_bumped: false,
+            fence: Geofence::default(),
+            doubt: lost::Doubt::default(),
         }
     }
 
@@ -135,6 +148,12 @@ impl Pilot {
         self.errand = errand::Errand::default();
         self.phase = cycle::Phase::default();
         self.stages = StageRecord::default();
+    }
+
+    /// Ways and frontiers lie within this fence from the next plan on; a way that leaves it is
+    /// given up at the next review. Whoever moves the motors must keep the robot within by himself.
+    pub fn set_fence(&mut self, fence: Geofence) {
+        self.fence = fence;
     }
 
     /// Other settings from the next tick on.
@@ -160,6 +179,7 @@ impl Pilot {
     pub fn steer(&mut self, now: &Situation) -> Option<Command> {
         let has_bumped = now.bumpers.any() && !self.was_bumped;
         self.was_bumped = now.bumpers.any();
+        self.doubt_pose(now);
         match self.mode {
             Mode::Manual => self.by_hand(now),
             _ if self.status.is_over() => Some(Command::Stop),

@@ -33,6 +33,7 @@ mod tests;
 use nalgebra::Point2;
 
 use crate::estimation::{ConsistencyWindow, Drive, DriveFit, EditKind, OdometryFit};
+use crate::geom::geofence::Geofence;
 use crate::geom::{Length, Pose2, PoseEstimate};
 use crate::map::Grid;
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
@@ -212,6 +213,7 @@ impl Session {
             walkers: self.slam.walkers(),
             bumpers,
             motion_since_scan: self.slam.motion_since_scan(),
+            relocalises: self.slam.view().pose_quality.is_some(),
             heading_drift: self.slam.heading_drift(),
             speeds: self.slam.speeds(),
             robot_is_busy,
@@ -228,6 +230,11 @@ impl Session {
         self.pilot.reconfigure(settings.pilot.clone());
         self.calibration = settings.odometry.calibration(&self.robot);
         Ok(())
+    }
+
+    /// Ways and frontiers lie within this fence, map frame; see [`Pilot::set_fence`].
+    pub fn set_fence(&mut self, fence: Geofence) {
+        self.pilot.set_fence(fence);
     }
 
     /// Gives the robot something else to do.

@@ -2,8 +2,8 @@
 
 mod curve;
 mod ease;
+mod fence_guard;
 mod follow;
-pub mod geofence;
 mod guard;
 mod outline;
 mod safe;
@@ -17,6 +17,7 @@ mod watch;
 mod window;
 
 pub use curve::CurveFollower;
+pub use fence_guard::{FenceConfig, FenceGuard};
 pub use follow::{FollowConfig, Follower, LegFollower};
 pub use guard::SafeMode;
 pub use outline::limit_outline;

@@ -25,7 +25,7 @@ mod tests;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use crate::control::geofence::GeofenceError;
+use crate::geom::geofence::GeofenceError;
 use crate::wire::message::{
     BridgeHeartbeat, BridgeHello, CHALLENGE_BYTES, DisarmReason, FenceState, FromBridge,
     GeofenceBody, Header, Notice, PoseBody, ProbeAnswer, RefusalReason, Right, RobotFigures, Role,

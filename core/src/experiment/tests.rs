@@ -4,6 +4,7 @@
 mod beside;
 mod kidnap;
 mod link;
+mod lost;
 mod outline;
 mod people;
 mod refinding;

@@ -5,6 +5,7 @@ mod chi2;
 mod covariance;
 mod footprint;
 mod gaussian;
+pub mod geofence;
 mod length;
 mod line;
 mod pose2;

@@ -3,9 +3,10 @@
 
 use crate::format::map_server::OccupancyMap;
 use crate::geom::Pose2;
+use crate::geom::geofence::Geofence;
 use crate::robot::Odometry;
 use crate::wire::CarriedPose;
-use crate::wire::message::{FromBridge, GeofenceBody, MapBodyError, MappingBody};
+use crate::wire::message::{FromBridge, GeofenceBody, MapBodyError, MappingBody, fence_of};
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
@@ -21,9 +22,16 @@ pub struct BridgeMap {
     /// `run_map_from_bridge_map`: both know where the robot is. None before they do.
     pub place: Option<Pose2>,
     pose: CarriedPose,
+    fence: Geofence,
 }
 
 impl BridgeMap {
+    /// Where the robot may be, in the run's map; none before both maps know where the robot is.
+    /// Until then the bridge does not let it be armed.
+    pub(super) fn fence_in_run(&self) -> Option<Geofence> {
+        Some(self.fence.moved(&self.place?))
+    }
+
     /// Takes what a message says of it; `estimate` is where the robot is now in the run's map.
     ///
     /// # Errors    [`MapBodyError`]; then the map before stays.
@@ -48,7 +56,11 @@ impl BridgeMap {
                 self.revision = body.revision;
             }
             FromBridge::Mapping(body) => self.mapping = Some(body.clone()),
-            FromBridge::Geofence(body) => self.geofence = body.clone(),
+            FromBridge::Geofence(body) => {
+                self.geofence = body.clone();
+                // A bridge keeps none that is none.
+                self.fence = fence_of(&body.zones).unwrap_or_default();
+            }
             _ => (),
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 mod connection;
 mod driving;
+mod fence;
 mod homing;
 mod settings;
 

@@ -2,9 +2,13 @@
 
 use nalgebra::Point2;
 
+use crate::geom::geofence::Geofence;
 use crate::geom::{Footprint, Segment};
 use crate::map::{CellRect, Grid};
 use crate::plan::{ConfigSpace, GridSpace, Path, Unknown, follows};
+
+/// Between two places of a way that are held against a geofence, m.
+const FENCE_STEP: f64 = 0.05;
 
 /// Whether a wall stands in the next `reach` metres of a path. The first decimetres do not count:
 /// the robot stands there, and may be leaving a place that is too near to a wall.
@@ -52,6 +56,23 @@ pub(super) fn outline_is_blocked(
     };
     let space = GridSpace::new(grid, cells, 0.0, Unknown::Free);
     !follows(outline, &corners, None, &space)
+}
+
+/// Whether the way ahead leads out of a geofence. The first decimetres do not count: the robot may
+/// be on its way back.
+pub(super) fn leads_outside(fence: &Geofence, ahead: &Path, keep: f64) -> bool {
+    let is_outside = |leg: Segment| {
+        let steps = (leg.length() / FENCE_STEP).ceil().max(1.0) as usize;
+        (0..=steps).any(|step| {
+            let at = leg.a + leg.vector() * (step as f64 / steps as f64);
+            fence.clearance(at) < keep
+        })
+    };
+    !fence.is_empty()
+        && ahead
+            .legs()
+            .skip_while(|leg| fence.clearance(leg.a) < keep)
+            .any(is_outside)
 }
 
 /// Whether a disc fits at a point.

@@ -165,7 +165,7 @@ impl Pilot {
         let [first, second] = [a, b].map(|end| CellRect::of(now.grid.cell_at(end)));
         let rect = first.around(second).grown(around);
         let keep = self.model.radius() + self.config.route.narrowest();
-        let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
+        let space = GridSpace::within(now.grid, rect, keep, Unknown::Blocked, &self.within(now));
         let [from, to] = [a, b].map(|end| space.escape(end, keep + ESCAPE_REACH));
         let Some((from, to)) = from.zip(to) else {
             return false;

@@ -3,16 +3,16 @@
 use nalgebra::Point2;
 
 use super::around::Detour;
-use super::blocked::{disc_fits, is_blocked, outline_is_blocked};
+use super::blocked::{disc_fits, is_blocked, leads_outside, outline_is_blocked};
 use super::closing::Closing;
 use super::explorer::{Explorer, Reason};
 use super::{Failure, Finish, Homecoming, Mode, Pilot, Situation, Status};
-use crate::control::{Follower, ProgressWatch};
+use crate::control::{FenceConfig, Follower, ProgressWatch};
 use crate::geom::{Length, Segment};
 use crate::map::CellState;
 use crate::plan::{
     ESCAPE_REACH, Frontier, FrontierChoice, GridSpace, NoPath, Planner, Route, SAME_GOAL, Unknown,
-    Wavefront, find_frontiers, order_by_tour, plan_outline_route, plan_route, rect_around,
+    Wavefront, Within, find_frontiers, order_by_tour, plan_outline_route, plan_route, rect_around,
 };
 use crate::robot::{BodyShape, Stamp};
 
@@ -143,7 +143,7 @@ impl Pilot {
                 }
                 _ => is_blocked(now.grid, &ahead, keep, REVIEW_REACH),
             };
-            if is_blocked {
+            if is_blocked || leads_outside(&self.fence, &ahead, self.model.radius()) {
                 self.errand.drop_route();
             }
         }
@@ -209,8 +209,24 @@ impl Pilot {
         }
     }
 
+    /// Where the robot's centre may be: no nearer to the border of the fence than it is let.
+    pub(super) fn within(&self, now: &Situation) -> Within {
+        Within {
+            fence: self.fence.clone(),
+            keep: FenceConfig::default().keeps(&self.model, now.estimate),
+        }
+    }
+
     /// Plans to a point; `false` where the robot has to stand.
     pub(super) fn plan_to(&mut self, goal: Point2<f64>, now: &Situation) -> bool {
+        if let Some(why) = self.is_outside(now) {
+            self.give_up_errand(why);
+            return false;
+        }
+        if self.fence.clearance(goal) < 0.0 {
+            self.give_up_errand(Failure::GoalOutside(goal));
+            return false;
+        }
         match self.route_to(goal, Unknown::Free, now) {
             Ok(()) => true,
             Err(reason) => {
@@ -228,17 +244,27 @@ impl Pilot {
     }
 
     /// Whoever has explored all and cannot come home has explored all nevertheless.
-    fn give_up_errand(&mut self, why: Failure) {
+    pub(super) fn give_up_errand(&mut self, why: Failure) {
         self.status = match self.errand.homeward.take() {
             Some(remaining) => remaining.finish(Homecoming::Failed(why)),
             None => Status::Failed(why),
         };
     }
 
+    /// Why it does not plan at all.
+    fn is_outside(&self, now: &Situation) -> Option<Failure> {
+        let here = now.estimate.pose.position();
+        (self.fence.clearance(here) < 0.0).then_some(Failure::Outside(here))
+    }
+
     /// Chooses a frontier and plans to it; `false` where the robot has to stand.
     pub(super) fn plan_exploration(&mut self, now: &Situation) -> bool {
         if self.is_homeward() {
             return self.plan_to(HOME, now);
+        }
+        if let Some(why) = self.is_outside(now) {
+            self.give_up_errand(why);
+            return false;
         }
         self.status = Status::Scanning;
         if self.is_closing_loop() {
@@ -306,7 +332,7 @@ impl Pilot {
         let Some(rect) = rect_around(now.grid, &[here], 2, i32::MAX) else {
             return Ok(vec![]);
         };
-        let space = GridSpace::new(now.grid, rect, keep, Unknown::Blocked);
+        let space = GridSpace::within(now.grid, rect, keep, Unknown::Blocked, &self.within(now));
         let reach = keep + ESCAPE_REACH;
         // Before the first scan everything is unknown: that is no wall around the robot.
         let is_blank = !space.states().contains(&CellState::Free);
@@ -318,6 +344,8 @@ impl Pilot {
         };
         let wave = Wavefront::new(&space, start);
         let mut found = find_frontiers(&space, &wave, &self.config.frontier);
+        // What lies beyond the fence stays unknown, and is no failure.
+        found.retain(|frontier| self.fence.clearance(frontier.centre) >= 0.0);
         if self.config.frontier.choice == FrontierChoice::ShortestTour {
             let explorer = &self.errand.explorer;
             let heading_for = explorer.target.as_ref().and_then(|target| target.goal);
@@ -367,6 +395,7 @@ impl Pilot {
         let start = now.estimate.pose.position();
         let mut config = self.config.route.clone();
         config.unknown = unknown;
+        config.within = self.within(now);
         // The middle margin holds the robot off walls even when the pose errs by two standard
         // deviations.
         let variance = now.estimate.cov[(0, 0)]

@@ -161,6 +161,22 @@ pub enum Failure {
         /// How old the newest scan may be, s.
         seconds: f64,
     },
+    /// It does not know any more where it is: the map cannot lead it.
+    #[error(
+        "lost: for {seconds:.0} s it has known where it is to {sigma:.1} m only, for its sensor shows it nothing that it could find itself by"
+    )]
+    Lost {
+        /// Standard deviation of its place in the worse direction, m.
+        sigma: f64,
+        /// For how long it was more than [`super::PilotConfig::lost_sigma`], s.
+        seconds: f64,
+    },
+    /// Where it was to go, it may not.
+    #[error("the goal at ({:.2}, {:.2}) m lies outside of the geofence", .0.x, .0.y)]
+    GoalOutside(Point2<f64>),
+    /// Where it is, it may not be.
+    #[error("the robot is outside of the geofence, at ({:.2}, {:.2}) m: drive it back by hand", .0.x, .0.y)]
+    Outside(Point2<f64>),
     /// The robot does not move although it should, and backing off did not help.
     #[error("stuck at ({:.2}, {:.2}) m: backing off {attempts} times did not help", .at.x, .at.y)]
     Stuck {

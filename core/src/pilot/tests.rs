@@ -1,6 +1,8 @@
 //! Closed loops against a plain world of segments, seen and moved in exactly.
 
 mod explore;
+mod fence;
+mod lost;
 
 use proptest::prelude::*;
 
@@ -104,6 +106,7 @@ impl Toy {
             points: Some(&self.points),
             walkers: &[],
             motion_since_scan: self.scanned_at.delta_to(&self.pose),
+            relocalises: false,
             heading_drift: 0.0,
             speeds: self.speeds,
             bumpers: Bumpers::default(),
@@ -279,6 +282,7 @@ fn a_leg_ends_where_the_heading_is_no_longer_known_and_a_scan_follows() {
                 points: Some(&points),
                 walkers: &[],
                 motion_since_scan: Pose2::identity(),
+                relocalises: false,
                 heading_drift: drift,
                 speeds: (0.3, 0.0),
                 bumpers: Bumpers::default(),

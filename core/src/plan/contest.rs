@@ -21,7 +21,7 @@ mod entrant;
 mod standing;
 
 use self::entrant::Entrant;
-use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown};
+use super::cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, Within};
 use super::path::{NoPath, Path, Planner};
 use super::query::Query;
 use super::rrt::RrtConfig;
@@ -138,7 +138,7 @@ impl Contest {
         query: Query,
         config: ContestConfig,
     ) -> Result<Self, ContestError> {
-        let space = GridSpace::of_query(grid, &query, body.keep, unknown)?;
+        let space = GridSpace::of_query(grid, &query, body.keep, unknown, &Within::default())?;
         let outline = body.outline;
         let outline = outline.map(|o| (space.clone().with_keep(o.radius_within()), o));
         Ok(Self::held(space, outline, query, config)?)

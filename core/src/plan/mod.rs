@@ -42,7 +42,7 @@ pub use a_star::AStar;
 pub use contest::{
     CONTESTANTS, Contest, ContestBody, ContestConfig, ContestError, Shortest, Standing,
 };
-pub use cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, rect_around};
+pub use cspace::{ConfigSpace, GridSpace, SegmentSpace, SpaceError, Unknown, Within, rect_around};
 pub use frontier::{Frontier, FrontierChoice, FrontierConfig, find_frontiers};
 pub use lattice::Lattice;
 pub use outline::{follows, plan_outline_route};

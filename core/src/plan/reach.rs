@@ -33,7 +33,7 @@ pub(super) fn may_reach(space: &GridSpace, start: Point2<f64>, goal: Point2<f64>
     let (Some(at_start), Some(at_goal)) = (space.index_at(start), space.index_at(goal)) else {
         return false;
     };
-    if space.keeps_out_of_unknown() {
+    if space.has_barred_cells() {
         // The room changes by at most √2 a metre, and no point is farther than √½ cells from its
         // cell's centre.
         let flood = Flood::new(space, space.resolution());

@@ -18,7 +18,7 @@
 use nalgebra::Point2;
 use rand::Rng;
 
-use super::cspace::{ConfigSpace, GridSpace, Unknown};
+use super::cspace::{ConfigSpace, GridSpace, Unknown, Within};
 use super::path::{NoPath, Path, Planner};
 use super::pull_tight::pull_tight;
 use super::query::Query;
@@ -45,6 +45,8 @@ config! {
         pub margins: Vec<f64> = vec![0.12, 0.06, 0.02],
         /// What to make of the unknown. Default free.
         pub unknown: Unknown = Unknown::Free,
+        /// Where the robot's centre may be at all. Default everywhere.
+        pub within: Within = Within::default(),
         /// Who looks for the path. Default [`Planner::RrtConnect`]; [`Planner::Rrt`] is the
         /// paper's. Where the planner finds none within its iterations the wavefront's own path is
         /// taken.
@@ -162,7 +164,7 @@ pub fn plan_route(
 ) -> Result<Route, RouteFailure> {
     let query = Query { start, goal };
     let mut failure = RouteFailure::from(NoPath::GoalBlocked(goal));
-    let mut space = GridSpace::of_query(grid, &query, radius, config.unknown)?;
+    let mut space = GridSpace::of_query(grid, &query, radius, config.unknown, &config.within)?;
     for (at, &margin) in config.margins.iter().enumerate() {
         space = space.with_keep(radius + margin);
         let is_last = at + 1 == config.margins.len();

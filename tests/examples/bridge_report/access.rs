@@ -43,6 +43,11 @@ pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     for (name, wish) in [
         ("watcher takes the lease", ToBridge::Take { force: true }),
         ("watcher arms", ToBridge::Arm { epoch: 1 }),
+        ("watcher begins the bridge's map anew", ToBridge::ResetMap),
+        (
+            "watcher takes the geofence away",
+            ToBridge::SetGeofence { zones: vec![] },
+        ),
         (
             "watcher drives",
             ToBridge::Drive(first.body(Command::Forward(1.0))),
@@ -71,6 +76,7 @@ pub(crate) async fn report(minutes: f64) -> (bool, Value) {
     let (crowding_holds, crowded) = crowding::report().await;
     let (rights_hold, rights) = named::report().await;
     let (words_hold, in_words) = words::report().await;
+    let (disk_holds, on_a_full_disk) = disk().await;
     let (flood_holds, flooded) = flood(minutes).await;
     (
         holds
@@ -78,11 +84,12 @@ pub(crate) async fn report(minutes: f64) -> (bool, Value) {
             && crowding_holds
             && rights_hold
             && words_hold
+            && disk_holds
             && flood_holds
             && !was_moved,
         json!({
             "cases": cases, "at_the_door": at_the_door, "crowded": crowded,
-            "named_rights": rights, "in_words": in_words, "flooded": flooded,
+            "named_rights": rights, "in_words": in_words, "on_a_full_disk": on_a_full_disk, "flooded": flooded,
             "robot_was_moved": was_moved,
         }),
     )
@@ -91,6 +98,17 @@ pub(crate) async fn report(minutes: f64) -> (bool, Value) {
 #[cfg(target_os = "linux")]
 async fn flood(minutes: f64) -> (bool, Value) {
     crate::flood::report(minutes).await
+}
+
+#[cfg(target_os = "linux")]
+async fn disk() -> (bool, Value) {
+    crate::disk::report().await
+}
+
+/// A disk is filled by Linux's limits.
+#[cfg(not(target_os = "linux"))]
+async fn disk() -> (bool, Value) {
+    (false, json!("a full disk is tried on Linux only"))
 }
 
 /// Memory is read from `/proc`.

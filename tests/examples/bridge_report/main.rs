@@ -21,6 +21,8 @@ mod access;
 #[cfg(target_os = "linux")]
 mod bridge_process;
 mod crowding;
+#[cfg(target_os = "linux")]
+mod disk;
 mod door;
 #[cfg(target_os = "linux")]
 mod edge;

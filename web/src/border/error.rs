@@ -59,7 +59,7 @@ kinds! {
         slamlab_core::format::g2o::G2oError, slamlab_core::format::map_points::LoadedMapError, slamlab_core::format::point_list::PointListError, slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
         slamlab_core::estimation::MapMergeError, slamlab_core::estimation::RestoreError, slamlab_core::format::slamlab::SlamlabError;
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::registration::CloudError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
-        slamlab_core::estimation::MapAlignmentError, slamlab_core::experiment::AgainError, slamlab_core::control::geofence::GeofenceError;
+        slamlab_core::estimation::MapAlignmentError, slamlab_core::experiment::AgainError, slamlab_core::geom::geofence::GeofenceError;
     Save: slamlab_core::format::floor_plan::FloorPlanError,
         slamlab_core::format::map_server::MapServerError, slamlab_core::format::rooms::NoRooms,
         slamlab_core::format::smap::SmapError;

@@ -8,7 +8,8 @@
 
 use std::time::Duration;
 
-use crate::control::geofence::{FenceConfig, FenceGuard, Geofence};
+use crate::control::{FenceConfig, FenceGuard};
+use crate::geom::geofence::Geofence;
 use crate::robot::{Command, Odometry, RobotModel};
 use crate::wire::CarriedPose;
 use crate::wire::message::{FenceState, PoseBody, PoseState};
@@ -56,10 +57,9 @@ impl Fence {
 
     /// Takes where the mapper found the robot.
     pub(super) fn pose(&mut self, body: &PoseBody) -> Option<Command> {
-        let is_known = body.state == PoseState::Localised;
-        let state = match is_known {
-            true => body.state,
-            false => PoseState::Lost,
+        let state = match body.state {
+            PoseState::Localised => PoseState::Localised,
+            _ => PoseState::Lost,
         };
         self.pose.tell(&PoseBody { state, ..*body });
         self.look(0.0)

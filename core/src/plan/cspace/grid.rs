@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Point2;
 
-use super::ConfigSpace;
+use super::{ConfigSpace, Within};
 use crate::geom::{Length, Segment, sides_of};
 use crate::map::{
     CellIndex, CellRect, CellState, DistanceField, Grid, cells_around, without_stripes,
@@ -30,7 +30,8 @@ pub struct GridSpace {
     resolution: f64,
     states: Vec<CellState>,
     walls: DistanceField,
-    unknown: Option<DistanceField>,
+    /// From the cells that the robot's centre keeps out of, though nothing stands in them.
+    barred: Option<DistanceField>,
     keep: f64,
 }
 
@@ -39,25 +40,42 @@ impl GridSpace {
     /// occupied.
     #[must_use]
     pub fn new(grid: &Grid, rect: CellRect, keep: f64, unknown: Unknown) -> Self {
+        Self::within(grid, rect, keep, unknown, &Within::default())
+    }
+
+    /// The same for a robot whose centre also stays within a geofence.
+    #[must_use]
+    pub fn within(
+        grid: &Grid,
+        rect: CellRect,
+        keep: f64,
+        unknown: Unknown,
+        within: &Within,
+    ) -> Self {
         let states = grid.states(rect);
         let resolution = grid.resolution();
-        let of = |state: CellState, states: &[CellState]| {
-            let mask: Vec<bool> = states.iter().map(|&s| s == state).collect();
-            DistanceField::new(rect, resolution, &mask)
+        let is = |state: CellState, states: &[CellState]| -> Vec<bool> {
+            states.iter().map(|&s| s == state).collect()
         };
-        let unknown = match unknown {
-            Unknown::Free => None,
-            Unknown::Blocked => Some(of(
-                CellState::Unknown,
-                &without_stripes(&states, rect.width()),
-            )),
+        let unseen = (unknown == Unknown::Blocked).then(|| {
+            let whole = without_stripes(&states, rect.width());
+            is(CellState::Unknown, &whole)
+        });
+        let outside = (!within.fence.is_empty()).then(|| within.outside(rect, resolution));
+        let barred = match (unseen, outside) {
+            (Some(unseen), Some(outside)) => {
+                let both = unseen.iter().zip(&outside);
+                Some(both.map(|(&unseen, &outside)| unseen || outside).collect())
+            }
+            (unseen, outside) => unseen.or(outside),
         };
+        let field = |mask: Vec<bool>| DistanceField::new(rect, resolution, &mask);
         Self {
             rect,
             resolution,
-            walls: of(CellState::Occupied, &states),
+            walls: field(is(CellState::Occupied, &states)),
             states,
-            unknown,
+            barred: barred.map(field),
             keep,
         }
     }
@@ -75,10 +93,11 @@ impl GridSpace {
         self.keep
     }
 
-    /// Whether the robot's centre keeps out of what was never seen.
+    /// Whether the robot's centre keeps out of cells in which nothing stands: those never seen,
+    /// or those beyond a geofence.
     #[must_use]
-    pub fn keeps_out_of_unknown(&self) -> bool {
-        self.unknown.is_some()
+    pub fn has_barred_cells(&self) -> bool {
+        self.barred.is_some()
     }
 
     /// The cells it covers.
@@ -154,8 +173,8 @@ impl GridSpace {
         let cell = self.cell_of(index);
         let half = 0.5 * self.resolution;
         let walls = self.walls.at(cell) - half - self.keep;
-        match &self.unknown {
-            Some(unknown) => walls.min(unknown.at(cell) - half),
+        match &self.barred {
+            Some(barred) => walls.min(barred.at(cell) - half),
             None => walls,
         }
     }
@@ -274,8 +293,8 @@ impl ConfigSpace for GridSpace {
             return -self.resolution;
         }
         let walls = self.clearance(point) - self.keep;
-        match &self.unknown {
-            Some(unknown) => walls.min(unknown.at_point(point) - 0.5 * self.resolution),
+        match &self.barred {
+            Some(barred) => walls.min(barred.at_point(point) - 0.5 * self.resolution),
             None => walls,
         }
     }

@@ -20,6 +20,7 @@ mod segments;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod within;
 
 use nalgebra::Point2;
 
@@ -28,6 +29,7 @@ use crate::geom::Segment;
 pub use grid::{GridSpace, Unknown};
 pub use segments::{SegmentSpace, SpaceError};
 pub use snapshot::rect_around;
+pub use within::Within;
 
 /// Where the centre of the robot may be.
 pub trait ConfigSpace {

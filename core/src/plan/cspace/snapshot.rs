@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{GridSpace, Unknown};
+use super::{GridSpace, Unknown, Within};
 use crate::map::{CellRect, Grid};
 use crate::plan::path::NoPath;
 use crate::plan::query::Query;
@@ -52,10 +52,11 @@ impl GridSpace {
         query: &Query,
         keep: f64,
         unknown: Unknown,
+        within: &Within,
     ) -> Result<Self, NoPath> {
         let farthest = (FARTHEST_OFF / grid.resolution()) as i32;
         let rect = rect_around(grid, &[query.start, query.goal], SPARE_CELLS, farthest);
         let rect = rect.ok_or(NoPath::GoalBlocked(query.goal))?;
-        Ok(Self::new(grid, rect, keep, unknown))
+        Ok(Self::within(grid, rect, keep, unknown, within))
     }
 }

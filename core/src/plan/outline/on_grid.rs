@@ -39,7 +39,7 @@ pub fn plan_outline_route(
     let start = from.position();
     let query = Query { start, goal };
     let mut failure = RouteFailure::from(NoPath::NotOffered { planner });
-    let mut space = GridSpace::of_query(grid, &query, 0.0, config.unknown)?;
+    let mut space = GridSpace::of_query(grid, &query, 0.0, config.unknown, &config.within)?;
     let mut iterations = 0;
     let where_it_stands = [0.0, -0.5 * grid.resolution()];
     for (at, &margin) in config.margins.iter().chain(&where_it_stands).enumerate() {

@@ -4,7 +4,7 @@ use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 use super::names::named;
-use crate::control::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
+use crate::geom::geofence::{Geofence, GeofenceError, Zone, ZoneKind};
 
 named! {
     /// What a zone is for.

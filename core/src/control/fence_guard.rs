@@ -14,12 +14,15 @@
 //!    clearance does not get less: so it is driven back.
 //! 5. Where its pose is not known it stands.
 
+#[cfg(test)]
+mod tests;
+
 use nalgebra::Point2;
 
-use super::Geofence;
+use super::safe::{BRAKING, Braking};
+use super::{Speeds, within_model};
 use crate::bounds::config;
-use crate::control::safe::{BRAKING, Braking};
-use crate::control::{Speeds, within_model};
+use crate::geom::geofence::Geofence;
 use crate::geom::{Pose2, PoseEstimate};
 use crate::robot::{Command, RobotModel};
 
@@ -35,6 +38,14 @@ config! {
         pub reaction: f64 = 0.3,
         /// A pose whose place is less sure than that (standard deviation, m) is none. Default 0.5.
         pub sigma: f64 = 0.5,
+    }
+}
+
+impl FenceConfig {
+    /// The clearance that the robot's middle keeps, m: who plans keeps no less than who guards.
+    #[must_use]
+    pub fn keeps(&self, model: &RobotModel, pose: &PoseEstimate) -> f64 {
+        model.radius() + self.margin + 2.0 * sigma_of(pose)
     }
 }
 
@@ -271,7 +282,7 @@ impl FenceGuard {
 
     /// The clearance that the robot's middle keeps, m.
     fn keeps(&self, pose: &PoseEstimate) -> f64 {
-        self.model.radius() + self.config.margin + 2.0 * sigma_of(pose)
+        self.config.keeps(&self.model, pose)
     }
 
     fn braking(&self) -> Braking {

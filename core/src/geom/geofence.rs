@@ -13,15 +13,12 @@
 //! Source: polygons to stay in and to keep out of as PX4 has them; the algebra of signed distances
 //! is that of Ricci (1973).
 
-mod guard;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use nalgebra::Point2;
 
-use crate::geom::{Length, Segment, ring_holds, sides_of};
-
-pub use guard::{FenceConfig, FenceGuard};
+use super::{Length, Pose2, Segment, ring_holds, sides_of};
 
 /// Zones of a fence, at most.
 pub const MOST_ZONES: usize = 8;
@@ -133,6 +130,21 @@ impl Geofence {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.zones.is_empty()
+    }
+
+    /// The same fence in another frame: `to_from_fence` takes the frame of its corners there. A
+    /// turned corner stays a corner, so nothing is checked again.
+    #[must_use]
+    pub fn moved(&self, to_from_fence: &Pose2) -> Self {
+        let moved = |zone: &Zone| Zone {
+            kind: zone.kind,
+            corners: (zone.corners.iter())
+                .map(|corner| *to_from_fence * *corner)
+                .collect(),
+        };
+        Self {
+            zones: self.zones.iter().map(moved).collect(),
+        }
     }
 
     /// How far `place` lies within what is allowed, m; negative outside, infinite without a fence.

@@ -1,0 +1,42 @@
+//! Whether the robot knows where it is.
+//!
+//! In: the estimate at each tick. Out: an errand that ends as lost.
+//!
+//! A filter that matches nothing goes on by odometry, and says so: its covariance grows. A pilot
+//! that does not listen plans from a place where the robot is not, through a map that is drawn
+//! around places where it never was. By hand people may know better, so only errands end; and none
+//! of a method that looks for the robot in a known map, for it finds it by the way that it drives.
+
+use super::{Failure, Mode, Pilot, Situation};
+use crate::geom::PoseEstimate;
+use crate::robot::Stamp;
+
+/// Since when the place has been too unsure.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Doubt {
+    since: Option<Stamp>,
+}
+
+impl Pilot {
+    /// Ends an errand whose robot is lost.
+    pub(super) fn doubt_pose(&mut self, now: &Situation) {
+        let sigma = sigma_of(now.estimate);
+        // No number is unsure, too.
+        if sigma <= self.config.lost_sigma || now.relocalises {
+            self.doubt.since = None;
+            return;
+        }
+        let since = *self.doubt.since.get_or_insert(now.stamp);
+        let seconds = now.stamp.since(since);
+        let is_over = self.mode == Mode::Manual || self.status.is_over();
+        if !is_over && seconds >= self.config.lost_after {
+            self.give_up_errand(Failure::Lost { sigma, seconds });
+        }
+    }
+}
+
+/// Standard deviation of the place in the direction where it is least sure, m.
+fn sigma_of(estimate: &PoseEstimate) -> f64 {
+    let place = estimate.cov.fixed_view::<2, 2>(0, 0).into_owned();
+    place.symmetric_eigenvalues().max().sqrt()
+}
