@@ -176,5 +176,5 @@ test('by keys alone: what is near the robot, what lies under it, the cross, and 
 
 /** Chooses a format to save, and saves. */
 async function save(lab: Lab, format: string): Promise<void> {
-  await lab.at('save-as').selectOption(format);
+  await lab.save(format);
 }

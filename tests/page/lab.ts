@@ -105,6 +105,16 @@ export class Lab {
     await this.at('speed').selectOption(factor);
   }
 
+  /** Saves this alone by the dialog, once it was collected. */
+  async save(...kinds: string[]): Promise<void> {
+    await this.show('run');
+    await this.at('save').click();
+    await this.at('saving-none').click();
+    for (const kind of kinds) await this.at(`saving-${kind}`).check();
+    await this.at('saving-save').click();
+    await expect(this.at('saving')).toBeHidden();
+  }
+
   /** Pauses, and waits until the last frame has come. */
   async pause(): Promise<void> {
     if ((await this.state()).playing) await this.at('play').click();

@@ -25,7 +25,7 @@ test('the pose graph of a recording is saved, and solved again it stays as it is
   await lab.watch((s) => s.source === 'replay' && s.finished, 'the recording ends', 60_000).toBe(true);
   await lab.show('run');
   const coming = page.waitForEvent('download');
-  await lab.at('save-as').selectOption('g2o');
+  await lab.save('g2o');
   const { name, text } = await textOf(coming);
   expect(name).toBe('laps.g2o');
   const lines = (tag: string): number => text.split('\n').filter((line) => line.startsWith(`${tag} `)).length;
@@ -40,8 +40,9 @@ test('the pose graph of a recording is saved, and solved again it stays as it is
 test('a method without a pose graph says so', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
-  await lab.at('save-as').selectOption('g2o');
-  await expect(lab.at('toast')).toContainText('this method keeps no pose graph: choose scan matching');
+  await lab.at('save').click();
+  await expect(lab.at('saving-g2o')).toBeDisabled();
+  await expect(lab.at('saving-about-g2o')).toContainText('this method keeps no pose graph: choose scan matching');
 });
 
 test('a pose graph of others is solved and drawn', { tag: '@phone' }, async ({ lab, page }) => {

@@ -72,7 +72,7 @@ test('a submap that was saved is a map to be found in', async ({ lab, page }) =>
   await lab.pause();
   await lab.show('run');
   const coming = page.waitForEvent('download');
-  await lab.at('save-as').selectOption('smap');
+  await lab.save('smap');
   const download = await coming;
   expect(download.suggestedFilename()).toBe('arena.smap');
   const saved = await readFile(await download.path());

@@ -15,11 +15,11 @@ function probabilityAt({ page }: Lab, x: number, y: number): Promise<number | nu
   return page.evaluate(([x, y]) => (window as unknown as { slamlab: Shown }).slamlab.probabilityAt(x!, y!), [x, y]);
 }
 
-/** Chooses More..., Map to go on in later. */
+/** Saves the map to go on in later. */
 async function saveMap(lab: Lab): Promise<Buffer> {
   await lab.show('run');
   const coming = lab.page.waitForEvent('download');
-  await lab.at('save-as').selectOption('slamlab');
+  await lab.save('slamlab');
   const download = await coming;
   expect(download.suggestedFilename()).toMatch(/\.slamlab$/);
   return readFile(await download.path());

@@ -2,6 +2,7 @@
 import { readFile } from 'node:fs/promises';
 import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';
+import { filesIn, unzip } from './archive.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
 
@@ -59,9 +60,9 @@ test('the map is saved as a picture', async ({ lab, page }) => {
   await lab.open();
   await lab.show('run');
   const coming = page.waitForEvent('download');
-  await lab.at('save-png').click();
+  await lab.save('png');
   const download = await coming;
-  expect(download.suggestedFilename()).toBe('office.png');
+  expect(download.suggestedFilename()).toBe('office-picture.png');
   const png = await readFile(await download.path());
   expect(png.subarray(1, 4).toString()).toBe('PNG');
   expect(png.readUInt32BE(16), 'wide enough to see').toBeGreaterThan(50);
@@ -78,7 +79,7 @@ test('what is seen is saved as a drawing that shows the same', async ({ lab, pag
   const drawn = async (): Promise<string> => {
     await lab.show('run');
     const coming = page.waitForEvent('download');
-    await lab.at('save-svg').click();
+    await lab.save('svg');
     const download = await coming;
     expect(download.suggestedFilename()).toBe('office-view.svg');
     return readFile(await download.path(), 'utf8');
@@ -131,11 +132,10 @@ test('the walls are saved as a drawing, for drawing programs and as data', async
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(10);
   await lab.pause();
   await lab.show('run');
-  const downloads: Download[] = [];
-  page.on('download', (download) => downloads.push(download));
-  await lab.at('save-plan').click();
-  await expect.poll(() => downloads.length, 'three files come').toBe(3);
-  const files = new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), (await readFile(await d.path())).toString()] as const)));
+  const coming = page.waitForEvent('download');
+  await lab.save('plan');
+  const files = new Map([...await filesIn(await coming)].map(([name, bytes]) => [name, bytes.toString()]));
+  expect([...files.keys()].sort()).toEqual(['office.dxf', 'office.geojson', 'office.svg']);
   const plan = JSON.parse(files.get('office.geojson') ?? '{}') as { features: { geometry: { coordinates: [number, number][] }; properties: { length_m: number } }[] };
   expect(plan.features.length, 'the walls around the start').toBeGreaterThan(3);
   for (const { geometry, properties } of plan.features) {
@@ -152,13 +152,11 @@ test('everything that can be saved is saved, and says so', { tag: '@phone' }, as
   await lab.pause();
   await lab.show('run');
   const save = async (what: string, count: number): Promise<Map<string, Buffer>> => {
-    const downloads: Download[] = [];
-    const note = (download: Download) => { downloads.push(download); };
-    page.on('download', note);
-    await lab.at('save-as').selectOption(what);
-    await expect.poll(() => downloads.length, `${what} comes`).toBe(count);
-    page.off('download', note);
-    return new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), await readFile(await d.path())] as const)));
+    const coming = page.waitForEvent('download');
+    await lab.save(what);
+    const files = await filesIn(await coming);
+    expect(files.size, what).toBe(count);
+    return files;
   };
   const scale = await save('map-scale', 2);
   expect(scale.get('office-map.png')?.subarray(1, 4).toString()).toBe('PNG');
@@ -179,5 +177,94 @@ test('everything that can be saved is saved, and says so', { tag: '@phone' }, as
   expect(count('points')).toBeGreaterThan(100);
   expect(count('robot')).toBe(poses.length);
   expect(count('landmarks'), 'walls around the start').toBeGreaterThan(3);
-  await expect(lab.at('save-as')).toHaveValue('');
 });
+
+test('everything is saved in one archive, and each file of it is read back', async ({ lab, page }) => {
+  test.setTimeout(240_000);
+  await lab.open();
+  await lab.speed('10');
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await lab.watch((s) => s.explored, 'something is known', 60_000).toBeGreaterThan(0.3);
+  await lab.pause();
+  const { scans } = await lab.status();
+
+  await lab.at('save').click();
+  await lab.at('saving-all').click();
+  await expect(lab.at('saving-save')).toBeEnabled({ timeout: 30_000 });
+  // Collected in turn: what is missing says why.
+  await expect(lab.at('saving-about-slamlab')).not.toContainText('Not now');
+  await expect(lab.at('saving-sum')).toContainText(/^\d+ files, [\d.]+ [kM]B$/);
+  const coming = page.waitForEvent('download');
+  await lab.at('saving-save').click();
+  const download = await coming;
+  expect(download.suggestedFilename()).toBe('office.zip');
+  const archive = await readFile(await download.path());
+  const files = unzip(archive);
+  const text = (name: string): string => files.get(name)?.toString() ?? '';
+
+  // For other programs: by parsers that are not ours.
+  expect(JSON.parse(text('office.geojson'))).toHaveProperty('features');
+  expect(JSON.parse(text('office-rooms.geojson'))).toHaveProperty('features');
+  const wellFormed = (svg: string) => page.evaluate((svg) => new DOMParser().parseFromString(svg, 'image/svg+xml').querySelector('parsererror') === null, svg);
+  for (const name of ['office.svg', 'office-view.svg']) expect(await wellFormed(text(name)), name).toBe(true);
+  expect(text('office.dxf').trim()).toMatch(/^0\s+SECTION[^]*0\s+EOF$/);
+  const [header = '', ...rows] = text('office-plots.csv').trimEnd().split('\r\n');
+  expect(header).toMatch(/^Time \(s\),/);
+  expect(rows.length).toBeGreaterThan(10);
+  for (const row of rows) expect(row.split(',').length).toBe(header.split(',').length);
+  const poses = text('office.tum').split('\n').filter((line) => /^\d/.test(line)).map((line) => line.split(' ').map(Number));
+  expect(poses.length).toBe(scans);
+  for (const pose of poses) expect(Math.hypot(...pose.slice(4)), 'a unit quaternion').toBeCloseTo(1, 6);
+  for (const name of ['office-picture.png', 'office-map.png']) expect(files.get(name)?.subarray(1, 4).toString(), name).toBe('PNG');
+
+  // By the page: each opens as what it is. Where several are in the archive, it asks.
+  const opens = async (name: string, seen: () => Promise<unknown>) => test.step(name, async () => {
+    await drop(page, 'office.zip', archive);
+    await expect(lab.at('archive')).toBeVisible();
+    await lab.at(`archive-${name}`).click();
+    await seen();
+  });
+  const titled = (title: string) => expect.poll(async () => (await lab.state()).title, { timeout: 30_000 }).toBe(title);
+  for (const map of ['office.yaml', 'office-map.yaml', 'office-raw.yaml', 'OGmap.txt', 'office.smap', 'office.svg']) {
+    await opens(map, () => titled(map));
+    expect((await lab.state()).source, map).toBe('sim');
+  }
+  for (const log of ['office.clf', 'office-revolutions.txt']) {
+    await opens(log, () => titled(log));
+    expect((await lab.state()).source, log).toBe('replay');
+    await lab.watch((s) => s.scans, 'each scan is read', 60_000).toBe(scans);
+  }
+  await opens('office.g2o', () => expect(lab.at('toast').or(lab.at('log'))).toContainText(/office\.g2o is solved/));
+  await opens('office.slamlab', () => expect(lab.at('going-on')).toContainText('office.slamlab'));
+});
+
+test('archives that are damaged, empty of maps, or lie about their size are refused in words, and the run goes on', async ({ lab, page }) => {
+  await lab.open();
+  const refused = async (archive: Buffer, words: string) => {
+    await drop(page, 'strange.zip', archive);
+    await expect(lab.at('toast')).toContainText(words);
+  };
+  await refused(Buffer.from('PK\x03\x04 and no more', 'latin1'), 'strange.zip could not be opened: the archive is damaged');
+  await refused(stored('holiday.jpg', Buffer.from([0xff, 0xd8, 0xff])), 'nothing in this archive can be opened here');
+  await refused(stored('big.clf', Buffer.from('#'), 0xf000_0000), 'big.clf is too large: 4027 MB unpacked');
+  const { time } = await lab.status();
+  await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan(time);
+});
+
+/** An archive of one file that is not packed, and that says it has this size. */
+function stored(name: string, bytes: Buffer, size = bytes.length): Buffer {
+  const fields = Buffer.alloc(26);
+  fields.writeUInt16LE(20, 0);
+  fields.writeUInt32LE(bytes.length, 14);
+  fields.writeUInt32LE(size, 18);
+  fields.writeUInt16LE(name.length, 22);
+  const local = Buffer.concat([Buffer.from('PK\x03\x04', 'latin1'), fields, Buffer.from(name), bytes]);
+  const central = Buffer.concat([Buffer.from('PK\x01\x02\x14\0', 'latin1'), fields, Buffer.alloc(14), Buffer.from(name)]);
+  const end = Buffer.alloc(18);
+  end.writeUInt16LE(1, 4);
+  end.writeUInt16LE(1, 6);
+  end.writeUInt32LE(central.length, 8);
+  end.writeUInt32LE(local.length, 12);
+  return Buffer.concat([local, central, Buffer.from('PK\x05\x06', 'latin1'), end]);
+}

@@ -135,7 +135,7 @@ test('a submap that was saved is found where it lies, and a map of another build
   await expect(lab.at('loaded-eye-1')).toHaveAttribute('aria-pressed', 'false');
 
   // In another run it has another place, or none: it is looked for when that is asked for.
-  const whole = await saved(lab, () => lab.at('save-as').selectOption('slamlab'));
+  const whole = await saved(lab, () => lab.save('slamlab'));
   await mapped(lab, 'arena', 1);
   const words = await load(lab, 'floor.slamlab', whole.bytes, 1);
   expect(words).toMatch(/^Not laid on the map: (no part of the map looks like it|it fits in \d+ places alike)/);
@@ -147,7 +147,7 @@ test('a submap that was saved is found where it lies, and a map of another build
 test('a saved map lies on another run in the same building, also after that began anew', async ({ lab }) => {
   test.setTimeout(240_000);
   await mapped(lab, 'office', 3);
-  const whole = await saved(lab, () => lab.at('save-as').selectOption('slamlab'));
+  const whole = await saved(lab, () => lab.save('slamlab'));
   await lab.at('seed').fill('7');
   await lab.at('seed').press('Enter');
   await expect.poll(async () => (await lab.state()).setup.seed).toBe(7);
@@ -177,7 +177,7 @@ test('where both maps have landmarks, these tell the place as well as walls do',
   await expect.poll(seenOften, { message: 'corners and posts are found again', timeout: 90_000 }).toBeGreaterThan(8);
   await lab.pause();
   await lab.show('run');
-  const file = await saved(lab, () => lab.at('save-as').selectOption('smap'));
+  const file = await saved(lab, () => lab.save('smap'));
   // The run draws on meanwhile: it is the same building, and the same frame.
   await lab.at('play').click();
   const { time } = await lab.status();

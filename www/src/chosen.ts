@@ -8,12 +8,14 @@ export type Chosen =
   /** A map of ROS with its image, an OGmap.txt, a submap, or a floor plan. */
   | { kind: "building"; name: string; files: readonly File[] }
   | { kind: "file"; file: File; content: Content }
+  /** A ZIP archive: what is in it is looked at. */
+  | { kind: "archive"; file: File }
   | { kind: "refused"; text: string };
 
 /** What one file holds; of a log and of what nobody knows the module says more. */
 export type Content = "world" | "preset" | "graph" | "saved-map" | "log";
 
-type OpenedKind = Content | "yaml" | "image" | "building";
+type OpenedKind = Content | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
 
 /** All that can be opened, in words, and how such files are usually called. */
@@ -23,6 +25,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   graph: "a pose graph (.g2o)",
   world: "a world (.json)",
   preset: "settings that were fitted to a drive (.json)",
+  archive: "what was saved together (.zip)",
   building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
   yaml: "or a map of ROS (.yaml with .pgm or .png)",
 };
@@ -57,6 +60,7 @@ function byContent(bytes: Uint8Array): Kind | null {
   const begins = (...sign: readonly number[]): boolean => sign.every((byte, at) => bytes[at] === byte);
   if (begins(0x89, 0x73, 0x6c, 0x61, 0x6d)) return "saved-map";
   if (begins(0x89, 0x50, 0x4e, 0x47)) return "image";
+  if (begins(0x50, 0x4b, 0x03, 0x04)) return "archive";
   const text = new TextDecoder().decode(bytes);
   if (/^P[25]\s/.test(text)) return "image";
   // Bytes that are no text are named by the module where they are no recording.
@@ -100,5 +104,6 @@ export async function chosen(files: readonly File[]): Promise<Chosen> {
   if (kind === "image") return { kind: "refused", text: t`${file.name} is a picture. If it is one half of a map, drop it together with its YAML file.` };
   if (typeof kind === "object") return { kind: "refused", text: t`${file.name} is for other programs: this page does not read it. It is ${kind.words}` };
   if (kind === "building") return { kind: "building", name: file.name, files };
+  if (kind === "archive") return { kind: "archive", file };
   return { kind: "file", file, content: kind };
 }

@@ -6,7 +6,7 @@ import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Topics } from "./protocol.js";
 import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -29,6 +29,12 @@ const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto"
 
 /** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
 const SOON_AGAIN_MILLIS = 10_000;
+
+/** Files of one kind; without any, why there are none. */
+export interface Collected {
+  readonly files: readonly SavedFile[];
+  readonly error: string;
+}
 
 /** What begins another run. */
 const BEGINS: ReadonlySet<Command["kind"]> = new Set(["start", "follow", "replay", "connect", "cable", "begin-at"]);
@@ -59,11 +65,15 @@ export class Client {
   onStart: (isAgain: boolean) => void = () => {};
   /** Called where there is no run and will be none: none could begin, or the worker is gone. */
   onLost: () => void = () => {};
+  /** A ZIP archive is to be opened. */
+  onArchive: (file: File) => void = () => {};
   /** Called where another worker goes on for one that broke: it knows nothing yet. */
   onRestart: () => void = () => {};
   /** Called with each command; where it returns true, somebody else sees to it. */
   diverts: (command: Command) => boolean = () => false;
   #askLink: ((link: string | null) => void)[] = [];
+  /** Who waits for files, in the order in which they asked. */
+  #collecting: ((collected: Collected) => void)[] = [];
 
   /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
@@ -81,6 +91,7 @@ export class Client {
     const breaksAgain = performance.now() - this.#brokeAt < SOON_AGAIN_MILLIS;
     this.#brokeAt = performance.now();
     this.#worker.terminate();
+    for (const give of this.#collecting.splice(0)) give({ files: [], error: why });
     if (this.isBeside || breaksAgain) {
       this.#warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
@@ -117,6 +128,16 @@ export class Client {
   linkOf(setup: Setup): Promise<string | null> {
     this.relay({ kind: "keep", setup, asked: true });
     return new Promise((resolve) => this.#askLink.push(resolve));
+  }
+
+  /** The files of this kind as they would be saved now, or why there are none. */
+  collect(what: SavedKind): Promise<Collected> {
+    this.relay({ kind: "collect", what });
+    return new Promise((resolve) => this.#collecting.push(resolve));
+  }
+
+  tellSaved(names: readonly string[]): void {
+    this.#note("good", t`Saved ${names.join(", ")}`);
   }
 
   /** Ends it for good. */
@@ -513,6 +534,7 @@ export class Client {
     const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "building") await this.#read("build", given.name, given.files);
+    else if (given.kind === "archive") this.onArchive(given.file);
     else if (given.kind === "file") await this.#openAs(given.content, given.file);
   }
 
@@ -520,6 +542,7 @@ export class Client {
   async openKnown(files: readonly File[]): Promise<void> {
     const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
+    else if (given.kind === "archive") this.#warn(t`${given.file.name} is an archive: unpack it, and give the map that is in it.`);
     else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
     else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
   }
@@ -728,8 +751,9 @@ export class Client {
     },
     saved: ({ files }) => {
       downloadAll(files);
-      this.#note("good", t`Saved ${files.map((file) => file.name).join(", ")}`);
+      this.tellSaved(files.map((file) => file.name));
     },
+    collected: (collected) => this.#collecting.shift()?.(collected),
     link: ({ link }) => void this.#giveLink(link),
     kept: ({ link, asked }) => {
       if (asked) this.#askLink.shift()?.(link);

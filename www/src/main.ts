@@ -11,7 +11,11 @@ import { startLanguage } from "./language.js";
 import { isSharedWorld } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { keepForOffline, lookForNewer, renewFirst } from "./offline.js";
-import { download, fileName, mapPicture } from "./save.js";
+import { fileName, mapPicture } from "./save.js";
+import type { PageKind, SlamSaving } from "./ui/saving.js";
+import type { SlamArchive } from "./ui/archive.js";
+import type { SlamCharts } from "./ui/charts.js";
+import type { SavedFile } from "./protocol/module.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
@@ -194,6 +198,29 @@ async function showRace(): Promise<void> {
   race.show();
 }
 
+/** What can be saved, and what is in an archive, the same way. */
+let saving: SlamSaving | null = null;
+async function showSaving(): Promise<void> {
+  if (!saving) {
+    if (!(await bundle(store, "saving.js", "The list of what can be saved"))) return;
+    saving ??= Object.assign(document.createElement("slam-saving") as SlamSaving, { store, scene, client, make: made });
+    document.body.append(saving);
+    await saving.updateComplete;
+  }
+  if (!saving.shown) saving.show();
+}
+let archive: SlamArchive | null = null;
+client.onArchive = (file) => void openArchive(file);
+async function openArchive(file: File): Promise<void> {
+  if (!archive) {
+    if (!(await bundle(store, "archive.js", "The part that opens archives"))) return;
+    archive ??= Object.assign(document.createElement("slam-archive") as SlamArchive, { store, scene, client });
+    document.body.append(archive);
+    await archive.updateComplete;
+  }
+  await archive.open(file);
+}
+
 /** The world editor, the same way. The run waits behind it. */
 let editor: SlamEditor | null = null;
 let goesOn = false;
@@ -238,8 +265,7 @@ addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
 addEventListener("show-robot", (event) => ((event as CustomEvent<boolean>).detail ? store.follow || map.toggleFollow() : map.fit()));
 addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).detail));
-addEventListener("save-picture", () => void savePicture());
-addEventListener("save-drawing", () => void saveDrawing());
+addEventListener("show-saving", () => void showSaving());
 
 /** By how much a key turns the view, rad. */
 const TURN_STEP = Math.PI / 12;
@@ -253,7 +279,7 @@ const byHand = {
 startGamepad({ ...byHand, show: (gamepad) => store.set("gamepad", { gamepad }) });
 startKeyboard({
   ...byHand,
-  busy: () => help.shown || gallery.shown || (race?.shown ?? false) || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
+  busy: () => help.shown || (saving?.shown ?? false) || (archive?.shown ?? false) || gallery.shown || (race?.shown ?? false) || (lab?.isConnected ?? false) || (editor?.isConnected ?? false),
   steers: () => store.source !== "replay",
   escape: () => {
     if (store.inspecting) map.toggleInspecting();
@@ -291,6 +317,7 @@ startKeyboard({
     a: () => client.send({ kind: "save", what: "map" }),
     c: () => void showRace(),
     g: () => gallery.show(),
+    y: () => void showSaving(),
     k: () => store.source === "sim" && client.copyLink(),
     l: () => void showLab(),
     o: () => void showEditor(),
@@ -300,20 +327,26 @@ startKeyboard({
   },
 });
 
-async function savePicture(): Promise<void> {
-  const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
-  if (blob) download(blob, `${fileName(store.title)}.png`);
-  else store.set("toast", { toast: { level: "warn", text: "There is no map to save yet: let the robot scan first." } });
+/** What the page itself makes of a run. */
+async function made(kind: PageKind): Promise<SavedFile[]> {
+  const stem = fileName(store.title);
+  if (kind === "csv") return [...document.querySelectorAll<SlamCharts>("slam-plots, slam-consistency, slam-agreement, slam-twin")].flatMap((charts) => charts.table?.() ?? []);
+  if (kind === "png") {
+    const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
+    return blob ? [{ name: `${stem}-picture.png`, mime: blob.type, bytes: new Uint8Array(await blob.arrayBuffer()) }] : [];
+  }
+  const drawing = await drawn();
+  return drawing === null ? [] : [{ name: `${stem}-view.svg`, mime: "image/svg+xml", bytes: new TextEncoder().encode(drawing) }];
 }
 
 /** What is seen, as the layers that are on draw it. */
-async function saveDrawing(): Promise<void> {
+async function drawn(): Promise<string | null> {
   const part = await bundle(store, "svg_context.js", "The part that writes drawings") as typeof import("./view/svg_context.js") | null;
-  if (!part) return;
+  if (!part) return null;
   const { width, height } = map.camera;
   const context = new part.SvgContext(width, height, readPalette().css.unknown);
   map.drawInto(context);
-  download(new Blob([context.getSerializedSvg()], { type: "image/svg+xml" }), `${fileName(store.title)}-view.svg`);
+  return context.getSerializedSvg();
 }
 
 const OF_THE_STORE = ["status", "hash", "playing", "seeking", "source", "title", "setup", "method", "spot", "contest", "bridge", "cycle", "tuning", "rooms", "thing", "moved", "quality", "seq", "loadedMaps", "log", "grade", "offline", "renewal"] as const;

@@ -128,6 +128,8 @@ export type Command =
   /** The grid, the walls as a floor plan, the trajectory, the log, what was fitted last as a
       preset, or the saved map that runs go on in. */
   | { kind: "save"; what: SavedKind | "fit" | "saved-map" }
+  /** The same files for the list of what can be saved. It is answered by `collected`, in turn. */
+  | { kind: "collect"; what: SavedKind }
   /** Runs by scan matching go on in this saved map from the next one on; without bytes in none. */
   | { kind: "go-on"; name: string; bytes: ArrayBuffer | null }
   /** Joins a saved map to the one that there is, drawn or saved. It is answered by `going-on`. */
@@ -176,22 +178,6 @@ export function handle<Message extends { kind: string }>(handlers: Handlers<Mess
   handler(message);
 }
 
-/** What can be saved, as a person reads it. */
-export const SAVED: Readonly<Record<SavedKind, string>> = {
-  map: "Map for ROS (PGM, YAML)",
-  "map-scale": "Map for ROS, probabilities (PNG, YAML)",
-  "map-raw": "Map for ROS, raw percentages (PGM, YAML)",
-  "og-map": "Map as text (OGmap.txt)",
-  smap: "Points, way and walls (.smap)",
-  plan: "Walls (SVG, DXF, GeoJSON)",
-  rooms: "Rooms and doors (GeoJSON)",
-  tum: "Way of the robot (TUM)",
-  carmen: "Scans and odometry (CARMEN log)",
-  revolutions: "Scans alone, a revolution a line (.txt)",
-  slamlab: "Map to go on in later (.slamlab)",
-  g2o: "Pose graph (.g2o)",
-};
-
 export type Answer =
   /** The module is there, and this can be chosen. */
   | ({ kind: "ready" } & Offer)
@@ -228,6 +214,8 @@ export type Answer =
   /** What happened; with `alert` it is shown at once, not only in the log. */
   | { kind: "event"; run: number; time: number; level: Level; text: string; topic?: string; alert?: boolean }
   | { kind: "saved"; files: SavedFile[] }
+  /** What was asked for by `collect`; without files, why there are none. */
+  | { kind: "collected"; files: SavedFile[]; error: string }
   | ({ kind: "examined" } & Examined)
   | { kind: "bench"; response: BenchResponse }
   | { kind: "settings"; settings: SettingInfo[] }

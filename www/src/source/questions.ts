@@ -11,7 +11,7 @@ import type { FileModule } from "./files.js";
 import type { GoingOn } from "./going_on.js";
 import type { Player } from "./player.js";
 
-type Questions = Pick<Handlers<Command>, "examine" | "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "world-file" | "check-world" | "contest" | "contest-watch" | "contest-stop">;
+type Questions = Pick<Handlers<Command>, "examine" | "settings" | "calibrate" | "sigma" | "fit" | "quality" | "preset" | "bench" | "save" | "collect" | "save-submap" | "build" | "read-prior-map" | "solve-graph" | "world-file" | "check-world" | "contest" | "contest-watch" | "contest-stop">;
 
 export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
@@ -50,6 +50,10 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
       if (player.run?.kind === "sim") post({ kind: "bench", response: player.run.module.bench(trial) });
     },
     save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
+    collect: ({ what }) => {
+      const { files, error } = attempt("files", () => filesOf(what));
+      post({ kind: "collected", files: files ?? [], error });
+    },
     "save-submap": ({ submap }) => given("", () => {
       const { run } = player;
       if (run) post({ kind: "saved", files: [run.module.submap_file(submap, fileName(run.title))] });

@@ -2,6 +2,7 @@
 
 import { css, type CSSResultGroup, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
+import type { SavedFile } from "../protocol/module.js";
 import { SAMPLE } from "../protocol/sample.js";
 import { type Column, csvOf } from "../csv.js";
 import type { History } from "../history.js";
@@ -116,9 +117,20 @@ export abstract class SlamCharts extends SlamPlotted {
     return this.#alone[i] && curve.boundsAlone ? curve.boundsAlone : curve;
   }
 
-  /** Hands over what is drawn, with all its digits. */
   #save(): void {
-    const { store, history: { columns, keep } } = this;
+    const { store, history: { keep } } = this;
+    const table = this.table();
+    if (!table) {
+      store.set("toast", { toast: { level: "warn", text: "There is nothing to save yet: the curves are empty." } });
+      return;
+    }
+    download(new Blob([table.bytes], { type: table.mime }), table.name);
+    if (keep > 1) store.set("toast", { toast: { level: "info", text: t`The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
+  }
+
+  /** What is drawn, with all its digits; null while there is nothing. */
+  table(): SavedFile | null {
+    const { store, history: { columns } } = this;
     const has = (index: number): boolean => columns[index]?.some(Number.isFinite) ?? false;
     const column = (index: number, title: string, unit: string): Column => ({ title, unit, values: columns[index] ?? [] });
     const curves = this.curves.flatMap((curve, i) => {
@@ -128,13 +140,9 @@ export abstract class SlamCharts extends SlamPlotted {
       const indices = [curve.value, ...curve.bounds, ...(curve.beside ?? []).map(({ value }) => value)];
       return [column(curve.value, curve.name === undefined ? title : `${title}, ${curve.name}`, curve.unit), ...bounds, ...beside].filter((_, k) => has(indices[k] ?? -1));
     });
-    if (curves.length === 0) {
-      store.set("toast", { toast: { level: "warn", text: "There is nothing to save yet: the curves are empty." } });
-      return;
-    }
+    if (curves.length === 0) return null;
     const table = csvOf([column(SAMPLE.time, "Time", "s"), ...curves]);
-    download(new Blob([table], { type: "text/csv;charset=utf-8" }), `${fileName(store.title)}-${this.localName.replace(/^slam-/, "")}.csv`);
-    if (keep > 1) store.set("toast", { toast: { level: "info", text: t`The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
+    return { name: `${fileName(store.title)}-${this.localName.replace(/^slam-/, "")}.csv`, mime: "text/csv;charset=utf-8", bytes: new TextEncoder().encode(table) };
   }
 
   override updated(): void {

@@ -34,6 +34,7 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["E", "change the map by hand: a drag erases or draws, and so do two clicks, or Enter twice with the map in focus (scan matching)"],
   ["R", "start again"],
   ["M, or Shift + A", "save the map; A alone steers to the left, and saves where there is nothing to steer: in a recording"],
+  ["Y", "save: one file, or several in one archive"],
   ["K", "copy the link of this run"],
   ["O", "draw a world of your own, and let the robot map it"],
   ["L", "the registration lab: two scans on each other, by every method"],

@@ -2,9 +2,8 @@
 
 import { css, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";
-import { SAVED } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
-import type { MethodName, SavedKind } from "../protocol/module.js";
+import type { MethodName } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
 import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
@@ -47,10 +46,8 @@ export class SlamSetup extends SlamElement {
     .grid label:has(> select) { min-width: 0; }
     .seed { display: flex; gap: 6px; }
     .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
-    .files { display: grid; grid-template-columns: repeat(6, minmax(0, 1fr)); gap: 8px; margin-top: 12px; }
-    .files button, .files select { grid-column: span 2; }
-    .files .picture { grid-column: span 3; }
-    .files button, .files select { padding: 0 6px; }
+    .files { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-top: 12px; }
+    .files button { padding: 0 6px; }
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
     p { margin: 10px 0 0; font-size: 12.5px; }
     .files label { display: contents; }
@@ -111,15 +108,7 @@ export class SlamSetup extends SlamElement {
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
-        <button data-testid="save-plan" title="Save the walls with their lengths as SVG, DXF and GeoJSON" @click=${() => this.client.send({ kind: "save", what: "plan" })}>${icons.ruler} Walls</button>
-        <label>
-          <select data-testid="save-as" aria-label="Save as another file" title="Save as another file" @change=${this.#saveAs}>
-            <option value="" selected>More…</option>
-            ${Object.entries(SAVED).map(([what, words]) => html`<option value=${what}>${words}</option>`)}
-          </select>
-        </label>
-        <button class="picture" data-testid="save-png" title="Save the map as a picture" @click=${() => this.dispatchEvent(new CustomEvent("save-picture", { bubbles: true, composed: true }))}>${icons.image} PNG of the map</button>
-        <button class="picture" data-testid="save-svg" title="Save what the map shows as a drawing: all layers that are on, cells as pictures in it" @click=${() => dispatchEvent(new Event("save-drawing"))}>${icons.image} SVG of the view</button>
+        <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y)" aria-keyshortcuts="Y" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
       </div>
       <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</p>
     `;
@@ -144,12 +133,6 @@ export class SlamSetup extends SlamElement {
     // The field says again what the run was made of.
     input.value = String(this.store.setup.seed);
     this.store.set("toast", { toast: { level: "warn", text: t`A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
-  }
-
-  #saveAs(event: Event): void {
-    const select = event.target as HTMLSelectElement;
-    this.client.send({ kind: "save", what: select.value as SavedKind });
-    select.value = "";
   }
 }
 

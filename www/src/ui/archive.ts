@@ -1,0 +1,81 @@
+// What is in a ZIP archive that was dropped: where one thing can be opened, it is; of several a
+// person chooses. A map is one thing: its YAML with the image that it names.
+//
+// A bundle of its own, for a first visit does without it.
+
+import { css, type TemplateResult } from "lit";
+import { chosen } from "../chosen.js";
+import { html, t } from "../words.js";
+import { entriesOf, unpacked, ZipError } from "../zip.js";
+import { dialog, SlamDialog } from "./dialog.js";
+import { icons } from "./icons.js";
+
+/** More than that is not looked through. */
+const MOST_OFFERED = 100;
+
+export class SlamArchive extends SlamDialog {
+  static override styles = [dialog, css`
+    ul { display: grid; gap: 8px; margin: 0; padding: 0; list-style: none; }
+    li button { width: 100%; justify-content: start; white-space: normal; text-align: left; overflow-wrap: anywhere; }
+  `];
+
+  #name = "";
+  #things: readonly (readonly File[])[] = [];
+
+  async open(file: File): Promise<void> {
+    this.#name = file.name;
+    try {
+      this.#things = await this.#openable(new Uint8Array(await file.arrayBuffer()));
+    } catch (error) {
+      const why = error instanceof ZipError ? error.message : t`it could not be read`;
+      this.store.set("toast", { toast: { level: "warn", text: t`${file.name} could not be opened: ${why}` } });
+      return;
+    }
+    const [only, ...more] = this.#things;
+    if (!only) this.store.set("toast", { toast: { level: "warn", text: t`${file.name}: nothing in this archive can be opened here.` } });
+    else if (more.length === 0) void this.client.openAll(only);
+    else {
+      this.requestUpdate();
+      await this.updateComplete;
+      this.show();
+    }
+  }
+
+  override render(): TemplateResult {
+    return html`<dialog aria-labelledby="title" data-testid="archive" @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
+      <header><h3 id="title">What of ${this.#name}?</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
+      <p>Several things in this archive can be opened. Choose one; drop the archive again for another.</p>
+      <ul>${this.#things.map((files) => html`<li><button data-testid="archive-${files[0]?.name ?? ""}" @click=${() => this.#choose(files)}>${icons.open} ${files.map(({ name }) => name).join(" + ")}</button></li>`)}</ul>
+    </dialog>`;
+  }
+
+  #choose(files: readonly File[]): void {
+    this.close();
+    void this.client.openAll(files);
+  }
+
+  async #openable(archive: Uint8Array): Promise<(readonly File[])[]> {
+    const names = entriesOf(archive).map(({ name }) => name);
+    if (names.length > MOST_OFFERED) throw new ZipError(t`it holds more than ${MOST_OFFERED} files`);
+    const files = unpacked(archive, names);
+    const things: (readonly File[])[] = [];
+    for (const file of files) {
+      const image = /\.ya?ml$/i.test(file.name) ? await imageOf(file, files) : undefined;
+      const thing = image ? [file, image] : [file];
+      const { kind } = await chosen(thing);
+      if (kind === "building" || kind === "file" && isKnown(file.name)) things.push(thing);
+    }
+    return things;
+  }
+}
+
+/** Whatever nobody knows is taken for a recording, by its content; of many files only those are
+    offered that are called like one. */
+const isKnown = (name: string): boolean => /\.(?:json|g2o|slamlab|clf|log|csv|txt|bag|mcap|gz)$/i.test(name);
+
+async function imageOf(yaml: File, files: readonly File[]): Promise<File | undefined> {
+  const named = /^image\s*:\s*["']?(.+?)["']?\s*$/m.exec(await yaml.text())?.[1]?.replace(/^.*\//, "");
+  return files.find(({ name }) => name === named);
+}
+
+customElements.define("slam-archive", SlamArchive);
