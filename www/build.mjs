@@ -17,6 +17,7 @@
 // | svg_context.js | the view is saved as a drawing |
 // | language.js | the help is opened, where the language is chosen |
 // | words_hu.js … | another language than English is chosen |
+// | fleet.js | fleet.html is opened: all robots behind a router |
 // | gl.js | there is a graphics card to draw the map with |
 
 import { createHash } from "node:crypto";
@@ -59,7 +60,7 @@ const options = {
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
   entryPoints: {
-    main: "src/main.ts", registration: "src/registration/lab.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts",
+    main: "src/main.ts", registration: "src/registration/lab.ts", fleet: "src/fleet/fleet.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts",
     language: "src/ui/language.ts", words_hu: "src/words/hu.ts", words_cs: "src/words/cs.ts", words_pl: "src/words/pl.ts", style: "src/style.css",
     worker: "src/worker.ts", files: "src/source/files.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
   },
@@ -70,6 +71,7 @@ const options = {
 
 const statics = async () => {
   await copyFile(at("index.html"), at("dist/index.html"));
+  await copyFile(at("fleet.html"), at("dist/fleet.html"));
   await copyFile(at("icon.svg"), at("dist/icon.svg"));
   await copyFile(at("manifest.webmanifest"), at("dist/manifest.webmanifest"));
   await cp(at("icons"), at("dist/icons"), { recursive: true });

@@ -1,6 +1,8 @@
 // What the core says to people: its tables, as the module has them, and the sentences that it puts
-// together, as they stand in its sources. What readers of files, devices and checks of settings
-// written by hand say stays English: whoever meets it passes it on to a developer.
+// together, as they stand in its sources: of a run, and of what is wrong with a file, a link or a
+// lidar. So each text has one place, and on the command line it is English. What the rarer formats
+// and checks of settings written by hand say stays English: whoever meets it passes it on to a
+// developer.
 
 import { readFileSync } from "node:fs";
 import { initSync as initLab, registration_offer } from "./pkg/slamlab_lab.js";
@@ -17,8 +19,17 @@ const SOURCES = [
   "core/src/estimation/scan_matching/removal.rs", "core/src/estimation/scan_matching/merging.rs",
   "web/src/run.rs", "web/src/export.rs", "web/src/contest.rs",
 ];
+/** Whose sentences say why a file, a link or a device cannot be used. */
+const REFUSALS = [
+  "core/src/format/known_file.rs", "core/src/replay/reader.rs", "core/src/format/field_error.rs", "core/src/format/text_log.rs",
+  "core/src/format/carmen/error.rs", "core/src/format/world.rs", "core/src/format/slamlab.rs", "core/src/format/building/file.rs",
+  "core/src/format/building/error.rs", "core/src/format/map_server/error.rs", "core/src/experiment/link.rs", "core/src/device/rplidar/fault.rs",
+  "web/src/link.rs", "web/src/setup.rs",
+];
 /** Words that stand in places of these sentences. */
-const IN_PLACES = ["left", "right", "more than 0"];
+const IN_PLACES = ["left", "right", "more than 0", "a script", "a newer"];
+/** What begins files, what others say, and lists: read, and not said. */
+const NO_SENTENCE = /^<[!a-z]|^-----|^version https|^expected (f64|u32|u64|an array of length 2)$|^\{0\} at line \{1\} column|^\{0\}, \{1\}$|^\{0\} of <\{1\}>$/;
 
 export function saidByCore() {
   initSync({ module: readFileSync(at("pkg/slamlab_web_bg.wasm")) });
@@ -43,13 +54,16 @@ export function saidByCore() {
 }
 
 export function heardFromCore() {
-  return SOURCES.flatMap((file) => sentencesOf(readFileSync(at(`../${file}`), "utf8")));
+  const read = (file) => sentencesOf(readFileSync(at(`../${file}`), "utf8"));
+  return [...SOURCES.flatMap(read), ...REFUSALS.flatMap(read).filter((text) => !NO_SENTENCE.test(text))];
 }
 
 /** The sentences of a source of Rust: {0}, {1} … where it has arguments of any name. */
 function sentencesOf(source) {
   const code = source.replace(/#\[cfg\(test\)\][\s\S]*$/, "").replace(/^\s*\/\/.*$/gm, "").replace(/#!?\[(expect|allow|doc)[\s\S]*?\)\]/g, "");
-  const literals = [...code.matchAll(/"((?:[^"\\]|\\[\s\S])*)"/g)].map(([, text]) => text.replace(/\\\n\s*/g, "").replaceAll('\\"', '"'));
+  // Bytes are what a file begins with.
+  const strings = [...code.matchAll(/(b?)"((?:[^"\\]|\\[\s\S])*)"/g)].filter(([, bytes]) => bytes === "");
+  const literals = strings.map(([, , text]) => text.replace(/\\\n\s*/g, "").replaceAll('\\"', '"'));
   return literals.filter((text) => /\p{L}{2}.* |^(; |, )|: $|^ of \{/u.test(text) && !/_/.test(text.replace(/\{[^}]*\}/g, ""))).map(numbered);
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
         .route("/healthz", get(async || "ok\n"))
         .route("/metrics", get(metrics))
         .route("/bridge.json", get(about))
-        .merge(sockets.route_layer(own_pages));
+        .merge(sockets.route_layer(own_pages.clone()));
     let router = match shared.mapping.is_some() {
         true => router.merge(mapping::routes()),
         false => router,
@@ -45,6 +45,11 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
     #[cfg(feature = "storage")]
     let router = match shared.uploads.is_some() {
         true => router.merge(crate::storage::routes()),
+        false => router,
+    };
+    #[cfg(feature = "zenoh")]
+    let router = match shared.fleet.is_some() {
+        true => router.merge(crate::zenoh::routes().route_layer(own_pages)),
         false => router,
     };
     let router = match &shared.page {

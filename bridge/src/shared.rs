@@ -45,6 +45,12 @@ pub(crate) struct Shared {
     pub(crate) audit: Option<Arc<Audit>>,
     /// None where the bridge does not map.
     pub(crate) mapping: Option<Arc<Mapping>>,
+    /// None where the bridge is at no router.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fleet: Option<Arc<crate::zenoh::Fleet>>,
+    /// Where others reach the page; none where no address of the machine is known.
+    #[cfg(feature = "zenoh")]
+    pub(crate) page_address: Option<String>,
     /// None where recordings are not stored elsewhere.
     #[cfg(feature = "storage")]
     pub(crate) uploads: Option<Arc<crate::storage::Uploads>>,

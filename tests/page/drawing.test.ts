@@ -245,3 +245,45 @@ test('layers lie in the order that was chosen, also after a reload, until it is 
   expect(await names()).toEqual(before);
   await expect(lab.at('order-reset')).toBeHidden();
 });
+
+test('a layer is drawn to its place in the order', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
+  await lab.open();
+  await lab.show('layers');
+  await lab.at('layer-order').click();
+  const names = (): Promise<string[]> => page.locator('slam-legend li.order span').allInnerTexts();
+  const before = await names();
+  const signs = page.locator('slam-legend li.order > svg');
+  // The button stands below the list.
+  await signs.first().scrollIntoViewIfNeeded();
+  const [from, to] = [(await signs.first().boundingBox())!, (await signs.nth(2).boundingBox())!];
+  const [x, y, end] = [from.x + from.width / 2, from.y + from.height / 2, to.y + to.height / 2 + 4];
+  if (isMobile) {
+    const touch = await page.context().newCDPSession(page);
+    await touch.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [{ x, y }] });
+    for (const at of [(y + end) / 2, end]) await touch.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x, y: at }] });
+    await touch.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+  } else {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x, end, { steps: 5 });
+    await page.mouse.up();
+  }
+  await expect.poll(names, 'the uppermost lies third').toEqual([before[1], before[2], before[0], ...before.slice(3)]);
+  await lab.at('order-reset').click();
+  expect(await names()).toEqual(before);
+});
+
+test('the map stays turned as somebody turned it, also after a reload', async ({ lab, page }) => {
+  await lab.open();
+  await page.locator('body').press('q');
+  await page.locator('body').press('q');
+  const { angle } = (await lab.state()).camera;
+  expect(angle).toBeGreaterThan(0.2);
+  await page.reload();
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
+  expect((await lab.state()).camera.angle).toBeCloseTo(angle, 9);
+  await lab.at('upright').click();
+  await page.reload();
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
+  expect((await lab.state()).camera.angle).toBe(0);
+});

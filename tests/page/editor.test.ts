@@ -3,6 +3,8 @@
 import { readFileSync } from 'node:fs';
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
+import type { Drawing as World } from '../../www/src/editor/drawing.ts';
+import { isOpenWorld } from '../../www/src/editor/open_world.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -309,4 +311,32 @@ test('the editor can be read by everybody', { tag: '@phone' }, async ({ lab, pag
     const { violations } = await new AxeBuilder({ page }).include('slam-editor').analyze();
     expect(violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target.join(' ')).join(', ')}`), scheme).toEqual([]);
   }
+});
+
+test('a gap in the walls around the robot is told, until it is closed or has a door', async ({ lab, page }) => {
+  await openEditor(lab);
+  await emptyFloor(lab);
+  await expect(lab.at('editor-open'), 'nothing is drawn yet').toHaveCount(0);
+  const load = (obstacles: unknown[], doors: unknown[] = []): Promise<void> => lab.at('editor-file').setInputFiles({
+    name: 'hall.json', mimeType: 'application/json', buffer: Buffer.from(JSON.stringify({ slamlab_world: 1, name: 'hall', start: { x: 2, y: 1.5 }, obstacles, doors })),
+  });
+  const walls = { shape: 'polyline', points: [[1, 0], [0, 0], [0, 3], [4, 3], [4, 0], [2, 0]] };
+  await load([walls]);
+  await expect(lab.at('editor-open')).toContainText('have a gap');
+  await load([walls], [{ from: [1, 0], to: [2, 0], open: true }]);
+  await expect(lab.at('editor-open')).toHaveCount(0);
+  await load([{ ...walls, closed: true }]);
+  await expect(lab.at('editor-open')).toHaveCount(0);
+  await page.keyboard.press('Escape');
+});
+
+test('a way out is found through a real gap only: not through a wall that runs across, nor out of a wide one', () => {
+  const world = (points: readonly (readonly [number, number])[], closed: boolean, x = 0, y = 0): World => ({ slamlab_world: 1, name: '', start: { x, y }, obstacles: [{ shape: 'polyline', points, closed }] });
+  const ring = Array.from({ length: 24 }, (_, i) => [5 * Math.cos((i * Math.PI) / 12), 5 * Math.sin((i * Math.PI) / 12)] as const);
+  expect(isOpenWorld(world(ring, true)), 'walls at all angles hold').toBe(false);
+  expect(isOpenWorld(world(ring, false)), 'one piece of 24 lacks').toBe(true);
+  expect(isOpenWorld(world(ring.map(([x, y]) => [40 * x, 40 * y]), true)), 'so do those of 400 m').toBe(false);
+  expect(isOpenWorld(world(ring.map(([x, y]) => [40 * x, 40 * y]), false))).toBe(true);
+  expect(isOpenWorld(world(ring, true, 7)), 'it stands outside').toBe(true);
+  expect(isOpenWorld({ slamlab_world: 1, name: '', start: { x: 0, y: 0 }, obstacles: [] }), 'nothing is drawn').toBe(false);
 });

@@ -87,7 +87,7 @@ export class Lab {
 
   /** Shuts the sheet of a phone, so that the map is free. */
   async hidePanels(): Promise<void> {
-    const open = this.page.locator('slam-tabs [aria-pressed="true"]');
+    const open = this.page.locator('slam-tabs [aria-pressed="true"]').filter({ visible: true });
     if (await open.isVisible()) await open.click();
   }
 
@@ -205,8 +205,8 @@ export async function drop(page: Page, name: string, bytes: Uint8Array): Promise
     return data;
   }, [name, text]);
   await page.dispatchEvent('body', 'dragenter', { dataTransfer: transfer });
-  await expect(page.getByText('Drop it here')).toBeVisible();
+  await expect(page.locator('slam-drop div')).toBeVisible();
   await page.dispatchEvent('body', 'dragover', { dataTransfer: transfer });
   await page.dispatchEvent('body', 'drop', { dataTransfer: transfer });
-  await expect(page.getByText('Drop it here')).toBeHidden();
+  await expect(page.locator('slam-drop div')).toBeHidden();
 }

@@ -7,13 +7,26 @@ import * as hu from '../../www/src/words/hu.ts';
 import * as pl from '../../www/src/words/pl.ts';
 import { Translator } from '../../www/src/words/translator.ts';
 import { expect, test } from './fixture.ts';
-import type { Lab, Panel } from './lab.ts';
+import { drop, type Lab, type Panel } from './lab.ts';
 
 const LANGUAGES = { hu, cs, pl } as const;
 /** Words that no text of another language has; names of files, papers and programs may. */
 const ENGLISH = /(?<![\p{L}-])(the|of|and|with|which|where|from|this|that|are|for|not|its)(?![\p{L}-])/u;
 /** What is said as it is in every language. */
-const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard/;
+const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard|corrupt gzip stream/;
+
+/** Of each way in which files and links are most often wrong, one. */
+const WRONG_FILES: readonly [name: string, bytes: string | Buffer][] = [
+  ['photo.log', Buffer.from([0xff, 0xd8, 0xff, 0xe0, 0, 16])],
+  ['drive.bag', 'SQLite format 3\0'],
+  ['page.clf', '<!doctype html><title>404</title>'],
+  ['empty.log', ''],
+  ['notes.log', 'ODOM 0 0 0 0 0 0 1 host 1\nhello\n'],
+  ['letter.slamlab', 'a letter'],
+  ['broken.gz', Buffer.from([0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 1])],
+  ['list.json', '{ "slamlab_world": 1, "name": "x", "start": { "x": "one", "y": 1 }, "obstacles": [] }'],
+];
+const WRONG_LINKS = ['run&world=moon&sensor=lidar&method=line-ekf&seed=7', 'run&world=office', 'run&world=office&sensor=nose&method=line-ekf&seed=7', 'run&world=office&sensor=lidar&method=line-ekf&seed=99999999999'];
 
 /** What the page says anywhere, also in attributes that are read aloud. */
 const told = (page: Page): Promise<string[]> => page.evaluate(() => {
@@ -78,6 +91,23 @@ for (const [code, { SAID, HEARD }] of Object.entries(LANGUAGES)) {
       const { violations } = await new AxeBuilder({ page }).analyze();
       expect(violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id }) => id)).toEqual([]);
     });
+
+    test('what is wrong with a file or a link is said in it', async ({ lab, page }) => {
+      await lab.open();
+      await lab.at('tour-leave').click();
+      for (const [name, bytes] of WRONG_FILES) {
+        await drop(page, name, Buffer.from(bytes));
+        await expect(lab.at('toast')).toContainText(name);
+        await isTranslated(page, `what is wrong with ${name}`);
+      }
+      for (const link of WRONG_LINKS) {
+        await page.getByRole('button').and(page.locator('slam-toast button')).click();
+        await expect(lab.at('toast')).toBeHidden();
+        await page.evaluate((link) => (location.hash = link), link);
+        await expect(lab.at('toast')).toBeVisible();
+        await isTranslated(page, `what is wrong with ${link}`);
+      }
+    });
   });
 }
 
@@ -124,6 +154,9 @@ test('forms follow the number, places its sentence, and marks the language', () 
   expect(czech.say('3.2 m to the east')).toBe('3,2 m na východ');
   expect(czech.say('Goal reached'), 'at the beginning of a sentence').toBe('Cíl dosažen');
   expect(czech.say('office.log')).toBe('office.log');
+  // The name of a file before what is wrong with it takes nothing away from the sentence.
+  const file = new Translator('cs', { '{0}, or {1}': '{0}, nebo {1}', 'the file is damaged, or not all is here: {0}': 'soubor je poškozený, nebo není celý: {0}' }, ['{0}, or {1}', 'the file is damaged, or not all is here: {0}']);
+  expect(file.say('a-b.gz: the file is damaged, or not all is here: checksum')).toBe('a-b.gz: soubor je poškozený, nebo není celý: checksum');
   const polish = new Translator('pl', { '{0} scans': { by: 0, one: '{0} skan', few: '{0} skany', many: '{0} skanów', other: '{0} skanu' } }, []);
   expect([1, 2, 5, 12, 22, '0,5'].map((count) => polish.compose(['', ' scans'], [count]))).toEqual(['1 skan', '2 skany', '5 skanów', '12 skanów', '22 skany', '0,5 skanu']);
 });

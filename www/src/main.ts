@@ -15,7 +15,7 @@ import { download, fileName, mapPicture } from "./save.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
-import { keepView } from "./visit.js";
+import { keepTurn, keepView } from "./visit.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
 import "./ui/cable.js";
@@ -84,6 +84,7 @@ for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {
 /** The component of this name; index.html has a place for each. */
 const component = <T extends SlamElement>(tag: string): T => document.querySelector(tag) as unknown as T;
 const map = component<SlamMap>("slam-map");
+keepTurn(map);
 const transport = component<SlamTransport>("slam-transport");
 const cycle = component<SlamCycle>("slam-cycle");
 const help = component<SlamHelp>("slam-help");
@@ -369,11 +370,19 @@ store.on("exhibit", () => {
   if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
 });
 
-// And a lesson.
+// And a lesson: one that was under way, or that nobody knows. One that is about to begin stays.
+let taught: string | null = null;
 for (const topic of ["run", "lesson"] as const) {
   store.on(topic, () => {
     const isLoading = store.loading !== "" || store.offer.lessons.length === 0;
-    if (!isLoading && lessonAt(location.hash) !== null && !currentLesson(store)) history.replaceState(null, "", location.pathname + location.search);
+    const given = lessonAt(location.hash);
+    const running = currentLesson(store);
+    if (running) {
+      taught = running.lesson.name;
+    } else if (!isLoading && given !== null && (given === taught || !store.offer.lessons.some(({ name }) => name === given))) {
+      taught = null;
+      history.replaceState(null, "", location.pathname + location.search);
+    }
   });
 }
 

@@ -7,6 +7,7 @@ import { LAYERS, type LayerName } from "./view/scene.js";
 const VISITED = "slamlab-visited";
 const VIEW = "slamlab-view";
 const ORDER = "slamlab-order";
+const TURN = "slamlab-turn";
 
 /** Whether nobody was here before. Where nothing can be kept nobody is greeted twice, so nobody is
     greeted at all. */
@@ -28,6 +29,13 @@ export function keepView(store: Store): void {
     if (store.layerOrder === LAYERS) localStorage.removeItem(ORDER);
     else localStorage.setItem(ORDER, store.layerOrder.join(" "));
   }));
+}
+
+/** Turns the map as it was turned last, and keeps how it is turned from here on. */
+export function keepTurn(map: { turn(angle: number): void; onTurn: (angle: number) => void }): void {
+  const kept = Number(ifAllowed(() => localStorage.getItem(TURN)) ?? NaN);
+  if (Math.abs(kept) <= Math.PI) map.turn(kept);
+  map.onTurn = (angle) => ifAllowed(() => (angle === 0 ? localStorage.removeItem(TURN) : localStorage.setItem(TURN, String(angle))));
 }
 
 /** The order that a text names; ours, if it does not name each layer once. */

@@ -37,6 +37,9 @@ pub enum Promise {
     /// Three robots at a Zenoh router: one driven through it and stopped by others, the router
     /// killed and started again, certificates that are foreign, settings that cannot be
     Router,
+    /// Three bridges that see and stop each other through a router; 10, 30 and 100 simulated robots,
+    /// whose states are at most a second old, and all stop
+    Fleet,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,
     /// No decoder crashes on changed input
@@ -66,7 +69,8 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::Upload => {
             return tools::run_cargo("run --release --quiet --package slamlab-storage-report");
         }
-        Promise::Router => return router(),
+        Promise::Router => return router(&[]),
+        Promise::Fleet => return router(&["fleet"]),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),
@@ -98,12 +102,12 @@ pub fn measure(what: &Measurement) -> Result<()> {
 
 /// Apart from the others: what it measures is built with a feature that takes minutes to compile,
 /// and by the profile of the tests, which have compiled most of the rest.
-fn router() -> Result<()> {
+fn router(words: &[&str]) -> Result<()> {
     let built = "--profile test --quiet --package slamlab-bridge --package slamlab-tests \
                  --features slamlab-bridge/zenoh,slamlab-tests/zenoh";
     let programs = "--bin slamlab-bridge --example router_report";
     tools::run_cargo(&format!("build {built} {programs}"))?;
     let mut report = std::process::Command::new(tools::built("debug/examples/router_report"));
     report.env("SLAMLAB_BRIDGE", tools::built("debug/slamlab-bridge"));
-    tools::run(&mut report)
+    tools::run(report.args(words))
 }

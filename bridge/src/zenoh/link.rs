@@ -11,6 +11,7 @@ use slamlab_core::wire::message::{FromBridge, Severity};
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
+use super::fleet::Gathering;
 use super::keys::Keys;
 use super::lane::Urgent;
 use super::namesake::{self, Claim};
@@ -179,6 +180,10 @@ impl Link {
         };
         let mut streams = Streams::start(session, keys, shared, urgent.clone(), also).await?;
         let mut remote = Remote::start(session, keys, shared, urgent).await?;
+        let _gathering = match &shared.fleet {
+            Some(fleet) => Some(Gathering::start(session, fleet, shared.clock).await?),
+            None => None,
+        };
         let endpoint = self.ready.router.endpoint();
         let text = format!("Zenoh: the robot is at the router at {endpoint} as {name}.");
         self.say(Severity::Info, text).await;

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `alive/ID` | liveliness token of the robot; two of a name are found out, and the later waits (`namesake`) |
 //! | `safety`, `alerts`, `devices`, `battery`, `odometry`, `scan`, `map`, `pose`, … | what the hub tells everybody, each kind at a key of its own (`streams`). A query of `slamlab/NAME/*` is answered by the last of each state |
+//! | `page` | the address of the robot's page, for a query; none of a bridge that listens on all addresses and knows no other name |
 //! | `stop` | whatever is put there stops the robot, as Stop does for everyone; `slamlab/*/stop` stops all |
 //! | `to/CLIENT`, `from/CLIENT` | the conversation of a client, with the rules of a WebSocket's (`remote`): hello, proof, lease, arming, driving |
 //!
@@ -23,7 +24,8 @@
 //!    key that only token and bridge make ([`slamlab_core::wire::message::MessageKey`]); what is
 //!    not signed by it counts as not said. Whom the router lets in at all, it must say itself: by
 //!    the certificates of its clients.
-//! 4. Where `ros` is set, the same session is a node of ROS 2 (`ros`).
+//! 4. What all robots there say of themselves is gathered for the page of the fleet (`fleet`).
+//! 5. Where `ros` is set, the same session is a node of ROS 2 (`ros`).
 //!
 //! It is built with the feature `zenoh` only.
 
@@ -31,6 +33,8 @@
 mod absent;
 mod config;
 
+#[cfg(feature = "zenoh")]
+mod fleet;
 #[cfg(feature = "zenoh")]
 mod keys;
 #[cfg(feature = "zenoh")]
@@ -51,5 +55,7 @@ mod streams;
 #[cfg(not(feature = "zenoh"))]
 pub(crate) use absent::ready;
 pub use config::{Endpoint, EndpointError, RosConfig, ZenohConfig, ZenohError};
+#[cfg(feature = "zenoh")]
+pub(crate) use fleet::{Fleet, routes};
 #[cfg(feature = "zenoh")]
 pub(crate) use link::ready;

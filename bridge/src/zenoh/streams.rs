@@ -26,6 +26,9 @@ use crate::shared::Shared;
 /// What a stream at the router is called among the clients.
 const NAME: &str = "zenoh";
 
+/// The key of the address of the robot's page.
+pub(super) const PAGE: &str = "page";
+
 /// The last of each state, by its key.
 type States = Arc<Mutex<BTreeMap<String, Vec<u8>>>>;
 
@@ -110,6 +113,11 @@ impl Streams {
         let (id, outbox) = joined.await.map_err(|_| StreamsError::Ends)?;
         let client = Joined::new(id, Arc::clone(shared));
         let states = States::default();
+        if let Some(page) = &shared.page_address {
+            let page = serde_json::Value::from(page.as_str()).to_string();
+            let mut states = states.lock().unwrap_or_else(PoisonError::into_inner);
+            states.insert(keys.stream(PAGE), page.into_bytes());
+        }
         let writer = Writer {
             session: session.clone(),
             keys: keys.clone(),

@@ -1,7 +1,8 @@
 //! Three bridges in processes of their own, a Zenoh router in another, and clients behind it:
 //! prints JSON, and exits with 0 only if all of it holds.
 //!
-//! `cargo xtask report router`, or with the programs built:
+//! `cargo xtask report router`; `cargo xtask report fleet`: the same robots as a page of many shows
+//! them, and a hundred simulated ones. Or with the programs built:
 //! `SLAMLAB_BRIDGE=… cargo run -p slamlab-tests --features zenoh --example router_report`
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
@@ -12,11 +13,14 @@
 mod client;
 
 mod drive;
+mod fleet;
 mod lost;
+mod many;
 mod process;
 mod remote;
 mod slow;
 mod trust;
+mod web;
 mod words;
 
 use std::process::ExitCode;
@@ -33,27 +37,57 @@ async fn main() -> ExitCode {
         process::be_router(config).await;
         return ExitCode::SUCCESS;
     }
-    let mut figures = serde_json::Map::new();
-    let mut holds = true;
-    for (name, (one_holds, figure)) in [
+    if let [word, endpoint, count] = words.as_slice()
+        && word == "robots"
+    {
+        many::be_robots(endpoint, count.parse().unwrap()).await;
+        return ExitCode::SUCCESS;
+    }
+    let holds = match words.as_slice() {
+        [word] if word == "fleet" => fleet_holds().await,
+        [] => router_holds().await,
+        other => panic!("{other:?}: expected nothing, or `fleet`"),
+    };
+    match holds {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    }
+}
+
+async fn router_holds() -> bool {
+    let figures = [
         ("driven_and_stopped", drive::report().await),
         ("router_killed", lost::report().await),
         ("slow_link", slow::report().await),
         ("certificates", trust::report().await),
         ("words", words::report().await),
-    ] {
+    ];
+    print("router", figures)
+}
+
+async fn fleet_holds() -> bool {
+    let figures = [
+        ("three_bridges", fleet::report().await),
+        ("driven_and_stopped", drive::report().await),
+        ("simulated_robots", many::report().await),
+    ];
+    print("fleet", figures)
+}
+
+/// Whether all of it holds.
+fn print<const N: usize>(report: &str, all: [(&str, (bool, Value)); N]) -> bool {
+    let mut figures = serde_json::Map::new();
+    let mut holds = true;
+    for (name, (one_holds, figure)) in all {
         holds &= one_holds;
         figures.insert(
             name.to_owned(),
             json!({ "holds": one_holds, "figures": figure }),
         );
     }
-    let whole = json!({ "report": "router", "holds": holds, "figures": figures });
+    let whole = json!({ "report": report, "holds": holds, "figures": figures });
     println!("{}", serde_json::to_string_pretty(&whole).unwrap());
-    match holds {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::FAILURE,
-    }
+    holds
 }
 
 fn millis(duration: Duration) -> f64 {

@@ -20,6 +20,7 @@ import type { EditorBoard } from "./board.js";
 import { type Drawing, EMPTY, type Material, parsed, written } from "./drawing.js";
 import { inspector, MATERIALS } from "./inspector.js";
 import { EditorModel } from "./model.js";
+import { isOpenWorld } from "./open_world.js";
 import { sharedHash, sharedWorld } from "./share.js";
 import { layout } from "./style.js";
 import { type ToolName, TOOLS } from "./tools.js";
@@ -46,6 +47,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   #next: (() => void) | null = null;
   #resting = 0;
   #checked: Drawing | null = null;
+  #seenThrough: { readonly drawing: Drawing; readonly isOpen: boolean } | null = null;
   #judged: Drawing | null = null;
   /** A run is to begin as soon as the drawing is judged; with a question, or surely. */
   #runsThen: "perhaps" | "surely" | null = null;
@@ -68,6 +70,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.#asksToEnd = false;
     if (!this.#isBegun) this.#listen();
     this.#isBegun = true;
+    document.addEventListener("keydown", this.#keyOfNobody);
     // Where what reads worlds could not be loaded, it is asked for again.
     if (this.#isFirst) this.#openFirst();
   }
@@ -92,6 +95,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
+    document.removeEventListener("keydown", this.#keyOfNobody);
     if (this.client.desk === this) this.client.desk = null;
   }
 
@@ -184,6 +188,11 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.#model.isHeldOff = isOff;
   }
 
+  /** What is pressed while nothing has the focus, as after a click beside the fields. */
+  readonly #keyOfNobody = (event: KeyboardEvent): void => {
+    if (event.target === document.body) this.#key(event);
+  };
+
   #key(event: KeyboardEvent): void {
     const target = event.composedPath()[0];
     const isField = target instanceof HTMLInputElement || target instanceof HTMLSelectElement;
@@ -263,9 +272,19 @@ export class SlamEditor extends LitElement implements WorldDesk {
     else this.client.send({ kind: "world-file", world });
   }
 
+  /** Of the drawing as it was last checked: while something is moved, nothing is looked for. */
+  #isOpen(): boolean {
+    const drawing = this.#checked;
+    if (!drawing) return false;
+    if (this.#seenThrough?.drawing !== drawing) this.#seenThrough = { drawing, isOpen: isOpenWorld(drawing) };
+    return this.#seenThrough.isOpen;
+  }
+
   override render(): TemplateResult {
     const model = this.#model;
     const { tool, draft, fault } = model;
+    // What is wrong with it comes first.
+    const isOpen = !fault && !draft && this.#isOpen();
     return html`
       <div class="page">
         <div class="head">
@@ -297,6 +316,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
               ${model.wrong ? html`<div class="row"><button data-testid="editor-show-fault" @click=${() => model.showWrong()}>Show it</button></div>` : nothing}
             </div>` : nothing}
           ${this.#note ? html`<p class="said ${this.#note.isBad ? "bad" : ""}" role="status" data-testid="editor-note">${this.#note.text}</p>` : nothing}
+          ${isOpen ? html`<p class="said" role="status" data-testid="editor-open">The walls around the robot have a gap: it can leave the building, and explore without an end.</p>` : nothing}
           <p data-testid="editor-hint"><b>${TOOLS[tool].title}.</b> ${TOOLS[tool].words}</p>
           ${draft && TOOLS[draft.tool].takes === "many" ? html`
             <div class="row">
@@ -305,7 +325,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
               <button data-testid="editor-cancel" @click=${() => model.cancel()}>Cancel</button>
             </div>` : nothing}
           ${tool === "wall" || tool === "box" || tool === "post" ? html`
-            <label>surface of what is drawn
+            <label>Surface of what is drawn
               <select data-testid="editor-material" @change=${(e: Event) => { model.material = valueOf(e) as Material; model.notify(); }}>
                 ${Object.entries(MATERIALS).map(([name, words]) => html`<option value=${name} .selected=${model.material === name}>${words}</option>`)}
               </select>
@@ -313,8 +333,8 @@ export class SlamEditor extends LitElement implements WorldDesk {
           <label class="check"><input type="checkbox" data-testid="editor-snap" .checked=${model.snaps} @change=${(e: Event) => { model.snaps = (e.target as HTMLInputElement).checked; }}><span>Snap to ends, right angles and the grid <span class="muted">(N; Alt holds it off)</span></span></label>
           ${tool === "select" ? html`<hr><div>${inspector(model)}</div>` : nothing}
           <hr>
-          <label>name<input type="text" maxlength="60" data-testid="editor-name" .value=${this.#isFirst ? "" : model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
-          <label>begin with
+          <label>Name<input type="text" maxlength="60" data-testid="editor-name" .value=${this.#isFirst ? "" : model.drawing.name} @change=${(e: Event) => model.rename(valueOf(e))}></label>
+          <label>Begin with
             <select data-testid="editor-begin" @change=${(e: Event) => this.#beginWith(e)}>
               <option value="" selected>another world…</option>
               <option value="(empty)">an empty floor</option>

@@ -91,6 +91,10 @@ export class SlamRace extends SlamDialog {
       return false;
     };
     store.on("view", () => this.#look());
+    // An experiment is set up so that one thing is seen.
+    store.on("exhibit", () => {
+      if (store.exhibit) for (const rival of this.#rivals) this.#close(rival);
+    });
     store.on("theme", () => this.#rivals.forEach(({ parts }) => parts.store.notify("theme")));
     store.on("run", () => this.#rivals.forEach(({ parts }) => (parts.store.aiming = store.aiming)));
   }
@@ -132,6 +136,7 @@ export class SlamRace extends SlamDialog {
     return html`<dialog aria-labelledby="title" data-testid="race" @close=${() => this.#left()} @click=${(e: Event) => e.target === e.currentTarget && this.close()}>
       <header><h3 id="title">Compare with…</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
       <p>Other runs beside this one, ${where}, at the same moment: maps side by side, errors in one plot.</p>
+      ${store.source === "sim" ? html`<p>Each drives by itself, by the map that it draws: their ways may part.</p>` : nothing}
       <h4 id="methods">By another method</h4>
       <div class="methods" role="group" aria-labelledby="methods">${store.offer.methods.filter(({ name }) => this.#isOffered(name)).map(({ name, title, meaning }) => html`
         <label class="method"><input type="checkbox" data-testid="race-${name}" .checked=${this.#methods.has(name)} ?disabled=${!this.#methods.has(name) && count >= room} @change=${(e: Event) => this.#toggle(name, isChecked(e))}><b>${title}</b><small>${meaning}</small></label>`)}</div>
@@ -350,7 +355,7 @@ export class SlamRace extends SlamDialog {
       const recording = store.source === "replay" ? client.recording?.file ?? null : null;
       // A run by the method that is shown from here on would be the same twice.
       const isTwin = rival.difference.isByMethod && rival.difference.method === store.method;
-      if (store.source === "bridge" || rival.recording !== recording || isTwin) this.#close(rival);
+      if (store.source === "bridge" || rival.recording !== recording || isTwin || currentLesson(store)) this.#close(rival);
       else void rival.begin(this.#shown);
     }
     if (this.#rivals.length > 0) this.#arrange();

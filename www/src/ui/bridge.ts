@@ -4,8 +4,9 @@
 import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
 import type { BridgeState } from "../protocol/devices.js";
-import type { DeviceStateName, DeviceStatus, DisarmReasonName, RoleName } from "../protocol/module.js";
+import type { DeviceStateName, DeviceStatus, RoleName } from "../protocol/module.js";
 import { html, t } from "../words.js";
+import { REASONS } from "./disarm_words.js";
 import { SlamElement } from "./element.js";
 import { figure, figures } from "./figures.js";
 import { DASH, fixed } from "./format.js";
@@ -18,26 +19,6 @@ const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> 
   measuring: { word: "measuring", tone: "" },
   sending: { word: "sending", tone: "good" },
   fault: { word: "fault", tone: "bad" },
-};
-
-/** Why the robot does not move. */
-const REASONS: Readonly<Record<DisarmReasonName, string>> = {
-  start: "nobody has armed it yet",
-  stop: "Stop was pressed",
-  "emergency-stop": "the emergency stop was pressed",
-  released: "the right to drive was given back",
-  "lease-expired": "the driver sent nothing any more",
-  "taken-over": "the right to drive was taken over",
-  "driver-gone": "the driver disconnected",
-  link: "the link to the robot was lost or restarted",
-  silence: "the robot has said nothing for half a second",
-  bumper: "a bumper was pressed",
-  battery: "the battery is nearly empty",
-  stall: "the motors ran and the robot did not move",
-  runaway: "it moved without a command",
-  shutdown: "the bridge ends",
-  revoked: "the driver's right was taken away",
-  geofence: "it has left its geofence; armed again it goes back in, and no other way",
 };
 
 /** What a right is good for. */

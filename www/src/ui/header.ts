@@ -32,6 +32,9 @@ export class SlamHeader extends SlamElement {
     /* On a narrow phone the sentence needs the room: Layers has the same switch. */
     @media (max-width: 480px) {
       .tools [data-testid="peek"] { display: none; }
+      /* "Explored: nothing" is another sentence than "Explored: nothing unknown is left". */
+      .caption { font-size: 12px; line-height: 1.2; }
+      .caption p { -webkit-line-clamp: 3; }
     }
   `;
 

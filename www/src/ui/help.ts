@@ -1,6 +1,6 @@
 // What the page shows, and every key.
 
-import { css, type TemplateResult } from "lit";
+import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
 import type { Offline } from "../offline.js";
 import { begin } from "../tour.js";
@@ -44,6 +44,13 @@ const KEYS: readonly (readonly [string, string])[] = [
   ["?", "this page"],
 ];
 
+const FINGERS = [
+  ["Tap", "the robot drives there; while things are inspected, says what is there"],
+  ["Drag", "moves the view"],
+  ["Two fingers", "zoom and turn the map"],
+  ["Stick", "in Manual: drives as long as the thumb is down"],
+];
+
 export class SlamHelp extends SlamDialog {
   static override styles = [dialog, css`
     h2 { margin: 20px 0 8px; }
@@ -69,6 +76,8 @@ export class SlamHelp extends SlamDialog {
       <p>Click the map and the robot drives there. Drop a recorded log, and the same algorithms map a real building.</p>
       <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? html`: ${this.store.offline.why}` : ""}.</p>
       <slam-language .store=${this.store}></slam-language>
+      ${matchMedia("(pointer: coarse)").matches ? html`<h2>By finger</h2>
+      <dl>${FINGERS.map(([touch, does]) => html`<dt>${touch}</dt><dd>${does}</dd>`)}</dl>` : nothing}
       <h2>Keys</h2>
       <dl>${KEYS.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>
     </dialog>`;

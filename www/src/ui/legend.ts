@@ -120,6 +120,9 @@ export class SlamLegend extends SlamElement {
     .tools { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 8px; }
     .tools button { flex: 1; padding: 0 8px; font-size: 13px; min-height: 32px; white-space: nowrap; }
     .order { display: grid; grid-template-columns: 28px 1fr auto auto; align-items: center; gap: 4px 6px; padding: 2px 0; font-size: 13px; }
+    .order > svg, .order > span { cursor: grab; user-select: none; }
+    .order > svg { touch-action: none; }
+    .order.dragged { background: var(--hover); border-radius: 8px; }
     .order button { width: 28px; min-height: 28px; padding: 0; }
     .order button svg { width: 16px; height: 16px; }
     .order .turned svg { transform: rotate(180deg); }
@@ -137,6 +140,8 @@ export class SlamLegend extends SlamElement {
   protected override readonly topics = ["view", "run", "drawing"] as const;
   /** Whether it is shown in which order they lie, rather than which are shown. */
   #isOrdering = false;
+  /** The layer that is being drawn to another place. */
+  #dragged: LayerName | null = null;
   /** What was pointed at last. */
   #meaning = "";
 
@@ -198,10 +203,41 @@ export class SlamLegend extends SlamElement {
       const [entry, other] = [listed[at], listed[at + by]];
       if (entry && other) store.moveLayer(entry.name, by < 0 ? "over" : "under", other.name);
     };
-    return html`<ul>${repeat(listed, (e) => e.name, (e, at) => html`<li class="order" data-testid="order-${e.name}">
+    return html`<ul @pointermove=${(event: PointerEvent) => this.#drag(event, listed)} @pointerup=${() => this.#drop()} @pointercancel=${() => this.#drop()}
+      >${repeat(listed, (e) => e.name, (e, at) => html`<li class="order ${e.name === this.#dragged ? "dragged" : ""}" data-testid="order-${e.name}" @pointerdown=${(event: PointerEvent) => this.#take(event, e.name)}>
       <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
       <button class="icon" ?disabled=${at === 0} data-testid="lift-${e.name}" title="Over the one above" aria-label="Lift ${e.label}" @click=${move(at, -1)}>${icons.arrow}</button>
       <button class="icon turned" ?disabled=${at === listed.length - 1} data-testid="lower-${e.name}" title="Under the one below" aria-label="Lower ${e.label}" @click=${move(at, 1)}>${icons.arrow}</button></li>`)}</ul>`;
+  }
+
+  /** By the sign; with a mouse by the name, too, where a finger scrolls the list. */
+  #take(event: PointerEvent, name: LayerName): void {
+    const pressed = event.target as Element;
+    if (event.button !== 0 || pressed.closest("button") || (event.pointerType === "touch" && !pressed.closest("svg"))) return;
+    // Rows change their places under the pointer; the list stays.
+    (event.currentTarget as Element).parentElement?.setPointerCapture(event.pointerId);
+    event.preventDefault();
+    this.#dragged = name;
+    this.requestUpdate();
+  }
+
+  /** It lies at once where it is held: over or under what is beside it there. */
+  #drag({ clientY }: PointerEvent, listed: readonly Entry[]): void {
+    const name = this.#dragged;
+    if (name === null) return;
+    const at = listed.findIndex((e) => e.name === name);
+    const middle = (each: Element): number => each.getBoundingClientRect().top + each.getBoundingClientRect().height / 2;
+    const rows = [...this.renderRoot.querySelectorAll("li.order")].map(middle);
+    // As many as it was drawn over, up or down.
+    const over = listed.find((_, i) => i < at && clientY < (rows[i] ?? -Infinity));
+    const under = listed.findLast((_, i) => i > at && clientY > (rows[i] ?? Infinity));
+    if (over) this.store.moveLayer(name, "over", over.name);
+    else if (under) this.store.moveLayer(name, "under", under.name);
+  }
+
+  #drop(): void {
+    this.#dragged = null;
+    this.requestUpdate();
   }
 
   #toggleOrdering(): void {

@@ -40,7 +40,7 @@ const SENSOR_WORDS: Readonly<Record<string, string>> = {
 export class SlamSetup extends SlamElement {
   static override styles = css`
     h2 { margin-bottom: 12px; }
-    .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; }
+    .grid { display: grid; grid-template-columns: minmax(0, 5fr) minmax(0, 7fr); gap: 10px; }
     label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
     label > * { color: var(--ink); font-size: 14px; }
     .wide { grid-column: 1 / -1; }
@@ -79,12 +79,12 @@ export class SlamSetup extends SlamElement {
           </span>
         </label>
         <label ?hidden=${recorded}>Sensor
-          <select data-testid="sensor" @change=${(e: Event) => this.#restart({ sensor: valueOf(e) })}>
+          <select data-testid="sensor" title=${sensors.find(({ name }) => name === setup.sensor)?.title ?? ""} @change=${(e: Event) => this.#restart({ sensor: valueOf(e) })}>
             ${sensors.map((s) => html`<option value=${s.name} .selected=${setup.sensor === s.name}>${s.title}</option>`)}
           </select>
         </label>
         <label>Method
-          <select data-testid="method" @change=${(e: Event) => this.client.again(valueOf(e) as MethodName)}>
+          <select data-testid="method" title=${methods.find(({ name }) => name === method)?.title ?? ""} @change=${(e: Event) => this.client.again(valueOf(e) as MethodName)}>
             ${methods.filter(({ name }) => !needsPriorMap(name) || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>

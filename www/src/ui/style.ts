@@ -49,6 +49,8 @@ export const shared = css`
   select, input[type="number"], input[type="text"] {
     min-height: 36px; width: 100%; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised);
   }
+  /* Names are longer in other languages than the fields are wide. */
+  select { text-overflow: ellipsis; }
   input[type="file"] { position: absolute; width: 1px; height: 1px; opacity: 0; }
   input[type="file"]:focus-visible + .button { outline: 2px solid var(--focus); outline-offset: 2px; }
   summary { cursor: pointer; font-weight: 550; font-size: 13.5px; min-height: 40px; display: flex; align-items: center; list-style: none; }

@@ -5,13 +5,17 @@ import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
+/** More letters may have to be scrolled, by keyboard too. */
+const LONG = 600;
+
 export class SlamToast extends SlamElement {
   static override styles = css`
     :host { position: fixed; left: 50%; top: 72px; transform: translateX(-50%); z-index: 40; width: min(620px, calc(100vw - 24px)); pointer-events: none; }
     div { pointer-events: auto; display: flex; align-items: start; gap: 12px; padding: 12px 12px 12px 16px; border-radius: 14px; background: var(--raised); border: 1px solid var(--warn); border-left-width: 6px; box-shadow: var(--shadow); animation: in .18s ease-out; }
     @keyframes in { from { opacity: 0; transform: translateY(-8px); } }
     .good, .info { border-color: var(--good); }
-    p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; }
+    /* The name of a file may be as long as somebody likes; the button stays in sight. */
+    p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; max-height: 40vh; overflow-y: auto; }
     button { border-color: transparent; background: transparent; }
   `;
 
@@ -20,7 +24,7 @@ export class SlamToast extends SlamElement {
   override render(): TemplateResult | typeof nothing {
     const { toast } = this.store;
     return html`<span role="alert">${toast
-      ? html`<div class=${toast.level} data-testid="toast"><p>${toast.text}</p>
+      ? html`<div class=${toast.level} data-testid="toast"><p tabindex=${toast.text.length > LONG ? 0 : nothing}>${toast.text}</p>
           <button class="icon" aria-label="Close the message" @click=${() => this.store.set("toast", { toast: null })}>${icons.close}</button></div>`
       : nothing}</span>`;
   }

@@ -242,6 +242,9 @@ export class SlamMap extends SlamElement {
     this.#fitAt = -Infinity;
   }
 
+  /** How far it is turned from here on, rad. */
+  onTurn: (angle: number) => void = () => {};
+
   /** Turns the map by so much, to the left, rad; without that, upright. */
   turn(angle = -this.camera.angle): void {
     this.#turnAt(angle, this.camera.toScreen(this.camera.x, this.camera.y));
@@ -252,6 +255,7 @@ export class SlamMap extends SlamElement {
     // Upright is upright.
     if (Math.abs(this.camera.angle) < LEAST_ANGLE) this.camera.angle = 0;
     this.#fitAt = -Infinity;
+    this.onTurn(this.camera.angle);
     this.requestUpdate();
   }
 

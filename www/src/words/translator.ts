@@ -19,6 +19,9 @@ export type Table = Readonly<Record<string, Phrase>>;
 /** What told sentences are remembered, so that they are looked for once. */
 const MOST_REMEMBERED = 2000;
 
+/** What is wrong with a file, behind its name, in which nothing is a sentence. */
+const NAMED_FILE = /^(\S+\.[A-Za-z]\w*): ([\s\S]+)$/;
+
 interface Pattern { readonly start: string; readonly end: string; readonly expression: RegExp; readonly key: string }
 interface Made { readonly strings: TemplateStringsArray; readonly places: readonly number[] }
 
@@ -133,6 +136,9 @@ export class Translator {
 
   /** A sentence that was put together elsewhere. */
   #hear(english: string): string | null {
+    const [, name, rest = ""] = NAMED_FILE.exec(english) ?? [];
+    const told = name === undefined ? rest : this.say(rest);
+    if (told !== rest) return `${name}: ${told}`;
     for (const { start, end, expression, key } of this.#patterns) {
       if (!english.startsWith(start) || !english.endsWith(end)) continue;
       const match = expression.exec(english);

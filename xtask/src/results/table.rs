@@ -133,6 +133,8 @@ pub(super) const TABLE: &[Entry] = &[
         "Who has no right to the robot is refused, and keeps nobody else from it."),
     entry("router", Promise, Slow, BRIDGE,
         "Robots at a Zenoh router are driven and stopped through it, and stop when it goes."),
+    entry("fleet", Promise, Slow, BRIDGE,
+        "Whoever is at a Zenoh router is seen by every bridge there within a second, and stopped from it."),
     entry("soak", Promise, Slow, BRIDGE,
         "Nothing grows with time."),
     entry("fuzz", Promise, Slow, &["core/src/wire", "core/src/format", "core/src/settings", "bridge/src"],

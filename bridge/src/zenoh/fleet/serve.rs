@@ -1,0 +1,126 @@
+//! The fleet over HTTP: what changed, the map of a robot, and the way to stop.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use ::zenoh::qos::{CongestionControl, Priority};
+use axum::extract::{Path, Query, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use slamlab_core::wire::message::Watching;
+
+use super::Fleet;
+use crate::rights::Name;
+use crate::shared::Shared;
+
+/// How long a robot may take to send its map.
+const MAP: Duration = Duration::from_secs(5);
+
+pub(crate) fn routes() -> Router<Arc<Shared>> {
+    Router::new()
+        .route("/fleet.json", get(changes))
+        .route("/fleet/map/{name}", get(map))
+        .route("/fleet/stop", post(stop_all))
+        .route("/fleet/stop/{name}", post(stop))
+}
+
+/// Why something is not told or done.
+enum No {
+    Private,
+    NoRouter,
+    Unknown(String),
+    NoMap(String),
+    Failed(::zenoh::Error),
+}
+
+impl IntoResponse for No {
+    fn into_response(self) -> Response {
+        let (status, why) = match self {
+            Self::Private => (
+                StatusCode::FORBIDDEN,
+                "Watching needs the token here, and so does the fleet, whose address has no place for one.\n".to_owned(),
+            ),
+            Self::NoRouter => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "There is no way to the router at the moment.\n".to_owned(),
+            ),
+            Self::Unknown(name) => (
+                StatusCode::NOT_FOUND,
+                format!("No robot at the router is called {name}.\n"),
+            ),
+            Self::NoMap(name) => (StatusCode::NOT_FOUND, format!("{name} has no map.\n")),
+            Self::Failed(error) => (StatusCode::BAD_GATEWAY, format!("Zenoh: {error}\n")),
+        };
+        (status, why).into_response()
+    }
+}
+
+/// What stands behind `?`.
+#[derive(serde::Deserialize)]
+struct Since {
+    #[serde(default)]
+    since: u64,
+}
+
+fn fleet(shared: &Shared) -> Result<&Fleet, No> {
+    match shared.about.watching {
+        Watching::Token => Err(No::Private),
+        Watching::Anyone => shared.fleet.as_deref().ok_or(No::NoRouter),
+    }
+}
+
+async fn changes(
+    State(shared): State<Arc<Shared>>,
+    Query(Since { since }): Query<Since>,
+) -> Result<Response, No> {
+    let fleet = fleet(&shared)?;
+    let changes = fleet.with_table(|table| table.since(since, shared.clock.now()));
+    let is_connected = fleet.router().is_some();
+    let mut told = serde_json::to_value(changes).unwrap_or_default();
+    told["connected"] = is_connected.into();
+    Ok(Json(told).into_response())
+}
+
+/// The map as the robot told it last.
+async fn map(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
+    let fleet = fleet(&shared)?;
+    let session = fleet.router().ok_or(No::NoRouter)?;
+    let name = name.to_string();
+    let answers = session.get(format!("slamlab/{name}/map")).timeout(MAP);
+    let answers = answers.await.map_err(No::Failed)?;
+    while let Ok(answer) = answers.recv_async().await {
+        if let Ok(sample) = answer.result() {
+            let bytes = sample.payload().to_bytes().into_owned();
+            return Ok(([(header::CONTENT_TYPE, "application/json")], bytes).into_response());
+        }
+    }
+    Err(No::NoMap(name))
+}
+
+async fn stop_all(State(shared): State<Arc<Shared>>) -> Result<Response, No> {
+    let count = fleet(&shared)?.with_table(|table| table.count());
+    put_stop(&shared, "*").await?;
+    Ok((StatusCode::ACCEPTED, Json(count)).into_response())
+}
+
+async fn stop(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
+    let name = name.to_string();
+    if !fleet(&shared)?.with_table(|table| table.has(&name)) {
+        return Err(No::Unknown(name));
+    }
+    put_stop(&shared, &name).await?;
+    Ok((StatusCode::ACCEPTED, Json(1)).into_response())
+}
+
+/// Before all else, and never left out for want of room.
+async fn put_stop(shared: &Shared, name: &str) -> Result<(), No> {
+    let session = fleet(shared)?.router().ok_or(No::NoRouter)?;
+    let stop = session
+        .put(format!("slamlab/{name}/stop"), "")
+        .congestion_control(CongestionControl::Block)
+        .priority(Priority::RealTime)
+        .express(true);
+    stop.await.map_err(No::Failed)
+}
