@@ -387,3 +387,51 @@ fn messages_and_orders_stand_in_the_file_when_it_is_finished() {
         .collect();
     assert_eq!(topics, [CHANNEL, CHANNEL, "/cmd_vel"]);
 }
+
+/// The budget holds at any time, not only when a recording begins: a robot runs for weeks.
+#[test]
+fn a_folder_keeps_to_its_budget_while_it_is_written() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let keep = Keep {
+        piece_bytes: 40_000,
+        all_bytes: 160_000,
+        ..Keep::default()
+    };
+    let mut files = Files::new(folder.path(), keep, Clock::start());
+    let first = files.next().unwrap().unwrap();
+    let (entries, waiting) = sync_channel(MOST_WAITING);
+    let progress = Progress::default();
+    let path = folder.path();
+    let sizes = |path: &Path| {
+        let entries = std::fs::read_dir(path).unwrap().flatten();
+        // One that was deleted meanwhile has no size.
+        entries.filter_map(|entry| entry.metadata().ok().map(|data| data.len()))
+    };
+    let most = std::thread::scope(|scope| {
+        let sends = scope.spawn(move || {
+            let mut most = 0;
+            for stamp in 0..20_000 {
+                entries.send(entry(stamp)).unwrap();
+                if stamp % 500 == 0 {
+                    most = sizes(path).sum::<u64>().max(most);
+                }
+            }
+            most
+        });
+        run(first, files, keep, &waiting, &progress);
+        sends.join().unwrap()
+    });
+    let body = progress.lock().clone();
+    assert_eq!((body.acknowledged, body.lost), (20_000, 0));
+    let (left, pieces) = (sizes(path).sum::<u64>(), sizes(path).count());
+    // One that has just begun, and what was written at once behind the end of the one before.
+    let most_over = 2 * keep.piece_bytes;
+    assert!(
+        most > keep.all_bytes / 2 && most < keep.all_bytes + most_over,
+        "{most}"
+    );
+    assert!(
+        left < keep.all_bytes + most_over && pieces > 2,
+        "{left}, {pieces}"
+    );
+}
