@@ -27,22 +27,22 @@ pub(crate) fn routes() -> Router<Arc<Shared>> {
 }
 
 /// Why something is not told or done.
-enum No {
+enum Refusal {
     Private,
-    NoRouter,
+    Router,
     Unknown(String),
-    NoMap(String),
+    Map(String),
     Failed(::zenoh::Error),
 }
 
-impl IntoResponse for No {
+impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
         let (status, why) = match self {
             Self::Private => (
                 StatusCode::FORBIDDEN,
                 "Watching needs the token here, and so does the fleet, whose address has no place for one.\n".to_owned(),
             ),
-            Self::NoRouter => (
+            Self::Router => (
                 StatusCode::SERVICE_UNAVAILABLE,
                 "There is no way to the router at the moment.\n".to_owned(),
             ),
@@ -50,7 +50,7 @@ impl IntoResponse for No {
                 StatusCode::NOT_FOUND,
                 format!("No robot at the router is called {name}.\n"),
             ),
-            Self::NoMap(name) => (StatusCode::NOT_FOUND, format!("{name} has no map.\n")),
+            Self::Map(name) => (StatusCode::NOT_FOUND, format!("{name} has no map.\n")),
             Self::Failed(error) => (StatusCode::BAD_GATEWAY, format!("Zenoh: {error}\n")),
         };
         (status, why).into_response()
@@ -64,17 +64,17 @@ struct Since {
     since: u64,
 }
 
-fn fleet(shared: &Shared) -> Result<&Fleet, No> {
+fn fleet(shared: &Shared) -> Result<&Fleet, Refusal> {
     match shared.about.watching {
-        Watching::Token => Err(No::Private),
-        Watching::Anyone => shared.fleet.as_deref().ok_or(No::NoRouter),
+        Watching::Token => Err(Refusal::Private),
+        Watching::Anyone => shared.fleet.as_deref().ok_or(Refusal::Router),
     }
 }
 
 async fn changes(
     State(shared): State<Arc<Shared>>,
     Query(Since { since }): Query<Since>,
-) -> Result<Response, No> {
+) -> Result<Response, Refusal> {
     let fleet = fleet(&shared)?;
     let changes = fleet.with_table(|table| table.since(since, shared.clock.now()));
     let is_connected = fleet.router().is_some();
@@ -84,43 +84,49 @@ async fn changes(
 }
 
 /// The map as the robot told it last.
-async fn map(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
+async fn map(
+    State(shared): State<Arc<Shared>>,
+    Path(name): Path<Name>,
+) -> Result<Response, Refusal> {
     let fleet = fleet(&shared)?;
-    let session = fleet.router().ok_or(No::NoRouter)?;
+    let session = fleet.router().ok_or(Refusal::Router)?;
     let name = name.to_string();
     let answers = session.get(format!("slamlab/{name}/map")).timeout(MAP);
-    let answers = answers.await.map_err(No::Failed)?;
+    let answers = answers.await.map_err(Refusal::Failed)?;
     while let Ok(answer) = answers.recv_async().await {
         if let Ok(sample) = answer.result() {
             let bytes = sample.payload().to_bytes().into_owned();
             return Ok(([(header::CONTENT_TYPE, "application/json")], bytes).into_response());
         }
     }
-    Err(No::NoMap(name))
+    Err(Refusal::Map(name))
 }
 
-async fn stop_all(State(shared): State<Arc<Shared>>) -> Result<Response, No> {
+async fn stop_all(State(shared): State<Arc<Shared>>) -> Result<Response, Refusal> {
     let count = fleet(&shared)?.with_table(|table| table.count());
     put_stop(&shared, "*").await?;
     Ok((StatusCode::ACCEPTED, Json(count)).into_response())
 }
 
-async fn stop(State(shared): State<Arc<Shared>>, Path(name): Path<Name>) -> Result<Response, No> {
+async fn stop(
+    State(shared): State<Arc<Shared>>,
+    Path(name): Path<Name>,
+) -> Result<Response, Refusal> {
     let name = name.to_string();
     if !fleet(&shared)?.with_table(|table| table.has(&name)) {
-        return Err(No::Unknown(name));
+        return Err(Refusal::Unknown(name));
     }
     put_stop(&shared, &name).await?;
     Ok((StatusCode::ACCEPTED, Json(1)).into_response())
 }
 
 /// Before all else, and never left out for want of room.
-async fn put_stop(shared: &Shared, name: &str) -> Result<(), No> {
-    let session = fleet(shared)?.router().ok_or(No::NoRouter)?;
+async fn put_stop(shared: &Shared, name: &str) -> Result<(), Refusal> {
+    let session = fleet(shared)?.router().ok_or(Refusal::Router)?;
     let stop = session
         .put(format!("slamlab/{name}/stop"), "")
         .congestion_control(CongestionControl::Block)
         .priority(Priority::RealTime)
         .express(true);
-    stop.await.map_err(No::Failed)
+    stop.await.map_err(Refusal::Failed)
 }
