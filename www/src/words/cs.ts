@@ -2252,7 +2252,6 @@ export const SAID: Said = {
   "{0} Trying again…": "{0} Zkouší se znovu…",
   "{0} Undo": "{0} Zpět",
   "{0} V": "{0} V",
-  "{0} Walls": "{0} Stěny",
   "{0} Watch it happen, in four steps": "{0} Podívejte se ve čtyřech krocích",
   "{0} alone": "{0} sám",
   "{0} and more": "{0} a více",

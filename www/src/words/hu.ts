@@ -2252,7 +2252,6 @@ export const SAID: Said = {
   "{0} Trying again…": "{0} Újra próbálja…",
   "{0} Undo": "{0} Visszavonás",
   "{0} V": "{0} V",
-  "{0} Walls": "{0} Falak",
   "{0} Watch it happen, in four steps": "{0} Nézd meg négy lépésben",
   "{0} alone": "{0} egyedül",
   "{0} and more": "{0} és több",

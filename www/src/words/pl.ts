@@ -2252,7 +2252,6 @@ export const SAID: Said = {
   "{0} Trying again…": "{0} Ponawianie…",
   "{0} Undo": "{0} Cofnij",
   "{0} V": "{0} V",
-  "{0} Walls": "{0} Ściany",
   "{0} Watch it happen, in four steps": "{0} Zobacz to w czterech krokach",
   "{0} alone": "tylko {0}",
   "{0} and more": "{0} i więcej",
