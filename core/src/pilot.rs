@@ -36,7 +36,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::Point2;
+use nalgebra::{Matrix3, Point2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -62,6 +62,8 @@ pub struct Situation<'a> {
     pub stamp: Stamp,
     /// Where the robot is, map frame.
     pub estimate: &'a PoseEstimate,
+    /// How well the place is known in the map around it ([`crate::slam::Slam::known_in_map`]).
+    pub known_in_map: Matrix3<f64>,
     /// The map.
     pub grid: &'a Grid,
     /// The pose graph of a map that is made by one, map frame.

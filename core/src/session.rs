@@ -207,6 +207,7 @@ impl Session {
         self.pilot.steer(&Situation {
             stamp: self.now,
             estimate: &self.slam.estimate(),
+            known_in_map: self.slam.known_in_map(),
             grid: self.slam.grid(),
             graph: self.slam.view().graph,
             points: self.slam.obstacles(),

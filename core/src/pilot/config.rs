@@ -25,8 +25,8 @@ config! {
         pub return_home: bool = false,
         /// Without progress for this long the robot backs off, s. Default 3.
         pub patience: f64 = 3.0,
-        /// A robot whose place is less sure than that (standard deviation in the worse direction,
-        /// m) is lost. Default 1: twice that to either side is a room, so that the map does not even
+        /// A robot whose place in the map around it is less sure than that (standard deviation in
+        /// the worse direction, m) is lost. Default 1: twice that to either side is a room, so that the map does not even
         /// say in which one it is. Rangers that see 0.7 m far come to 0.6 in `doors` and find their
         /// walls again; sonars at smooth walls come to many metres. Larger: it drives on by a map
         /// that it cannot find its way in.

@@ -1,14 +1,18 @@
 //! Whether the robot knows where it is.
 //!
-//! In: the estimate at each tick. Out: an errand that ends as lost.
+//! In: how well the place is known in the map around it, at each tick. Out: an errand that ends as
+//! lost.
 //!
-//! A filter that matches nothing goes on by odometry, and says so: its covariance grows. A pilot
+//! A filter that matches nothing goes on by odometry, and says so: its covariance grows. That of the
+//! estimate itself also grows where all is well, on a long way out from where the map began; what
+//! is planned through is the map around, and of a submap the robot may be as sure as ever. A pilot
 //! that does not listen plans from a place where the robot is not, through a map that is drawn
 //! around places where it never was. By hand people may know better, so only errands end; and none
 //! of a method that looks for the robot in a known map, for it finds it by the way that it drives.
 
+use nalgebra::Matrix3;
+
 use super::{Failure, Mode, Pilot, Situation};
-use crate::geom::PoseEstimate;
 use crate::robot::Stamp;
 
 /// Since when the place has been too unsure.
@@ -20,7 +24,7 @@ pub(super) struct Doubt {
 impl Pilot {
     /// Ends an errand whose robot is lost.
     pub(super) fn doubt_pose(&mut self, now: &Situation) {
-        let sigma = sigma_of(now.estimate);
+        let sigma = sigma_of(&now.known_in_map);
         // No number is unsure, too.
         if sigma <= self.config.lost_sigma || now.relocalises {
             self.doubt.since = None;
@@ -36,7 +40,7 @@ impl Pilot {
 }
 
 /// Standard deviation of the place in the direction where it is least sure, m.
-fn sigma_of(estimate: &PoseEstimate) -> f64 {
-    let place = estimate.cov.fixed_view::<2, 2>(0, 0).into_owned();
+fn sigma_of(cov: &Matrix3<f64>) -> f64 {
+    let place = cov.fixed_view::<2, 2>(0, 0).into_owned();
     place.symmetric_eigenvalues().max().sqrt()
 }

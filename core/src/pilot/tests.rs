@@ -101,6 +101,7 @@ impl Toy {
         Situation {
             stamp: self.stamp(),
             estimate,
+            known_in_map: estimate.cov,
             grid: &self.grid,
             graph: self.graph.as_ref(),
             points: Some(&self.points),
@@ -277,6 +278,7 @@ fn a_leg_ends_where_the_heading_is_no_longer_known_and_a_scan_follows() {
             pilot.steer(&Situation {
                 stamp: points.stamp,
                 estimate: &estimate,
+                known_in_map: estimate.cov,
                 graph: None,
                 grid: &toy.grid,
                 points: Some(&points),

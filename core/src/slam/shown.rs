@@ -1,6 +1,6 @@
 //! What a run shows: estimate, map, what was seen and understood, and how far it can be trusted.
 
-use nalgebra::Point2;
+use nalgebra::{Matrix3, Point2};
 
 use super::{Method, OwnMap, Slam, SlamConfig, SlamError, View, grid_of};
 use crate::estimation::SavedMap;
@@ -104,6 +104,13 @@ impl Slam {
     #[must_use]
     pub fn motion_since_scan(&self) -> Pose2 {
         self.motion_since_scan
+    }
+
+    /// How well the pose was known in the map around it as of the last scan, map frame: in the
+    /// running submap where maps are made of such, else as the estimate's own covariance.
+    #[must_use]
+    pub fn known_in_map(&self) -> Matrix3<f64> {
+        self.estimator.matched().cov
     }
 
     /// How uncertain the heading has become since the last scan, rad: what odometry may err, as far

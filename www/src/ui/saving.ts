@@ -28,8 +28,8 @@ interface Offered {
 
 const OFFERED: Readonly<Record<Kind, Offered>> = {
   map: { title: "Map for ROS (PGM, YAML)", about: "Free, occupied and unknown cells, as map_server loads them.", preset: "ros" },
-  "map-scale": { title: "Map for ROS, probabilities (PNG, YAML)", about: "The same with grey tones in between, for the mode `scale`." },
-  "map-raw": { title: "Map for ROS, raw percentages (PGM, YAML)", about: "Each byte is the probability in per cent, for the mode `raw`." },
+  "map-scale": { title: "Map for ROS, probabilities (PNG, YAML)", about: "The same with grey tones in between, for the mode “scale”." },
+  "map-raw": { title: "Map for ROS, raw percentages (PGM, YAML)", about: "Each byte is the probability in per cent, for the mode “raw”." },
   "og-map": { title: "Map as text (OGmap.txt)", about: "A number for each cell, to be read by a script." },
   plan: { title: "Walls (SVG, DXF, GeoJSON)", about: "The floor plan with lengths, for drawing programs, CAD and maps." },
   rooms: { title: "Rooms and doors (GeoJSON)", about: "Outlines of rooms with areas, and doors with widths." },

@@ -200,6 +200,7 @@ impl Guard {
                 pilot.steer(&Situation {
                     stamp: sim.stamp(),
                     estimate: &estimate,
+                    known_in_map: slam.known_in_map(),
                     graph: None,
                     grid: slam.grid(),
                     points: slam.obstacles(),

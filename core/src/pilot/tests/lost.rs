@@ -67,3 +67,22 @@ fn no_number_is_unsure_and_a_doubt_that_passes_is_none() {
     let (_, pilot) = explored(|at| if at % 15.0 < 13.0 { 1.5 } else { 0.1 });
     assert!(!is_lost(&pilot), "{}", pilot.status());
 }
+
+#[test]
+fn far_from_where_the_map_began_a_robot_is_not_lost_in_the_map_around_it() {
+    let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
+    let mut pilot = pilot(toy.model, Mode::Explore, 1);
+    while toy.stamp().seconds() < 60.0 && !pilot.status().is_over() {
+        let estimate = PoseEstimate {
+            pose: toy.pose,
+            cov: Matrix3::identity() * 9.0,
+        };
+        let situation = Situation {
+            known_in_map: Matrix3::identity() * 1e-6,
+            ..toy.situation(&estimate)
+        };
+        let command = pilot.steer(&situation);
+        toy.step(command);
+    }
+    assert!(!is_lost(&pilot), "{}", pilot.status());
+}
