@@ -75,8 +75,10 @@ pub struct Situation<'a> {
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
-    /// Whether the method itself looks for a robot that is lost, and finds it as it drives.
-    pub relocalises: bool,
+    /// Whether the robot drives on however unsure its place is: the method itself looks for one that
+    /// is lost, and finds it as it drives; or it is odometry alone, which is there to be seen to
+    /// drift.
+    pub drives_unsure: bool,
     /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
     pub heading_drift: f64,
     /// How fast the robot runs by its odometry, m/s and rad/s ([`crate::slam::Slam::speeds`]).

@@ -39,7 +39,7 @@ use crate::map::Grid;
 use crate::pilot::{Mode, Pilot, Situation, Stage, StageRecord, Status};
 use crate::robot::{Bumpers, Command, Odometry, OdometryCalibration, RobotModel, Scan, Stamp};
 use crate::settings::Settings;
-use crate::slam::{EarlierMap, Slam, SlamError};
+use crate::slam::{EarlierMap, Method, Slam, SlamError};
 use crate::twin::Twin;
 pub use config::SessionConfig;
 use dead_reckoned::DeadReckonedMap;
@@ -214,7 +214,8 @@ impl Session {
             walkers: self.slam.walkers(),
             bumpers,
             motion_since_scan: self.slam.motion_since_scan(),
-            relocalises: self.slam.view().pose_quality.is_some(),
+            drives_unsure: self.slam.view().pose_quality.is_some()
+                || self.slam.method() == Method::Odometry,
             heading_drift: self.slam.heading_drift(),
             speeds: self.slam.speeds(),
             robot_is_busy,

@@ -8,7 +8,8 @@
 //! is planned through is the map around, and of a submap the robot may be as sure as ever. A pilot
 //! that does not listen plans from a place where the robot is not, through a map that is drawn
 //! around places where it never was. By hand people may know better, so only errands end; and none
-//! of a method that looks for the robot in a known map, for it finds it by the way that it drives.
+//! of a method that looks for the robot in a known map, for it finds it by the way that it drives,
+//! nor of odometry alone, which is chosen to see how it drifts.
 
 use nalgebra::Matrix3;
 
@@ -26,7 +27,7 @@ impl Pilot {
     pub(super) fn doubt_pose(&mut self, now: &Situation) {
         let sigma = sigma_of(&now.known_in_map);
         // No number is unsure, too.
-        if sigma <= self.config.lost_sigma || now.relocalises {
+        if sigma <= self.config.lost_sigma || now.drives_unsure {
             self.doubt.since = None;
             return;
         }

@@ -206,7 +206,7 @@ impl Guard {
                     points: slam.obstacles(),
                     walkers: slam.walkers(),
                     motion_since_scan: slam.motion_since_scan(),
-                    relocalises: false,
+                    drives_unsure: false,
                     heading_drift: 0.0,
                     speeds: slam.speeds(),
                     bumpers: sim.bumpers(),

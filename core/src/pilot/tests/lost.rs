@@ -7,7 +7,7 @@ fn explored(sigma: impl Fn(f64) -> f64) -> (Toy, Pilot) {
     explored_by(sigma, false)
 }
 
-fn explored_by(sigma: impl Fn(f64) -> f64, relocalises: bool) -> (Toy, Pilot) {
+fn explored_by(sigma: impl Fn(f64) -> f64, drives_unsure: bool) -> (Toy, Pilot) {
     let mut toy = Toy::new(flat(), Pose2::identity(), RobotModel::rp6());
     let mut pilot = pilot(toy.model, Mode::Explore, 1);
     while toy.stamp().seconds() < 60.0 && !pilot.status().is_over() {
@@ -19,7 +19,7 @@ fn explored_by(sigma: impl Fn(f64) -> f64, relocalises: bool) -> (Toy, Pilot) {
             cov,
         };
         let situation = Situation {
-            relocalises,
+            drives_unsure,
             ..toy.situation(&estimate)
         };
         let command = pilot.steer(&situation);
