@@ -40,8 +40,8 @@ const visits = [
       [30, [opened.inspect, opened.rooms, opened.points, ...fields, shut, { kind: "quality" }]],
     ],
   })),
-  // Somebody takes the wheel in the middle of a leg, drives on until a wall holds the robot back, is
-  // called away, and lets it explore again.
+  // Somebody takes the wheel in the middle of a leg, drives on until a wall holds the robot back,
+  // is called away, and lets it explore again.
   ...["scan-matching", "line-ekf"].flatMap((method) => [1, 2].map((seed) => ({
     setup: { ...setup, world: "office", method, seed },
     until: 60,

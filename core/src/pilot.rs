@@ -75,9 +75,9 @@ pub struct Situation<'a> {
     pub walkers: &'a [Point2<f64>],
     /// `robot_at_scan_from_robot`: the motion since the last scan, by odometry.
     pub motion_since_scan: Pose2,
-    /// Whether the robot drives on however unsure its place is: the method itself looks for one that
-    /// is lost, and finds it as it drives; or it is odometry alone, which is there to be seen to
-    /// drift.
+    /// Whether the robot drives on however unsure its place is: the method itself looks for one
+    /// that is lost, and finds it as it drives; or it is odometry alone, which is there to be seen
+    /// to drift.
     pub drives_unsure: bool,
     /// How uncertain the heading has become since, rad ([`crate::slam::Slam::heading_drift`]).
     pub heading_drift: f64,

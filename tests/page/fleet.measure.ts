@@ -1,5 +1,5 @@
 // How many pictures a second the page of the fleet draws while 10, 30 and 100 robots drive on it.
-// `cargo xtask report fleet` asks for it and reads the figures. Chromium draws without a graphics
+// `npx playwright test --config measure.config.ts fleet` runs it. Chromium draws without a graphics
 // card here: that counts too.
 import { writeFileSync } from 'node:fs';
 import { expect, test } from './fixture.ts';

@@ -37,8 +37,8 @@ pub enum Promise {
     /// Three robots at a Zenoh router: one driven through it and stopped by others, the router
     /// killed and started again, certificates that are foreign, settings that cannot be
     Router,
-    /// Three bridges that see and stop each other through a router; 10, 30 and 100 simulated robots,
-    /// whose states are at most a second old, and all stop
+    /// Three bridges that see and stop each other through a router; 10, 30 and 100 simulated
+    /// robots, whose states are at most a second old, and all stop
     Fleet,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,

@@ -26,10 +26,10 @@ config! {
         /// Without progress for this long the robot backs off, s. Default 3.
         pub patience: f64 = 3.0,
         /// A robot whose place in the map around it is less sure than that (standard deviation in
-        /// the worse direction, m) is lost. Default 1: twice that to either side is a room, so that the map does not even
-        /// say in which one it is. Rangers that see 0.7 m far come to 0.6 in `doors` and find their
-        /// walls again; sonars at smooth walls come to many metres. Larger: it drives on by a map
-        /// that it cannot find its way in.
+        /// the worse direction, m) is lost. Default 1: twice that to either side is a room, so that
+        /// the map does not even say in which one it is. Rangers that see 0.7 m far come to 0.6 in
+        /// `doors` and find their walls again; sonars at smooth walls come to many metres. Larger:
+        /// it drives on by a map that it cannot find its way in.
         pub lost_sigma: f64 = 1.0,
         /// But only once that has lasted so long, s: a loop that closes mends it. Default 20.
         pub lost_after: f64 = 20.0,

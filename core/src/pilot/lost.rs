@@ -3,13 +3,13 @@
 //! In: how well the place is known in the map around it, at each tick. Out: an errand that ends as
 //! lost.
 //!
-//! A filter that matches nothing goes on by odometry, and says so: its covariance grows. That of the
-//! estimate itself also grows where all is well, on a long way out from where the map began; what
-//! is planned through is the map around, and of a submap the robot may be as sure as ever. A pilot
-//! that does not listen plans from a place where the robot is not, through a map that is drawn
-//! around places where it never was. By hand people may know better, so only errands end; and none
-//! of a method that looks for the robot in a known map, for it finds it by the way that it drives,
-//! nor of odometry alone, which is chosen to see how it drifts.
+//! A filter that matches nothing goes on by odometry, and says so: its covariance grows. That of
+//! the estimate itself also grows where all is well, on a long way out from where the map began;
+//! what is planned through is the map around, and of a submap the robot may be as sure as ever. A
+//! pilot that does not listen plans from a place where the robot is not, through a map that is
+//! drawn around places where it never was. By hand people may know better, so only errands end;
+//! and none of a method that looks for the robot in a known map, for it finds it by the way that
+//! it drives, nor of odometry alone, which is chosen to see how it drifts.
 
 use nalgebra::Matrix3;
 

@@ -113,7 +113,8 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
   }
 }
 
-/** Corners of each state's shape, and the first of them, rad: not everyone can tell colours apart. */
+/** Corners of each state's shape, and the first of them, rad: not everyone can tell colours
+    apart. */
 const CORNERS: Readonly<Record<State, readonly [number, number]>> = {
   emergency: [8, Math.PI / 8], away: [4, Math.PI / 4], silent: [4, Math.PI / 4], alert: [4, 0], lost: [5, 0], driving: [3, 0], standing: [32, 0],
 };
