@@ -1932,7 +1932,7 @@ export const SAID: Said = {
   "may drive, take the robot from anybody, and say where it may be": "smí řídit, robot komukoli převzít a říci, kde smí být",
   "may look, and stop the robot": "smí se dívat a robot zastavit",
   "missed": "nesplněno",
-  "mode “scale” shows the unknown as transparent, which PGM cannot; write it as PNG": "režim “scale” ukazuje neznámé jako průhledné, což PGM neumí; zapište jej jako PNG",
+  "mode `scale` shows the unknown as transparent, which PGM cannot; write it as PNG": "režim `scale` ukazuje neznámé jako průhledné, což PGM neumí; zapište jej jako PNG",
   "model: {0}{1}": "model: {0}{1}",
   "more follows than an experiment": "následuje víc než pokus",
   "more than 0": "více než 0",

@@ -1932,7 +1932,7 @@ export const SAID: Said = {
   "may drive, take the robot from anybody, and say where it may be": "vezethet, bárkitől átveheti a robotot, és megmondhatja, hol lehet",
   "may look, and stop the robot": "nézheti és megállíthatja a robotot",
   "missed": "elmaradt",
-  "mode “scale” shows the unknown as transparent, which PGM cannot; write it as PNG": "a “scale” mód az ismeretlent átlátszónak mutatja, amit a PGM nem tud; írd PNG-be",
+  "mode `scale` shows the unknown as transparent, which PGM cannot; write it as PNG": "a `scale` mód az ismeretlent átlátszónak mutatja, amit a PGM nem tud; írd PNG-be",
   "model: {0}{1}": "modell: {0}{1}",
   "more follows than an experiment": "több következik, mint egy kísérlet",
   "more than 0": "több mint 0",

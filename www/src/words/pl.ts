@@ -1932,7 +1932,7 @@ export const SAID: Said = {
   "may drive, take the robot from anybody, and say where it may be": "może prowadzić, przejąć robota od każdego i mówić, gdzie wolno mu być",
   "may look, and stop the robot": "może patrzeć i zatrzymać robota",
   "missed": "nieosiągnięte",
-  "mode “scale” shows the unknown as transparent, which PGM cannot; write it as PNG": "tryb “scale” pokazuje nieznane jako przezroczyste, czego PGM nie umie; zapisz jako PNG",
+  "mode `scale` shows the unknown as transparent, which PGM cannot; write it as PNG": "tryb `scale` pokazuje nieznane jako przezroczyste, czego PGM nie umie; zapisz jako PNG",
   "model: {0}{1}": "model: {0}{1}",
   "more follows than an experiment": "następuje więcej niż eksperyment",
   "more than 0": "więcej niż 0",
