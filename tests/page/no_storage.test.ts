@@ -2,7 +2,7 @@
 // and says what it cannot keep where somebody counts on it.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
-import { drop } from './lab.ts';
+import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 
 /** From the next load on every try to keep something fails, and, where `isDenied`, every look. */
@@ -18,16 +18,21 @@ const withoutStorage = (page: Page, isDenied: boolean): Promise<unknown> => page
   IDBObjectStore.prototype.put = refuse('QuotaExceededError');
 }, isDenied);
 
+/** Opens the page where nothing is kept, and leaves the tour, which each visit then begins with. */
+async function openWithout(lab: Lab, page: Page, isDenied: boolean): Promise<void> {
+  await lab.open();
+  await withoutStorage(page, isDenied);
+  await page.reload();
+  await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(1);
+  const leave = lab.at('tour-leave');
+  if (await leave.isVisible()) await leave.click();
+}
+
 for (const [what, isDenied] of [['forbidden', true], ['full', false]] as const) {
   test.describe(`storage that is ${what}`, () => {
     test('a run, its settings and its theme are as ever, only not kept', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
       test.setTimeout(120_000);
-      await lab.open();
-      await withoutStorage(page, isDenied);
-      await page.reload();
-      await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(1);
-      const leave = lab.at('tour-leave');
-      if (await leave.isVisible()) await leave.click();
+      await openWithout(lab, page, isDenied);
       await lab.at('theme').click();
       await lab.enter('arena', '10');
       await lab.show('layers');
@@ -42,12 +47,7 @@ for (const [what, isDenied] of [['forbidden', true], ['full', false]] as const) 
     });
 
     test('a drawing that is not kept is said to be so', async ({ lab, page }) => {
-      await lab.open();
-      await withoutStorage(page, isDenied);
-      await page.reload();
-      await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(1);
-      const leave = lab.at('tour-leave');
-      if (await leave.isVisible()) await leave.click();
+      await openWithout(lab, page, isDenied);
       await lab.at('draw-world').click();
       await expect(lab.at('editor-name')).toHaveValue(/office/i);
       await lab.at('editor-name').fill('attic');

@@ -5,7 +5,6 @@
 //! stopped. Scans and odometry, which the fleet does not listen to, are left out.
 
 use std::f64::consts::TAU;
-use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,11 +14,9 @@ use slamlab_core::wire::message::{
     BatteryBody, BridgeHeartbeat, DisarmReason, Format, FromBridge, Header, MappingBody, PoseBody,
     PoseState, SafetyBody, encode,
 };
-use tokio::io::{AsyncBufReadExt, BufReader};
-use tokio::process::{Child, Command};
-use tokio::time::{interval, sleep, timeout};
+use tokio::time::{interval, sleep};
 
-use crate::process::{Bridge, NEVER, Router, free_port};
+use crate::process::{Bridge, NEVER, Router, free_port, start_own};
 use crate::{remote, web};
 
 /// Robots of each measurement.
@@ -161,7 +158,7 @@ pub(crate) async fn report() -> (bool, Value) {
 async fn measure(count: usize) -> (bool, Value) {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let router = Router::start(&endpoint, &json!({})).await;
-    let mut robots = start(&endpoint, count).await;
+    let mut robots = start_own(&["robots", &endpoint, &count.to_string()]).await;
     let bridge = Bridge::start(&["--zenoh", &endpoint, "--zenoh-name", "watching"]).await;
     let begun = Instant::now();
     while poses(&web::fleet(bridge.address).await).len() < count && begun.elapsed() < NEVER {
@@ -213,19 +210,6 @@ async fn measure(count: usize) -> (bool, Value) {
         "limits": { "oldest_s": OLDEST },
     });
     (holds, figure)
-}
-
-async fn start(endpoint: &str, count: usize) -> Child {
-    let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["robots", endpoint, &count.to_string()])
-        .stdout(Stdio::piped())
-        .kill_on_drop(true)
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let line = timeout(NEVER, lines.next_line()).await;
-    assert_eq!(line.unwrap().unwrap().as_deref(), Some("there"));
-    child
 }
 
 /// When the pose of each simulated robot was heard, µs.

@@ -39,6 +39,21 @@ pub(crate) struct Router {
     pub(crate) endpoint: String,
 }
 
+/// This program once more, in another part, once it has said that it is there; until it is dropped.
+pub(crate) async fn start_own(part: &[&str]) -> Child {
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(part)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .kill_on_drop(true)
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let line = timeout(NEVER, lines.next_line()).await;
+    assert_eq!(line.unwrap().unwrap().as_deref(), Some("there"));
+    child
+}
+
 impl Router {
     /// At a port of its own, which stays its own when it is started again.
     pub(crate) async fn start(endpoint: &str, more: &Value) -> Self {
@@ -50,18 +65,8 @@ impl Router {
         for (key, value) in more.as_object().unwrap() {
             config[key] = value.clone();
         }
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["router", &config.to_string()])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::inherit())
-            .kill_on_drop(true)
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let line = timeout(NEVER, lines.next_line()).await;
-        assert_eq!(line.unwrap().unwrap().as_deref(), Some("there"));
         Self {
-            child,
+            child: start_own(&["router", &config.to_string()]).await,
             endpoint: endpoint.to_owned(),
         }
     }

@@ -91,13 +91,10 @@ impl Table {
 
     /// A robot's token went.
     pub(super) fn went(&mut self, name: &str, session: &str) {
-        let Some(robot) = self.robots.get_mut(name) else {
-            return;
-        };
-        robot.sessions.retain(|known| known != session);
-        robot.here = !robot.sessions.is_empty();
-        self.revision += 1;
-        robot.changed = self.revision;
+        self.change(name, |robot| {
+            robot.sessions.retain(|known| known != session);
+            robot.here = !robot.sessions.is_empty();
+        });
     }
 
     /// The router is gone, and with it the way to all.
@@ -113,38 +110,40 @@ impl Table {
     /// A robot said something; of who has no token, nothing is heard.
     pub(super) fn heard(&mut self, name: &str, message: &FromBridge, now: Duration) {
         let now = micros(now);
-        let Some(robot) = self.robots.get_mut(name) else {
-            return;
-        };
-        match message {
-            FromBridge::Safety(state) => robot.safety = Some(state.into()),
-            FromBridge::Battery(battery) => robot.volts = Some(battery.volts),
-            FromBridge::Mapping(mapping) => robot.map_file = Some(mapping.file.clone()),
-            FromBridge::Pose(pose) => {
-                let is_finite = pose.pose.iter().all(|number| number.is_finite());
-                robot.pose = is_finite.then_some(pose.pose);
-                robot.pose_state = Some(pose.state);
-                robot.pose_heard = now;
+        self.change(name, |robot| {
+            robot.heard = now;
+            match message {
+                FromBridge::Safety(state) => robot.safety = Some(state.into()),
+                FromBridge::Battery(battery) => robot.volts = Some(battery.volts),
+                FromBridge::Mapping(mapping) => robot.map_file = Some(mapping.file.clone()),
+                FromBridge::Pose(pose) => {
+                    let is_finite = pose.pose.iter().all(|number| number.is_finite());
+                    robot.pose = is_finite.then_some(pose.pose);
+                    robot.pose_state = Some(pose.state);
+                    robot.pose_heard = now;
+                }
+                FromBridge::Notice(Notice { severity, text }) if *severity != Severity::Info => {
+                    robot.alert = Some(Alert {
+                        severity: *severity,
+                        text: text.clone(),
+                        heard: now,
+                    });
+                }
+                _ => (),
             }
-            FromBridge::Notice(Notice { severity, text }) if *severity != Severity::Info => {
-                robot.alert = Some(Alert {
-                    severity: *severity,
-                    text: text.clone(),
-                    heard: now,
-                });
-            }
-            _ => (),
-        }
-        robot.heard = now;
-        self.revision += 1;
-        robot.changed = self.revision;
+        });
     }
 
     pub(super) fn page(&mut self, name: &str, page: &str) {
-        if let Some(robot) = self.robots.get_mut(name)
-            && (page.starts_with("http://") || page.starts_with("https://"))
-        {
-            robot.page = Some(page.to_owned());
+        if page.starts_with("http://") || page.starts_with("https://") {
+            self.change(name, |robot| robot.page = Some(page.to_owned()));
+        }
+    }
+
+    /// Changes a robot that is known, so that who asks next is told.
+    fn change(&mut self, name: &str, change: impl FnOnce(&mut Robot)) {
+        if let Some(robot) = self.robots.get_mut(name) {
+            change(robot);
             self.revision += 1;
             robot.changed = self.revision;
         }
