@@ -254,7 +254,7 @@ test('archives that are damaged, empty of maps, or lie about their size are refu
     await drop(page, 'strange.zip', archive);
     await expect(lab.at('toast')).toContainText(words);
   };
-  await refused(Buffer.from('PK\x03\x04 and no more', 'latin1'), 'strange.zip could not be opened: the archive is damaged');
+  await refused(Buffer.from('PK\x03\x04 and no more', 'latin1'), 'strange.zip: this is a ZIP archive that could not be opened: the archive is damaged');
   await refused(stored('holiday.jpg', Buffer.from([0xff, 0xd8, 0xff])), 'nothing in this archive can be opened here');
   await refused(stored('big.clf', Buffer.from('#'), 0xf000_0000), 'big.clf is too large: 4027 MB unpacked');
   const { time } = await lab.status();

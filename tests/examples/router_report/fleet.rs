@@ -8,6 +8,7 @@ use tokio::time::sleep;
 
 use crate::process::{Bridge, NEVER, Router, free_port};
 use crate::remote::{self, Remote};
+use crate::trust::Authority;
 use crate::{part, spread, web};
 
 const NAMES: [&str; 3] = ["anna", "berta", "clara"];
@@ -133,8 +134,15 @@ async fn becomes(bridge: &Bridge, is: impl Fn(&Value) -> bool) -> bool {
 async fn refused(bridge: &Bridge) -> [u16; 4] {
     let at = bridge.address;
     let (foreign, _) = web::ask(at, "POST", "/fleet/stop", Some("https://evil.example")).await;
-    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-    let private = Bridge::start(&["--private", "--zenoh", &endpoint, "--zenoh-name", "dora"]).await;
+    // Private is taken only with a router that asks for certificates; that none is there is all one.
+    let folder = tempfile::tempdir().unwrap();
+    let ours = Authority::make(folder.path(), "our");
+    let [cert, key] = ours.sign(folder.path(), "dora");
+    let [ca, cert, key] = [&ours.cert, &cert, &key].map(|path| path.to_str().unwrap());
+    let endpoint = format!("tls/localhost:{}", free_port());
+    let mut flags = vec!["--private", "--zenoh", &endpoint, "--zenoh-name", "dora"];
+    flags.extend(["--zenoh-ca", ca, "--zenoh-cert", cert, "--zenoh-key", key]);
+    let private = Bridge::start(&flags).await;
     let (closed, _) = web::ask(private.address, "GET", "/fleet.json", None).await;
     private.kill().await;
     let (unknown, _) = web::ask(at, "POST", "/fleet/stop/nobody", None).await;

@@ -11,13 +11,13 @@ use crate::process::{Bridge, Router, free_port};
 use crate::remote;
 
 /// An authority in a folder of its own.
-struct Authority {
+pub(crate) struct Authority {
     issuer: Issuer<'static, KeyPair>,
-    cert: PathBuf,
+    pub(crate) cert: PathBuf,
 }
 
 impl Authority {
-    fn make(folder: &Path, name: &str) -> Self {
+    pub(crate) fn make(folder: &Path, name: &str) -> Self {
         let mut params = CertificateParams::new(vec![]).unwrap();
         params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
         let name = format!("{name} authority");
@@ -32,7 +32,7 @@ impl Authority {
     }
 
     /// Certificate and key of who has this name.
-    fn sign(&self, folder: &Path, name: &str) -> [PathBuf; 2] {
+    pub(crate) fn sign(&self, folder: &Path, name: &str) -> [PathBuf; 2] {
         let params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
         let key = KeyPair::generate().unwrap();
         let cert = params.signed_by(&key, &self.issuer).unwrap();

@@ -28,7 +28,7 @@ export class SlamArchive extends SlamDialog {
       this.#things = await this.#openable(new Uint8Array(await file.arrayBuffer()));
     } catch (error) {
       const why = error instanceof ZipError ? error.message : t`it could not be read`;
-      this.store.set("toast", { toast: { level: "warn", text: t`${file.name} could not be opened: ${why}` } });
+      this.store.set("toast", { toast: { level: "warn", text: t`${file.name}: this is a ZIP archive that could not be opened: ${why}` } });
       return;
     }
     const [only, ...more] = this.#things;

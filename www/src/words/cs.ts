@@ -2266,7 +2266,7 @@ export const SAID: Said = {
   "{0} corner": "{0} roh",
   "{0} corners": { by: 0, one: "{0} roh", few: "{0} rohy", many: "{0} rohu", other: "{0} rohů" },
   "{0} could not be loaded. Is the server still there?": "{0}: nepodařilo se načíst. Je server ještě dostupný?",
-  "{0} could not be opened: {1}": "{0} nelze otevřít: {1}",
+  "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: toto je archiv ZIP, který nelze otevřít: {1}",
   "{0} could not be read: {1}": "{0} nelze přečíst: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nepřišel: most neodpovídá.",
   "{0} door": "{0} dveře",

@@ -2266,7 +2266,7 @@ export const SAID: Said = {
   "{0} corner": "{0} sarok",
   "{0} corners": "{0} sarok",
   "{0} could not be loaded. Is the server still there?": "{0} nem töltődött be. Elérhető még a kiszolgáló?",
-  "{0} could not be opened: {1}": "{0} nem nyitható meg: {1}",
+  "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: ez egy ZIP archívum, amely nem nyitható meg: {1}",
   "{0} could not be read: {1}": "{0} nem olvasható: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nem jött meg: a híd nem válaszol.",
   "{0} door": "{0} ajtó",

@@ -2266,7 +2266,7 @@ export const SAID: Said = {
   "{0} corner": "{0} narożnik",
   "{0} corners": { by: 0, one: "{0} narożnik", few: "{0} narożniki", many: "{0} narożników", other: "{0} narożnika" },
   "{0} could not be loaded. Is the server still there?": "{0}: nie udało się załadować. Czy serwer jest jeszcze dostępny?",
-  "{0} could not be opened: {1}": "Nie można otworzyć {0}: {1}",
+  "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: to jest archiwum ZIP, którego nie można otworzyć: {1}",
   "{0} could not be read: {1}": "Nie można odczytać {0}: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nie przyszło: most nie odpowiada.",
   "{0} door": "{0} drzwi",
