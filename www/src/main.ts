@@ -18,6 +18,7 @@ import type { SlamCharts } from "./ui/charts.js";
 import type { SavedFile } from "./protocol/module.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
+import { startSheets } from "./ui/sheet.js";
 import { startTheme, switchTheme } from "./theme.js";
 import { keepTurn, keepView } from "./visit.js";
 import "./ui/bench.js";
@@ -276,6 +277,7 @@ const byHand = {
   },
   stop: (): void => client.stop(),
 };
+startSheets(store);
 startGamepad({ ...byHand, show: (gamepad) => store.set("gamepad", { gamepad }) });
 startKeyboard({
   ...byHand,
