@@ -775,6 +775,7 @@ export const SAID: Said = {
   "Lost readings": "Ztracená měření",
   "Lost: it searches the map for where it is": "Ztracen: hledá v mapě, kde je",
   "Lower {0}": "Níž: {0}",
+  "What can be opened": "Co lze otevřít",
   "Y, M, Shift + A": "Y, M, Shift + A",
   "Make the filter honest: NEES at most 6, where 3 is honest, and the way right.": "Udělejte filtr poctivým: NEES nejvýše 6, kde poctivé je 3, a správná dráha.",
   "Manual": "Ručně",

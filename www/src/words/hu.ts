@@ -775,6 +775,7 @@ export const SAID: Said = {
   "Lost readings": "Elveszett mérések",
   "Lost: it searches the map for where it is": "Eltévedt: a térképen keresi, hol van",
   "Lower {0}": "{0} lejjebb",
+  "What can be opened": "Mi nyitható meg",
   "Y, M, Shift + A": "Y, M, Shift + A",
   "Make the filter honest: NEES at most 6, where 3 is honest, and the way right.": "Tedd becsületessé a szűrőt: NEES legfeljebb 6, ahol 3 a becsületes, és a helyes út.",
   "Manual": "Kézi",

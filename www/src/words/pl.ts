@@ -775,6 +775,7 @@ export const SAID: Said = {
   "Lost readings": "Utracone odczyty",
   "Lost: it searches the map for where it is": "Zgubiony: szuka na mapie, gdzie jest",
   "Lower {0}": "Niżej: {0}",
+  "What can be opened": "Co można otworzyć",
   "Y, M, Shift + A": "Y, M, Shift + A",
   "Make the filter honest: NEES at most 6, where 3 is honest, and the way right.": "Uczyń filtr uczciwym: NEES najwyżej 6, gdzie uczciwe jest 3, i dobra droga.",
   "Manual": "Ręcznie",
