@@ -51,7 +51,6 @@ export class SlamSetup extends SlamElement {
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
     p { margin: 10px 0 0; font-size: 12.5px; }
     .files label { display: contents; }
-    .files label .button { grid-column: 1 / -1; }
   `;
 
   protected override readonly topics = ["run"] as const;

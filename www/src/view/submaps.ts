@@ -22,8 +22,8 @@ const REDRAW_MILLIS = 3000;
 /** How long closures stand out that were accepted just now, wall milliseconds. */
 const FRESH_MILLIS = 2500;
 /** Who was less far away, m, has not come back: what is seen again there was never lost from sight.
-    A pair that was found without a search is no loop if the way between its submaps is that of a
-    neighbour: less than twice as long as they are apart, and there and back from so far. */
+    A pair is no loop if the way between its submaps is that of neighbours: no longer than twice as
+    far as they are apart, and there and back from so far. */
 const LEAST_AWAY = 3;
 /** What moves by less is no news, m. */
 export const LEAST_MOVE = 0.05;
@@ -209,7 +209,7 @@ export class Submaps {
 function fatesOf(poses: Float32Array, closures: Float32Array, outcomes: readonly ClosureOutcome[]): Fate[] {
   const way = wayTo(poses);
   return outcomes.map((outcome, row) => {
-    if (outcome !== "known-before") return FATE[outcome];
+    if (FATE[outcome] !== "accepted") return FATE[outcome];
     const at = row * CLOSURE_STRIDE;
     const [old, next] = [closures[at + CLOSURE.old] ?? 0, closures[at + CLOSURE.new] ?? 0];
     const [a, b] = [placeOf(poses, old), placeOf(poses, next)];

@@ -899,7 +899,7 @@ export const SAID: Said = {
   "Nothing can be said of the map: Status says why": "O mapě nelze nic říci: Stav říká proč",
   "Nothing contradicts, but parts of it may lie elsewhere.": "Nic si neodporuje, ale části mohou ležet jinde.",
   "Nothing fits nearby": "V okolí nic nesedí",
-  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with , and .": "Nic není vybráno. Vezměte <b>Výběr</b> a stiskněte některou část, nebo je procházejte klávesami , a .",
+  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with the keys <b>,</b> and <b>.</b>": "Není nic vybráno. Vezměte <b>Výběr</b> a stiskněte některou část, nebo je procházejte klávesami <b>,</b> a <b>.</b>",
   "Nothing is in the way: the straight line is free.": "Nic nestojí v cestě: přímá čára je volná.",
   "Nothing is ticked that can be saved": "Není zaškrtnuto nic, co lze uložit",
   "Nothing proves the way between": "Nic nedokazuje cestu mezi tím",

@@ -899,7 +899,7 @@ export const SAID: Said = {
   "Nothing can be said of the map: Status says why": "A térképről semmi sem mondható: az Állapot mondja meg, miért",
   "Nothing contradicts, but parts of it may lie elsewhere.": "Semmi sem mond ellent, de részei máshol is lehetnek.",
   "Nothing fits nearby": "Semmi sem illik a közelben",
-  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with , and .": "Semmi sincs kiválasztva. Vedd a <b>Kijelölést</b>, és nyomj meg egy részt, vagy lépkedj közöttük: , és .",
+  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with the keys <b>,</b> and <b>.</b>": "Semmi sincs kiválasztva. Vedd a <b>Kijelölést</b>, és nyomj meg egy részt, vagy lépkedj közöttük a <b>,</b> és <b>.</b> billentyűvel",
   "Nothing is in the way: the straight line is free.": "Semmi sincs útban: az egyenes szabad.",
   "Nothing is ticked that can be saved": "Nincs kijelölve semmi, ami menthető",
   "Nothing proves the way between": "Semmi sem bizonyítja a közbeeső utat",

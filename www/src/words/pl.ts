@@ -899,7 +899,7 @@ export const SAID: Said = {
   "Nothing can be said of the map: Status says why": "O mapie nic nie można powiedzieć: Stan mówi dlaczego",
   "Nothing contradicts, but parts of it may lie elsewhere.": "Nic nie przeczy, ale jej części mogą leżeć gdzie indziej.",
   "Nothing fits nearby": "Nic w pobliżu nie pasuje",
-  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with , and .": "Nic nie wybrano. Weź <b>Wybór</b> i naciśnij część albo przechodź między nimi klawiszami , i .",
+  "Nothing is chosen. Take <b>Select</b> and press a part, or go through them with the keys <b>,</b> and <b>.</b>": "Nic nie wybrano. Weź <b>Wybór</b> i naciśnij część albo przechodź między nimi klawiszami <b>,</b> i <b>.</b>",
   "Nothing is in the way: the straight line is free.": "Nic nie stoi na drodze: linia prosta jest wolna.",
   "Nothing is ticked that can be saved": "Nie zaznaczono niczego, co można zapisać",
   "Nothing proves the way between": "Nic nie dowodzi drogi pomiędzy",
