@@ -12,8 +12,8 @@ test('at the end of a run the page offers what next, and does it', { tag: '@phon
   const box = (await offer.boundingBox())!;
   expect(box.x).toBeGreaterThanOrEqual(0);
   expect(box.x + box.width).toBeLessThanOrEqual(page.viewportSize()!.width);
-  await lab.at('next-save').click();
-  await expect(lab.at('saving')).toBeVisible();
+  await lab.at('next-gallery').click();
+  await expect(lab.at('gallery')).toBeVisible();
   await expect(offer, 'it was taken').toHaveCount(0);
   await page.keyboard.press('Escape');
   const { world } = (await lab.state()).setup;
@@ -33,6 +33,7 @@ test('at the end of a recording there is no other building to offer, and an offe
   await expect.poll(async () => (await lab.state()).source).toBe('replay');
   await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
   await expect(lab.at('next-compare')).toBeVisible();
+  await expect(lab.at('next-save')).toBeVisible();
   await expect(lab.at('next-world')).toHaveCount(0);
   await page.getByRole('button', { name: 'Close the offer' }).click();
   await expect(lab.at('next')).toHaveCount(0);

@@ -12,6 +12,12 @@ export class SlamNext extends SlamElement {
     button { border: 0; border-radius: 18px; min-height: 32px; padding: 0 12px; color: inherit; background: color-mix(in srgb, var(--surface) 16%, transparent); white-space: nowrap; }
     button:hover { background: color-mix(in srgb, var(--surface) 30%, transparent); }
     button.icon { width: 32px; padding: 0; background: transparent; }
+    @media (max-width: 760px) {
+      div { padding: 2px 6px 8px 12px; }
+      span { flex: 1; order: -2; }
+      button { min-height: 40px; padding: 0 9px; }
+      button.icon { order: -1; }
+    }
     @keyframes in { from { opacity: 0; transform: translateY(6px); } }
   `;
 
@@ -33,8 +39,8 @@ export class SlamNext extends SlamElement {
     return html`<div data-testid="next" role="group" aria-label="What next?"><span>What next?</span>
       ${source === "sim" && world !== undefined ? html`<button data-testid="next-world" title="The robot maps a building that it has never seen" @click=${this.#do(() => this.client.start({ world, worldJson: null, mode: "explore" }))}>Another building</button>` : nothing}
       <button data-testid="next-compare" title="Other methods or settings on the same run, side by side (C)" @click=${this.#do(() => dispatchEvent(new Event("show-race")))}>Compare methods</button>
-      <button data-testid="next-gallery" title="Experiments: runs in which one thing is seen (G)" @click=${this.#do(() => dispatchEvent(new Event("show-gallery")))}>Experiments</button>
-      <button data-testid="next-save" title="The map and all else that can be kept (Y)" @click=${this.#do(() => dispatchEvent(new Event("show-saving")))}>Save…</button>
+      ${source === "sim" ? html`<button data-testid="next-gallery" title="Experiments: runs in which one thing is seen (G)" @click=${this.#do(() => dispatchEvent(new Event("show-gallery")))}>Experiments</button>`
+        : html`<button data-testid="next-save" title="The map and all else that can be kept (Y)" @click=${this.#do(() => dispatchEvent(new Event("show-saving")))}>Save…</button>`}
       <button class="icon" aria-label="Close the offer" @click=${this.#do(() => undefined)}>${icons.close}</button>
     </div>`;
   }
