@@ -130,28 +130,35 @@ impl WebRun {
     /// What the log holds, in words; empty without one.
     #[must_use]
     pub fn summary(&self) -> String {
-        let Source::Recording(replay) = &self.source else {
-            return String::new();
-        };
-        let log = replay.log();
-        let (scans, seconds) = (log.scans(), replay.duration());
-        match log {
-            Log::Carmen(carmen) => {
-                let beams = carmen.scans.first();
-                let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
-                format!("{scans} scans of {beams} beams in {seconds:.0} s")
-            }
-            Log::Rover(_) => {
-                format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
-            }
-            Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
-            Log::Revolutions(_) => format!(
-                "{scans} revolutions of a lidar without wheels, {seconds:.0} s at the rate that is set"
-            ),
-            Log::Recording(recording) => {
-                let messages = recording.len();
-                format!("{scans} scans and {messages} messages in {seconds:.0} s")
-            }
+        match &self.source {
+            Source::Recording(replay) => summary(replay.log(), replay.duration()),
+            _ => String::new(),
+        }
+    }
+}
+
+fn summary(log: &Log, seconds: f64) -> String {
+    let scans = log.scans();
+    match log {
+        Log::Posed(posed) => {
+            let own = summary(posed.log(), seconds);
+            format!("{own}; how the robot moved is told by the poses of another file")
+        }
+        Log::Carmen(carmen) => {
+            let beams = carmen.scans.first();
+            let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
+            format!("{scans} scans of {beams} beams in {seconds:.0} s")
+        }
+        Log::Rover(_) => {
+            format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
+        }
+        Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
+        Log::Revolutions(_) => format!(
+            "{scans} revolutions of a lidar without wheels, {seconds:.0} s at the rate that is set"
+        ),
+        Log::Recording(recording) => {
+            let messages = recording.len();
+            format!("{scans} scans and {messages} messages in {seconds:.0} s")
         }
     }
 }
