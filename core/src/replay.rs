@@ -225,6 +225,10 @@ impl Replay {
         self.notes.append(&mut self.feed.notes);
         let Some(step) = step else {
             self.session.finish();
+            let whole = self.own_trajectory();
+            if let Some(truth) = &mut self.truth {
+                truth.settle(&whole);
+            }
             return Ok(false);
         };
         self.first = self.first.or(Some(step.scan.stamp));
@@ -284,6 +288,12 @@ impl Replay {
         ends.map_or(0.0, |(first, (last, _))| last.since(first))
     }
 
+    /// Time of the first scan that was used, as in [`Self::trajectory`], s; 0 before one was.
+    #[must_use]
+    pub fn first_seconds(&self) -> f64 {
+        self.used.first().map_or(0.0, |used| used.seconds)
+    }
+
     /// Seconds from the beginning of the log to its end.
     #[must_use]
     pub fn duration(&self) -> f64 {
@@ -300,6 +310,11 @@ impl Replay {
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
+    }
+
+    /// Adds what a person should read.
+    pub fn add_notes(&mut self, notes: impl IntoIterator<Item = String>) {
+        self.notes.extend(notes);
     }
 
     /// What a person should read: damage, and time that was missed; it is forgotten here.
@@ -371,6 +386,19 @@ impl Replay {
     #[must_use]
     pub fn truth(&self) -> Option<Pose2> {
         self.truth.as_ref()?.at(self.used.last()?.seconds)
+    }
+
+    /// The same at each scan used so far.
+    pub fn truths(&self) -> impl Iterator<Item = Option<Pose2>> {
+        let at = |used: &Used| self.truth.as_ref()?.at(used.seconds);
+        self.used.iter().map(at)
+    }
+
+    /// Where the frame of other poses on the clock of the log lies in the map: that by which they
+    /// come closest to the trajectory; `None` where they tell of fewer than two scans.
+    #[must_use]
+    pub fn map_from_track(&self, track: &PoseTrack) -> Option<Pose2> {
+        truth::aligned(track, &self.own_trajectory()).target_from_source()
     }
 
     /// Errors of the whole trajectory as known now; `None` without a truth, and where it tells of

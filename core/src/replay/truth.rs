@@ -46,6 +46,11 @@ impl Truth {
         }
     }
 
+    /// The run is over: all poses are taken as they are known now.
+    pub(super) fn settle(&mut self, whole: &[(f64, Pose2)]) {
+        self.alignment = aligned(&self.track, whole);
+    }
+
     /// Where the robot truly is at a time, map frame; `None` where it is not told, or not yet known
     /// how the two lie.
     pub(super) fn at(&self, seconds: f64) -> Option<Pose2> {
@@ -53,7 +58,8 @@ impl Truth {
     }
 }
 
-fn aligned(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Alignment {
+/// Of the track to a trajectory.
+pub(super) fn aligned(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Alignment {
     let mut alignment = Alignment::default();
     for (seconds, pose) in trajectory {
         if let Some(truth) = track.at(*seconds) {
