@@ -30,7 +30,7 @@ const REFUSALS = [
   "web/src/link.rs", "web/src/setup.rs", "web/src/recording.rs",
 ];
 /** Words that stand in places of these sentences. */
-const IN_PLACES = ["left", "right", "more than 0", "a script", "a newer"];
+const IN_PLACES = ["no error is told of them", "left", "right", "more than 0", "a script", "a newer"];
 /** What begins files, what others say, and lists: read, and not said. */
 const NO_SENTENCE = /^<[!a-z]|^-----|^version https|^expected (f64|u32|u64|an array of length 2)$|^\{0\} at line \{1\} column|^\{0\}, \{1\}$|^\{0\} of <\{1\}>$/;
 

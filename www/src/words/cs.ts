@@ -2005,6 +2005,7 @@ export const SAID: Said = {
   "next {0}": "příští {0}",
   "no clouds yet": "zatím žádná mračna",
   "no doors lead from the room of the start to that of the goal": "z místnosti startu nevedou dveře do místnosti cíle",
+  "no error is told of them": "o nich se chyba neuvádí",
   "no known wall has its direction": "žádná známá stěna nemá její směr",
   "no place was seen twice": "žádné místo nebylo vidět dvakrát",
   "no room": "žádné místo",

@@ -2005,6 +2005,7 @@ export const SAID: Said = {
   "next {0}": "következő: {0}",
   "no clouds yet": "még nincsenek felhők",
   "no doors lead from the room of the start to that of the goal": "nem vezetnek ajtók a kezdőhely szobájából a cél szobájába",
+  "no error is told of them": "ezekről nincs hibaadat",
   "no known wall has its direction": "egyetlen ismert falnak sincs ilyen iránya",
   "no place was seen twice": "egyetlen hely sem látszott kétszer",
   "no room": "nincs hely",

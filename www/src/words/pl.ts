@@ -2005,6 +2005,7 @@ export const SAID: Said = {
   "next {0}": "następne: {0}",
   "no clouds yet": "jeszcze nie ma chmur",
   "no doors lead from the room of the start to that of the goal": "żadne drzwi nie prowadzą z pomieszczenia startu do pomieszczenia celu",
+  "no error is told of them": "o nich nie podaje się błędu",
   "no known wall has its direction": "żadna znana ściana nie ma jej kierunku",
   "no place was seen twice": "żadnego miejsca nie widziano dwa razy",
   "no room": "brak miejsca",

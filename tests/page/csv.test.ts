@@ -1,0 +1,43 @@
+// Whatever shows figures saves them: each plot and each table as CSV.
+import { readFileSync, readdirSync } from 'node:fs';
+import { expect, test } from './fixture.ts';
+
+const SOURCES = new URL('../../www/src/', import.meta.url);
+
+test('each part that draws curves or tables of figures has a way to save them', () => {
+  const files = readdirSync(SOURCES, { recursive: true }).map(String).filter((name) => name.endsWith('.ts') && !/^words[/\\]/.test(name));
+  const shows = files.filter((name) => /extends Slam(?:Plotted|Charts)\b|<table\b|extends LabBasin|class LabBasin|receiver operating/.test(readFileSync(new URL(name.replaceAll('\\', '/'), SOURCES), 'utf8')));
+  expect(shows.length).toBeGreaterThan(8);
+  // Charts save for all that are made of them.
+  const saves = (text: string): boolean => /<slam-csv\b|data-testid="(?:race-)?csv"|extends SlamCharts\b/.test(text);
+  const without = shows.filter((name) => name !== 'ui/plotted.ts' && name !== 'ui/charts.ts' && !saves(readFileSync(new URL(name.replaceAll('\\', '/'), SOURCES), 'utf8')));
+  expect(without).toEqual([]);
+});
+
+test('bench, calibration, σ and planners are saved with all their digits', async ({ lab, page }) => {
+  const saved = async (name: string): Promise<string[][]> => {
+    const button = lab.at(`csv-${name}`);
+    await button.scrollIntoViewIfNeeded();
+    const download = page.waitForEvent('download');
+    await button.click();
+    const file = await download;
+    expect(file.suggestedFilename()).toBe(`${name}.csv`);
+    return readFileSync(await file.path(), 'utf8').trimEnd().split('\r\n').map((line) => line.split(','));
+  };
+  await lab.open();
+  await lab.show('settings');
+  await lab.at('bench').locator('summary').click();
+  const [header = [], ...rows] = await saved('bench');
+  expect(header).toEqual(['Time (s)', 'Speed, wished (m/s)', 'Speed, left, with controller (m/s)', 'Speed, right, with controller (m/s)', 'Speed, left, without (m/s)', 'Speed, right, without (m/s)', 'Heading, with controller (°)', 'Heading, without (°)'].flatMap((title) => (title.includes(',') ? `"${title}"`.split(',') : [title])));
+  expect(rows.length).toBeGreaterThan(100);
+  expect(Number(rows.at(-1)?.[0])).toBeCloseTo(5, 1);
+  await lab.at('calibration').locator('summary').click();
+  const pairs = await saved('calibration-pairs');
+  expect(pairs.length).toBeGreaterThan(6);
+  expect((await saved('calibration-curve')).length).toBeGreaterThan(pairs.length);
+  await lab.at('sigma').locator('summary').click();
+  await lab.at('estimate-sigma').click();
+  const bins = await saved('sigma-measured');
+  for (const [range, sigma] of bins.slice(1)) expect(Number(range) > 0 && Number(sigma) > 0 && Number(sigma) < 0.5).toBe(true);
+  expect((await saved('sigma-curve')).length).toBeGreaterThan(10);
+});
