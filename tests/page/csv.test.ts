@@ -25,12 +25,15 @@ test('bench, calibration, σ and planners are saved with all their digits', asyn
     return readFileSync(await file.path(), 'utf8').trimEnd().split('\r\n').map((line) => line.split(','));
   };
   await lab.open();
-  await lab.show('settings');
+  await lab.pause();
+  await lab.show('plots');
   await lab.at('bench').locator('summary').click();
+  await expect(lab.at('bench-heading')).toHaveText(/against/);
   const [header = [], ...rows] = await saved('bench');
-  expect(header).toEqual(['Time (s)', 'Speed, wished (m/s)', 'Speed, left, with controller (m/s)', 'Speed, right, with controller (m/s)', 'Speed, left, without (m/s)', 'Speed, right, without (m/s)', 'Heading, with controller (°)', 'Heading, without (°)'].flatMap((title) => (title.includes(',') ? `"${title}"`.split(',') : [title])));
+  expect(header.join(',')).toBe('Time (s),"Speed, wished (m/s)","Speed, left, with controller (m/s)","Speed, right, with controller (m/s)","Speed, left, without (m/s)","Speed, right, without (m/s)","Heading, with controller (°)","Heading, without (°)"');
   expect(rows.length).toBeGreaterThan(100);
   expect(Number(rows.at(-1)?.[0])).toBeCloseTo(5, 1);
+  await lab.show('settings');
   await lab.at('calibration').locator('summary').click();
   const pairs = await saved('calibration-pairs');
   expect(pairs.length).toBeGreaterThan(6);
@@ -40,4 +43,14 @@ test('bench, calibration, σ and planners are saved with all their digits', asyn
   const bins = await saved('sigma-measured');
   for (const [range, sigma] of bins.slice(1)) expect(Number(range) > 0 && Number(sigma) > 0 && Number(sigma) < 0.5).toBe(true);
   expect((await saved('sigma-curve')).length).toBeGreaterThan(10);
+  await lab.show('paths');
+  await lab.at('contest-seconds').selectOption('0.2');
+  // In the next room to the north-east of the start of `office`.
+  await lab.pointAt(4.4, 2.6, false);
+  await expect(lab.at('contest-again')).toBeVisible({ timeout: 30_000 });
+  const planners = await saved('planners');
+  expect(planners.map(([name]) => name)).toContain('A*');
+  const lengths = planners.slice(1).map(([, length]) => Number(length)).filter((length) => length > 0);
+  expect(lengths.length).toBeGreaterThan(3);
+  expect((await saved('planners-over-time')).length).toBeGreaterThan(lengths.length);
 });

@@ -2338,6 +2338,7 @@ export const SAID: Said = {
   "{0} poses": "{0} póz",
   "{0} tells where a robot was, on the clock of {1}.": "{0} říká, kde robot byl, podle hodin záznamu {1}.",
   "{0}: a path of {1} poses in {2} s is drawn beside the way of the run; Run says how it lies.": "{0}: cesta z {1} póz za {2} s je nakreslena vedle dráhy běhu; jak leží, říká karta Běh.",
+  "{0}: damaged in the archive, and left out: {1}": "{0}: v archivu poškozeno a vynecháno: {1}",
   "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: toto je archiv ZIP, který nelze otevřít: {1}",
   "{0} could not be read: {1}": "{0} nelze přečíst: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nepřišel: most neodpovídá.",

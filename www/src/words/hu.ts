@@ -2338,6 +2338,7 @@ export const SAID: Said = {
   "{0} poses": "{0} póz",
   "{0} tells where a robot was, on the clock of {1}.": "{0} azt mondja meg, hol volt egy robot, {1} órája szerint.",
   "{0}: a path of {1} poses in {2} s is drawn beside the way of the run; Run says how it lies.": "{0}: egy {1} pózból álló, {2} s-os út látszik a futás útja mellett; a Futás fül mondja meg, hogyan fekszik.",
+  "{0}: damaged in the archive, and left out: {1}": "{0}: az archívumban sérült, ezért kimaradt: {1}",
   "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: ez egy ZIP archívum, amely nem nyitható meg: {1}",
   "{0} could not be read: {1}": "{0} nem olvasható: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nem jött meg: a híd nem válaszol.",

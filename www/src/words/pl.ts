@@ -2338,6 +2338,7 @@ export const SAID: Said = {
   "{0} poses": "{0} póz",
   "{0} tells where a robot was, on the clock of {1}.": "{0} mówi, gdzie był robot, według zegara {1}.",
   "{0}: a path of {1} poses in {2} s is drawn beside the way of the run; Run says how it lies.": "{0}: ścieżka z {1} póz w {2} s jest narysowana obok drogi przebiegu; jak leży, mówi karta Przebieg.",
+  "{0}: damaged in the archive, and left out: {1}": "{0}: uszkodzone w archiwum i pominięte: {1}",
   "{0}: this is a ZIP archive that could not be opened: {1}": "{0}: to jest archiwum ZIP, którego nie można otworzyć: {1}",
   "{0} could not be read: {1}": "Nie można odczytać {0}: {1}",
   "{0} did not come: the bridge does not answer.": "{0} nie przyszło: most nie odpowiada.",
