@@ -1,6 +1,7 @@
 // Sorts files that were dropped or chosen together by what stands in them, whatever they are
 // called: a building, something else to open, or nothing that can be opened.
 
+import { SHORTCUT } from "./link.js";
 import { t } from "./words.js";
 
 export type Chosen =
@@ -15,7 +16,7 @@ export type Chosen =
   | { kind: "refused"; text: string };
 
 /** What one file holds; of a log and of what nobody knows the module says more. */
-export type Content = "world" | "preset" | "graph" | "saved-map" | "log";
+export type Content = "world" | "preset" | "graph" | "saved-map" | "link" | "log";
 
 type OpenedKind = Content | "poses" | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
@@ -29,6 +30,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   world: "a world (.json)",
   preset: "settings that were fitted to a drive (.json)",
   archive: "what was saved together (.zip)",
+  link: "the link of an experiment (.url)",
   building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
   yaml: "or a map of ROS (.yaml with .pgm or .png)",
 };
@@ -36,7 +38,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
 export const opened = (): string => Object.values(WORDS).map((each) => t(each)).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
-  json: "world", g2o: "graph", tum: "poses", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
+  json: "world", url: "link", g2o: "graph", tum: "poses", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
 };
 
 /** Bytes within which a file shows what it is, comments before it. */
@@ -92,6 +94,7 @@ function byContent(bytes: Uint8Array): Kind | null {
   if (/^#(?:points|robot|landmarks)/.test(first)) return "building";
   if (/^\s*<(?:\?xml|svg|!--)/i.test(first) && /<svg\b/i.test(text)) return "building";
   if (/^\s*<(?:!doctype )?html/i.test(first)) return "log";
+  if (text.startsWith(SHORTCUT)) return "link";
   if (OG_MAP.test(first)) return "building";
   if (/^image\s*:/m.test(said)) return "yaml";
   if (TUM.test(first) || namesPoses(first)) return "poses";

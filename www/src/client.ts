@@ -16,7 +16,7 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { isLink, isSharedWorld } from "./link.js";
+import { isLink, isSharedWorld, linkIn } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import type { WorldDesk } from "./world_desk.js";
@@ -595,6 +595,7 @@ export class Client {
 
   async #openAs(content: Content, file: File): Promise<void> {
     if (content === "log") return this.open(file);
+    if (content === "link") return this.#openLink(file);
     await this.#reading(file.name, async () => {
       const { name } = file;
       const bytes = await file.arrayBuffer();
@@ -628,6 +629,14 @@ export class Client {
     await this.#reading(file.name, async () => {
       const bytes = await file.arrayBuffer();
       this.send({ kind: "load-path", name: file.name, bytes }, [bytes]);
+    });
+  }
+
+  async #openLink(file: File): Promise<void> {
+    await this.#reading(file.name, async () => {
+      const link = linkIn(await file.text());
+      if (link === null) this.#warn(t`${file.name} leads to another page: there is no experiment in it.`);
+      else this.follow(link);
     });
   }
 

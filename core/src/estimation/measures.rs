@@ -97,6 +97,7 @@ impl Alignment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use proptest::prelude::*;
 
     fn points() -> impl Strategy<Value = Vec<Point2<f64>>> {
@@ -147,11 +148,11 @@ mod tests {
     #[test]
     fn pairs_one_by_one_align_as_all_at_once_far_from_zero_too() {
         let source: Vec<_> = (0..40)
-            .map(|i| f64::from(i))
-            .map(|i| Point2::new(5e6 + 3.0 * (0.3 * i).sin(), 4e5 + 0.2 * i))
+            .map(f64::from)
+            .map(|i| Point2::new(5e6 + 3.0 * libm::sin(0.3 * i), 4e5 + 0.2 * i))
             .collect();
         let motion = Pose2::new(-3.0, 7.0, 2.5);
-        let noise = |i: usize| 0.01 * (i as f64).cos();
+        let noise = |i: usize| 0.01 * libm::cos(i as f64);
         let target: Vec<_> = (source.iter().enumerate())
             .map(|(i, p)| motion * (*p - Vector2::new(5e6, 4e5)) + Vector2::new(noise(i), 0.0))
             .collect();
@@ -165,7 +166,7 @@ mod tests {
             align(&target, &source).unwrap(),
         );
         for point in &source {
-            let off = (one_by_one * *point - all * *point).norm();
+            let off = (one_by_one * *point - all * *point).length();
             assert!(off < 1e-6, "{off}");
         }
         assert!((all.heading() - 2.5).abs() < 0.01);

@@ -14,7 +14,7 @@ import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
 /** What the page itself makes, beside what the module does. */
-export type PageKind = "png" | "svg" | "csv";
+export type PageKind = "png" | "svg" | "csv" | "link";
 export type Kind = SavedKind | PageKind;
 type Preset = "ros" | "sheet";
 
@@ -42,7 +42,15 @@ const OFFERED: Readonly<Record<Kind, Offered>> = {
   g2o: { title: "Pose graph (.g2o)", about: "Poses and constraints, for other solvers." },
   png: { title: "Map as a picture (PNG)", about: "A pixel for each cell, in the colours of the page." },
   svg: { title: "What is seen (SVG)", about: "All layers that are on, sharp at any size." },
+  link: { title: "Link of the experiment (.url)", about: "It does this run again, to the bit, with all that was done: open it, or drop it here." },
 };
+/** Why there is none of what the page makes. */
+const NOTHING_YET = "there is nothing to see yet: let the robot scan first";
+const NONE: Readonly<Record<PageKind, string>> = {
+  png: NOTHING_YET, svg: NOTHING_YET, csv: NOTHING_YET,
+  link: "only a simulation has a link, and only while nothing was done in it that a link cannot tell",
+};
+const isOfPage = (kind: Kind): kind is PageKind => kind in NONE;
 const KINDS = Object.keys(OFFERED) as Kind[];
 
 export class SlamSaving extends SlamDialog {
@@ -124,9 +132,9 @@ export class SlamSaving extends SlamDialog {
   }
 
   async #one(kind: Kind): Promise<Collected> {
-    if (kind !== "png" && kind !== "svg" && kind !== "csv") return this.client.collect(kind);
+    if (!isOfPage(kind)) return this.client.collect(kind);
     const files = await this.make(kind);
-    return { files, error: files.length === 0 ? t`there is nothing to see yet: let the robot scan first` : "" };
+    return { files, error: files.length === 0 ? t(NONE[kind]) : "" };
   }
 
   #tick(kinds: readonly Kind[]): void {

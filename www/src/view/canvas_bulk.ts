@@ -27,30 +27,16 @@ export class CanvasBulk implements Bulk {
     const { context, camera } = this;
     const { a, b, c, d, e, f } = context.getTransform();
     const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
-    const size = sizeOf(camera);
     const pixels = wholeSide(side, Math.hypot(a, b));
-    // Upright and of whole pixels: turned, thousands take four times as long.
-    const corners = room(points.length);
-    let count = 0;
-    for (let i = 0; i + 1 < points.length; i += 2) {
-      const [px, py] = [points[i] ?? NaN, points[i + 1] ?? NaN];
-      const [mx, my] = [x + cos * px - sin * py, y + sin * px + cos * py];
-      const [left, top] = [Math.round(a * mx + c * my + e - pixels / 2), Math.round(b * mx + d * my + f - pixels / 2)];
-      if (!(left > -pixels && top > -pixels && left < size.width && top < size.height)) continue;
-      corners[count] = left;
-      corners[count + 1] = top;
-      count += 2;
-    }
+    // From a point to the upper left corner of its square, in device pixels.
+    const place: Place = {
+      a: a * cos + c * sin, b: b * cos + d * sin, c: c * cos - a * sin, d: d * cos - b * sin,
+      e: a * x + c * y + e - pixels / 2, f: b * x + d * y + f - pixels / 2,
+    };
     context.save();
     context.resetTransform();
     context.globalAlpha = alpha;
-    if (count / 2 > MOST_IN_PATH) setPixels(context, size, corners.subarray(0, count), pixels, colour);
-    else {
-      context.fillStyle = colour;
-      context.beginPath();
-      for (let i = 0; i < count; i += 2) context.rect(corners[i] ?? 0, corners[i + 1] ?? 0, pixels, pixels);
-      context.fill();
-    }
+    (points.length / 2 > MOST_IN_PATH ? setPixels : fillPath)(context, sizeOf(camera), points, place, pixels, colour);
     context.restore();
   }
 
@@ -79,14 +65,6 @@ export class CanvasBulk implements Bulk {
     context.drawImage(canvas, box.minX, -box.maxY, box.maxX - box.minX, box.maxY - box.minY);
     context.restore();
   }
-}
-
-let reused = new Int32Array(0);
-
-/** Room for so many numbers; what was in it before is of no account. */
-function room(length: number): Int32Array {
-  if (reused.length < length) reused = new Int32Array(length);
-  return reused;
 }
 
 /** Device pixels. */
@@ -125,10 +103,27 @@ export function drawTiles(context: CanvasRenderingContext2D, camera: Camera, til
   context.restore();
 }
 
+/** As of a canvas: x' = ax + cy + e, y' = bx + dy + f. */
+interface Place { readonly a: number; readonly b: number; readonly c: number; readonly d: number; readonly e: number; readonly f: number }
+interface Size { readonly width: number; readonly height: number }
+
+// Upright and of whole pixels: turned, thousands of squares take four times as long.
+
+function fillPath(context: CanvasRenderingContext2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
+  context.fillStyle = colour;
+  context.beginPath();
+  for (let i = 0; i + 1 < points.length; i += 2) {
+    const [x, y] = [points[i] ?? NaN, points[i + 1] ?? NaN];
+    const [left, top] = [a * x + c * y + e, b * x + d * y + f];
+    if (left > -side && top > -side && left < width && top < height) context.rect(Math.round(left), Math.round(top), side, side);
+  }
+  context.fill();
+}
+
 let sheet: { readonly image: ImageData; readonly pixels: Uint32Array; readonly canvas: OffscreenCanvas } | null = null;
 
-/** Squares with these left upper corners, one by one in a picture as large as the canvas. */
-function setPixels(context: CanvasRenderingContext2D, { width, height }: { width: number; height: number }, corners: Int32Array, side: number, colour: string): void {
+/** One by one in a picture as large as the canvas. */
+function setPixels(context: CanvasRenderingContext2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
   if (sheet?.image.width !== width || sheet.image.height !== height) {
     const image = new ImageData(width, height);
     sheet = { image, pixels: new Uint32Array(image.data.buffer), canvas: new OffscreenCanvas(width, height) };
@@ -137,11 +132,18 @@ function setPixels(context: CanvasRenderingContext2D, { width, height }: { width
   const [red, green, blue] = rgb(colour);
   const opaque = ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
   pixels.fill(0);
-  for (let i = 0; i < corners.length; i += 2) {
-    const [left = 0, top = 0] = [corners[i], corners[i + 1]];
-    const [from, to] = [Math.max(left, 0), Math.min(left + side, width)];
-    for (let row = Math.max(top, 0); row < Math.min(top + side, height); row += 1) {
-      for (let at = row * width + from; at < row * width + to; at += 1) pixels[at] = opaque;
+  for (let i = 0; i + 1 < points.length; i += 2) {
+    const x = points[i] ?? NaN;
+    const y = points[i + 1] ?? NaN;
+    const left = a * x + c * y + e;
+    const top = b * x + d * y + f;
+    if (!(left > -side && top > -side && left < width && top < height)) continue;
+    const column = Math.round(left);
+    const row = Math.round(top);
+    const [from, to] = [Math.max(column, 0), Math.min(column + side, width)];
+    const end = Math.min(row + side, height) * width;
+    for (let start = Math.max(row, 0) * width; start < end; start += width) {
+      for (let at = start + from; at < start + to; at += 1) pixels[at] = opaque;
     }
   }
   canvas.getContext("2d")?.putImageData(image, 0, 0);

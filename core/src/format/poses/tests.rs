@@ -23,7 +23,8 @@ fn refuse(text: &str, words: &str) {
 #[test]
 fn lines_of_eight_numbers_are_tum_by_definition_of_the_quaternion() {
     // A turn by θ about z is (0, 0, sin θ/2, cos θ/2).
-    let [sin, cos] = [0.25 * PI, 0.25 * PI].map(|a| a.sin());
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let [sin, cos] = [half; 2];
     let text = format!(
         "# timestamp tx ty tz qx qy qz qw\n1.5 2 3 9 0 0 {sin} {cos}\n\n2 0 0 0 0 0 0 1 # end\n"
     );
