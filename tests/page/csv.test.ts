@@ -49,8 +49,12 @@ test('calibration and σ are saved with all their digits', async ({ lab, page })
   await lab.at('sigma').locator('summary').click();
   await lab.at('estimate-sigma').click();
   const bins = await saved(lab, page, 'sigma-measured');
+  expect(bins[0]).toEqual(['Range (m)', 'σ (m)']);
   expect(bins.length).toBeGreaterThan(3);
-  for (const [range, sigma] of bins.slice(1)) expect(Number(range) > 0 && Number(sigma) > 0 && Number(sigma) < 0.5).toBe(true);
+  const numbers = bins.slice(1).map((cells) => cells.map(Number));
+  // A lidar errs by millimetres to centimetres; what lies on edges may err by more.
+  expect(numbers.every(([range = NaN, sigma = NaN]) => range > 0 && sigma >= 0), JSON.stringify(numbers)).toBe(true);
+  expect(numbers.filter(([, sigma = NaN]) => sigma > 1e-4 && sigma < 0.1).length).toBeGreaterThan(numbers.length / 2);
   expect((await saved(lab, page, 'sigma-curve')).length).toBeGreaterThan(10);
 });
 

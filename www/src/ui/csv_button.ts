@@ -28,4 +28,5 @@ export class SlamCsv extends LitElement {
   }
 }
 
-customElements.define("slam-csv", SlamCsv);
+// Each bundle that has such buttons brings its own: the first one is for all.
+if (!customElements.get("slam-csv")) customElements.define("slam-csv", SlamCsv);
