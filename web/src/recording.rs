@@ -13,8 +13,7 @@ use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::border::{
-    Float32Array, MethodName, PosesAs, SettingValues, TrailRow, Typed, Uint8Array, WebError, flat,
-    typed,
+    Float32Array, MethodName, PosesAs, SettingValues, TrailRow, Uint8Array, WebError, flat, typed,
 };
 use crate::building::PriorMapSetup;
 use crate::run::{Source, WebRun};
