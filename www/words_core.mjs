@@ -1,8 +1,6 @@
 // What the core says to people: its tables, as the module has them, and the sentences that it puts
-// together, as they stand in its sources: of a run, and of what is wrong with a file, a link or a
-// lidar. So each text has one place, and on the command line it is English. What the rarer formats
-// and checks of settings written by hand say stays English: whoever meets it passes it on to a
-// developer.
+// together, as they stand in its sources: of a run, and of what is wrong with a file, a setting, a
+// link or a device. So each text has one place, and on the command line it is English.
 
 import { readFileSync } from "node:fs";
 import { initSync as initLab, registration_offer } from "./pkg/slamlab_lab.js";
@@ -24,10 +22,15 @@ const REFUSALS = [
   "core/src/format/known_file.rs", "core/src/replay/reader.rs", "core/src/format/field_error.rs", "core/src/format/text_log.rs",
   "core/src/format/carmen/error.rs", "core/src/format/world.rs", "core/src/format/slamlab.rs", "core/src/format/building/file.rs",
   "core/src/format/building/error.rs", "core/src/format/map_server/error.rs", "core/src/experiment/link.rs", "core/src/device/rplidar/fault.rs",
-  "web/src/link.rs", "web/src/setup.rs",
+  "core/src/format/poses.rs", "core/src/replay/pose_track.rs", "core/src/replay/posed_log.rs", "core/src/replay/truth.rs",
+  "core/src/format/g2o.rs", "core/src/format/g2o/graph.rs", "core/src/format/smap.rs", "core/src/format/smap/read.rs", "core/src/format/map_points.rs",
+  "core/src/format/calibration.rs", "core/src/format/preset.rs", "core/src/format/point_list.rs", "core/src/format/og_map.rs",
+  "core/src/format/ros/mod.rs", "core/src/replay/ros.rs", "core/src/replay/ros/choice.rs", "core/src/replay/ros/clock.rs",
+  "core/src/replay/ros/motion.rs", "core/src/replay/ros/scans.rs", "core/src/settings.rs",
+  "web/src/link.rs", "web/src/setup.rs", "web/src/recording.rs",
 ];
 /** Words that stand in places of these sentences. */
-const IN_PLACES = ["left", "right", "more than 0", "a script", "a newer"];
+const IN_PLACES = ["no error is told of them", "left", "right", "more than 0", "a script", "a newer"];
 /** What begins files, what others say, and lists: read, and not said. */
 const NO_SENTENCE = /^<[!a-z]|^-----|^version https|^expected (f64|u32|u64|an array of length 2)$|^\{0\} at line \{1\} column|^\{0\}, \{1\}$|^\{0\} of <\{1\}>$/;
 

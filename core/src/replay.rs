@@ -12,13 +12,18 @@
 //!    are settings ([`crate::settings::LogSettings`]); so is whether odometry is used at all.
 //! 4. A log of revolutions holds neither odometry nor time: it is mapped as that of a carried
 //!    sensor, at a rate that is a setting.
+//! 5. Poses from another file, on the clock of the log, take the place of its odometry
+//!    ([`PosedLog`]), or are what the run is held against ([`Replay::set_truth`]).
 
 mod feed;
 mod log;
+mod pose_track;
+mod posed_log;
 mod reader;
 mod ros;
 #[cfg(test)]
 mod tests;
+mod truth;
 
 use std::sync::Arc;
 
@@ -36,10 +41,15 @@ use crate::session::{Session, SessionConfig};
 use crate::settings::{LogSettings, Settings};
 use crate::slam::{EarlierMap, Method, SlamError};
 use feed::{Feed, Step};
+use posed_log::scan_times;
+use truth::Truth;
 
 pub use log::Log;
+pub use pose_track::{PoseTrack, PosesMisfit};
+pub use posed_log::PosedLog;
 pub use reader::{LogError, LogReader};
 pub use ros::{ImportError, Imported, Offered, RosChoice, RosOffer, import_ros};
+pub use truth::{PoseError, TruthErrors};
 
 /// Motion between two scans that counts as none, m and rad: less than what logs are rounded to.
 const STILL: f64 = 1e-4;
@@ -83,6 +93,8 @@ pub struct Replay {
     /// Stamps and times of scans of earlier runs, rising, where it goes on in their map.
     earlier: Vec<(Stamp, f64)>,
     notes: Vec<String>,
+    /// What it is held against.
+    truth: Option<Truth>,
     session: Session,
 }
 
@@ -117,14 +129,34 @@ impl Replay {
     pub fn again(&self) -> Result<Self, ReplayError> {
         match self.untold {
             Some(what) => Err(ReplayError::Untold(what)),
-            None => Self::begin(Arc::clone(&self.log), self.method, &self.settings),
+            None => {
+                let again = Self::begin(Arc::clone(&self.log), self.method, &self.settings)?;
+                let track = self.truth.as_ref().map(|truth| truth.track.clone());
+                Ok(Self {
+                    truth: track.map(Truth::new),
+                    ..again
+                })
+            }
         }
+    }
+
+    /// Holds the run against poses that are true, on the clock of the log; before the first scan.
+    /// Answers with a sentence on what they do not tell.
+    ///
+    /// # Errors    [`PosesMisfit`]: they are those of another log.
+    pub fn set_truth(&mut self, track: PoseTrack) -> Result<Option<String>, PosesMisfit> {
+        let coverage = track.coverage(&scan_times(&self.log, &self.figures))?;
+        self.truth = Some(Truth::new(track));
+        Ok(coverage.words("no error is told of them"))
     }
 
     fn begin(log: Arc<Log>, method: Method, settings: &Settings) -> Result<Self, ReplayError> {
         let asked = method;
         let mut notes: Vec<String> = log.damage().iter().map(ToString::to_string).collect();
         notes.extend(log.left_out().into_iter().flat_map(LeftOut::sentences));
+        if let Log::Posed(posed) = log.as_ref() {
+            notes.extend(posed.note().map(str::to_owned));
+        }
         let uses_odometry = settings.log.uses_odometry && log.has_odometry();
         if !uses_odometry {
             if method.needs_prior_map() {
@@ -160,6 +192,7 @@ impl Replay {
             used: vec![],
             earlier,
             notes,
+            truth: None,
             session,
         })
     }
@@ -192,6 +225,10 @@ impl Replay {
         self.notes.append(&mut self.feed.notes);
         let Some(step) = step else {
             self.session.finish();
+            let whole = self.own_trajectory();
+            if let Some(truth) = &mut self.truth {
+                truth.settle(&whole);
+            }
             return Ok(false);
         };
         self.first = self.first.or(Some(step.scan.stamp));
@@ -201,7 +238,18 @@ impl Replay {
             seconds: step.seconds,
             dead_reckoning: self.session.dead_reckoning(),
         });
+        self.hold_against_truth(step.seconds);
         Ok(true)
+    }
+
+    fn hold_against_truth(&mut self, seconds: f64) {
+        let Some(mut truth) = self.truth.take() else {
+            return;
+        };
+        let pose = self.session.shown_estimate().pose;
+        let loop_closures = self.session.slam().view().loop_closures;
+        truth.take((seconds, pose), loop_closures, || self.own_trajectory());
+        self.truth = Some(truth);
     }
 
     fn take(&mut self, step: &Step) -> Result<(), SlamError> {
@@ -240,6 +288,12 @@ impl Replay {
         ends.map_or(0.0, |(first, (last, _))| last.since(first))
     }
 
+    /// Time of the first scan that was used, as in [`Self::trajectory`], s; 0 before one was.
+    #[must_use]
+    pub fn first_seconds(&self) -> f64 {
+        self.used.first().map_or(0.0, |used| used.seconds)
+    }
+
     /// Seconds from the beginning of the log to its end.
     #[must_use]
     pub fn duration(&self) -> f64 {
@@ -256,6 +310,11 @@ impl Replay {
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
+    }
+
+    /// Adds what a person should read.
+    pub fn add_notes(&mut self, notes: impl IntoIterator<Item = String>) {
+        self.notes.extend(notes);
     }
 
     /// What a person should read: damage, and time that was missed; it is forgotten here.
@@ -320,6 +379,42 @@ impl Replay {
         // Those of a log whose stamps run backwards.
         poses.sort_by(|a, b| a.0.total_cmp(&b.0));
         poses
+    }
+
+    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and where
+    /// that tells nothing.
+    #[must_use]
+    pub fn truth(&self) -> Option<Pose2> {
+        self.truth.as_ref()?.at(self.used.last()?.seconds)
+    }
+
+    /// The same at each scan used so far.
+    pub fn truths(&self) -> impl Iterator<Item = Option<Pose2>> {
+        let at = |used: &Used| self.truth.as_ref()?.at(used.seconds);
+        self.used.iter().map(at)
+    }
+
+    /// Where the frame of other poses on the clock of the log lies in the map: that by which they
+    /// come closest to the trajectory; `None` where they tell of fewer than two scans.
+    #[must_use]
+    pub fn map_from_track(&self, track: &PoseTrack) -> Option<Pose2> {
+        truth::aligned(track, &self.own_trajectory()).target_from_source()
+    }
+
+    /// Errors of the whole trajectory as known now; `None` without a truth, and where it tells of
+    /// fewer than two scans.
+    #[must_use]
+    pub fn truth_errors(&self) -> Option<TruthErrors> {
+        TruthErrors::of(&self.truth.as_ref()?.track, &self.own_trajectory())
+    }
+
+    /// Without the poses of earlier runs, whose times are of other logs.
+    fn own_trajectory(&self) -> Vec<(f64, Pose2)> {
+        let poses = self.session.slam().whole_trajectory();
+        let earlier = self.session.slam().earlier_scans();
+        let own = poses.into_iter().skip(earlier);
+        let times = self.used.iter().map(|used| used.seconds);
+        times.zip(own.map(|(_, pose)| pose)).collect()
     }
 
     /// Of each scan used so far its stamp, and its time as in [`Self::trajectory`], s.

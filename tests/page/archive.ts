@@ -1,5 +1,5 @@
 // What is in a ZIP archive, by a reader of the tests' own: APPNOTE 6.3.10, sections 4.3.6 to
-// 4.3.16, from the central directory, with the check sums that the page's library does not look at.
+// 4.3.16, from the central directory, with the check sums.
 import { readFile } from 'node:fs/promises';
 import { crc32, inflateRawSync } from 'node:zlib';
 import type { Download } from '@playwright/test';

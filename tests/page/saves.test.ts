@@ -1,6 +1,7 @@
 // The map leaves the page as files that other programs read.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
+import { crc32 } from 'node:zlib';
 import { filesIn, unzip } from './archive.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
@@ -286,6 +287,11 @@ test('archives that are damaged, empty of maps, or lie about their size are refu
   await refused(Buffer.from('PK\x03\x04 and no more', 'latin1'), 'strange.zip: this is a ZIP archive that could not be opened: the archive is damaged');
   await refused(stored('holiday.jpg', Buffer.from([0xff, 0xd8, 0xff])), 'nothing in this archive can be opened here');
   await refused(stored('big.clf', Buffer.from('#'), 0xf000_0000), 'big.clf is too large: 4027 MB unpacked');
+  // An entry whose sum is another one is named, and what is beside it is opened.
+  const log = Buffer.from(record(5).text);
+  const spoilt = Buffer.from(stored('drive.clf', log));
+  spoilt[spoilt.indexOf('FLASER')] = 0x58;
+  await refused(spoilt, 'strange.zip: damaged in the archive, and left out: drive.clf');
   const { time } = await lab.status();
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan(time);
 });
@@ -299,6 +305,7 @@ function cellsOf(line: string): string[] {
 function stored(name: string, bytes: Buffer, size = bytes.length): Buffer {
   const fields = Buffer.alloc(26);
   fields.writeUInt16LE(20, 0);
+  fields.writeUInt32LE(crc32(bytes), 10);
   fields.writeUInt32LE(bytes.length, 14);
   fields.writeUInt32LE(size, 18);
   fields.writeUInt16LE(name.length, 22);

@@ -101,11 +101,11 @@ test('what cannot be done fails in words and leaves the run as it is', async ({ 
     const started = (await wire.until((a) => a.kind === 'started', true)).at(-1);
     wire.send({ kind: 'start', setup: { ...wire.setup, world: 'atlantis' }, play: true });
     const world = (await wire.until((a) => a.kind === 'failed', true)).at(-1);
-    wire.send({ kind: 'replay', name: 'bad.log', bytes: bytes('FLASER 2 1.0\n'), topics: null, method: 'scan-matching', settings: {}, twin: false, priorMap: null });
+    wire.send({ kind: 'replay', name: 'bad.log', bytes: bytes('FLASER 2 1.0\n'), topics: null, method: 'scan-matching', settings: {}, twin: false, priorMap: null, poses: null });
     const bad = (await wire.until((a) => a.kind === 'failed', true)).at(-1);
     wire.send({ kind: 'step' });
     const frame = (await wire.until((a) => a.kind === 'frame', true)).at(-1);
-    wire.send({ kind: 'replay', name: 'good.log', bytes: bytes(log), topics: null, method: 'scan-matching', settings: {}, twin: false, priorMap: null });
+    wire.send({ kind: 'replay', name: 'good.log', bytes: bytes(log), topics: null, method: 'scan-matching', settings: {}, twin: false, priorMap: null, poses: null });
     const opened = (await wire.until((a) => a.kind === 'started', true)).at(-1);
     const end = (await wire.until((a) => a.kind === 'frame' && a.status.finished, true)).at(-1);
     wire.send({ kind: 'collect', what: 'map' });

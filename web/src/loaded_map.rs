@@ -1,15 +1,18 @@
-//! Maps that are loaded beside the run, to be looked at and laid on what is drawn: a submap
-//! (`.smap`) or a saved map (`.slamlab`).
+//! What is loaded beside the run, to be looked at and laid on what is drawn: a submap (`.smap`), a
+//! saved map (`.slamlab`), or a path of poses over time.
 
 use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{MapPoints, align_map};
 use slamlab_core::format::map_points::{self, LoadedMap};
+use slamlab_core::format::poses::read_poses;
+use slamlab_core::geom::Pose2;
+use slamlab_core::replay::PoseTrack;
 use tsify::Tsify;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{AlignedName, Float32Array, Typed, WebError, typed};
-use crate::run::WebRun;
+use crate::border::{AlignedName, Float32Array, PathPlaced, Typed, WebError, typed};
+use crate::run::{Source, WebRun};
 
 /// Points of walls that a page is given: enough to see them.
 pub(crate) const MOST_WALLS: usize = 6000;
@@ -89,8 +92,89 @@ impl WebLoadedMap {
     }
 }
 
+/// A path of poses that was loaded.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct WebPosePath {
+    track: PoseTrack,
+    repeated: usize,
+}
+
+/// What such a path looks like, in its own frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct PosePathPicture {
+    /// x y of its places, m.
+    pub way: Float32Array,
+    /// How many poses it has.
+    pub poses: usize,
+    /// Those that were left out, for another one has the same time.
+    pub repeated: usize,
+    /// From the first to the last, s.
+    pub seconds: f64,
+}
+
+/// Where a path lies in the map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct PathPlace {
+    /// x y heading of its frame, map frame, m and rad.
+    pub pose: [f64; 3],
+    /// How it came to lie there.
+    pub by: PathPlaced,
+}
+
+#[wasm_bindgen]
+impl WebPosePath {
+    /// Reads a file of poses.
+    ///
+    /// # Errors    A sentence on what is wrong with it, with line and field.
+    #[wasm_bindgen(constructor)]
+    pub fn new(bytes: &[u8]) -> Result<Self, WebError> {
+        let file = read_poses(bytes)?;
+        Ok(Self {
+            repeated: file.repeated,
+            track: file.into(),
+        })
+    }
+
+    /// What it looks like.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn picture(&self) -> Typed<PosePathPicture> {
+        let poses = self.track.poses();
+        let way: Vec<Point2<f64>> = poses.iter().map(|(_, pose)| pose.position()).collect();
+        let ends = poses.first().zip(poses.last());
+        typed(&PosePathPicture {
+            way: flat_points(&way, MOST_PLACES),
+            poses: poses.len(),
+            repeated: self.repeated,
+            seconds: ends.map_or(0.0, |((from, _), (to, _))| to - from),
+        })
+    }
+}
+
 #[wasm_bindgen]
 impl WebRun {
+    /// Where a path lies in the map: by time where it is on the clock of a recording, so that both
+    /// ways come closest; else its first pose lies where the map begins.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn place_path(&self, path: &WebPosePath) -> Typed<PathPlace> {
+        let by_time = match &self.source {
+            Source::Recording(replay) => replay.map_from_track(&path.track),
+            Source::Simulation(_) | Source::Live(_) => None,
+        };
+        let begin = path.track.poses().first();
+        let begin = begin.map_or_else(Pose2::identity, |(_, pose)| pose.inverse());
+        let pose = by_time.unwrap_or(begin);
+        typed(&PathPlace {
+            pose: [pose.x(), pose.y(), pose.heading()],
+            by: match by_time {
+                Some(_) => PathPlaced::Time,
+                None => PathPlaced::Begin,
+            },
+        })
+    }
+
     /// Where a loaded map lies in the map as it is drawn now, found without a start.
     ///
     /// # Errors    A sentence on why that is not known.

@@ -4,14 +4,17 @@ use std::iter::repeat;
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::ScanMatcher;
-use slamlab_core::replay::{Log, LogReader, Replay};
+use slamlab_core::format::poses::read_poses;
+use slamlab_core::replay::{Log, LogReader, PoseError, PoseTrack, PosedLog, Replay};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{self, Settings};
 use slamlab_core::sim::SensorModel;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{MethodName, SettingValues, TrailRow, WebError, flat};
+use crate::border::{
+    Float32Array, MethodName, PosesAs, SettingValues, TrailRow, Uint8Array, WebError, flat, typed,
+};
 use crate::building::PriorMapSetup;
 use crate::run::{Source, WebRun};
 
@@ -29,6 +32,32 @@ pub struct ReplaySetup {
     pub twin: bool,
     /// The map that the method `prior-map` finds the robot in.
     pub prior_map: Option<PriorMapSetup>,
+    /// Poses over time from another file, on the clock of the log.
+    pub poses: Option<GivenPoses>,
+}
+
+/// A file of poses, and what they are to a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct GivenPoses {
+    /// Of the file.
+    pub name: String,
+    /// What stands in it.
+    pub bytes: Uint8Array,
+    /// What they are.
+    pub are: PosesAs,
+}
+
+/// Errors of a run against poses that are true, aligned to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Tsify)]
+pub struct TruthCurve {
+    /// Seconds since the first scan.
+    pub times: Float32Array,
+    /// Distance of the positions, m.
+    pub position: Float32Array,
+    /// Heading, estimate less truth, rad.
+    pub heading: Float32Array,
+    /// What they come to, a sentence.
+    pub words: String,
 }
 
 /// A log that is being read.
@@ -37,6 +66,15 @@ pub struct ReplaySetup {
 pub struct WebLogReader {
     reader: LogReader,
     setup: ReplaySetup,
+    /// Those of another file, which are read before a long log is.
+    poses: Option<Poses>,
+}
+
+#[derive(Debug)]
+struct Poses {
+    track: PoseTrack,
+    are: PosesAs,
+    notes: Vec<String>,
 }
 
 #[wasm_bindgen]
@@ -52,9 +90,11 @@ impl WebLogReader {
         setup
             .settings
             .apply_to(&mut settings, settings::Source::Recording, setup.method.0)?;
+        let poses = setup.poses.as_ref().map(Poses::read).transpose()?;
         Ok(Self {
             reader: LogReader::default(),
             setup,
+            poses,
         })
     }
 
@@ -69,8 +109,11 @@ impl WebLogReader {
     ///
     /// # Errors    A sentence on what is wrong with the log, with its line or byte.
     pub fn finish(self) -> Result<WebRun, WebError> {
-        let (log, setup) = (self.reader.finish()?, self.setup);
+        let (mut log, setup, mut poses) = (self.reader.finish()?, self.setup, self.poses);
         let mut settings = log.settings();
+        if let Some(Poses { track, .. }) = poses.take_if(|poses| poses.are == PosesAs::Odometry) {
+            log = PosedLog::new(log, track, &settings.log)?.into();
+        }
         let method = log.method(setup.method.0);
         setup
             .settings
@@ -80,6 +123,10 @@ impl WebLogReader {
             settings.slam.prior_map = map.into();
         }
         let mut replay = Replay::new(log, setup.method.0, &settings)?;
+        if let Some(Poses { track, notes, .. }) = poses {
+            let untold = replay.set_truth(track)?;
+            replay.add_notes(notes.into_iter().chain(untold));
+        }
         replay.set_twin(setup.twin.then_some(calibration));
         let source = Source::Recording(Box::new(replay));
         Ok(WebRun::of(source))
@@ -88,8 +135,8 @@ impl WebLogReader {
 
 #[wasm_bindgen]
 impl WebRun {
-    /// For each scan of a recording so far, see `TRAIL`; there is no truth. Of others the page
-    /// follows the poses.
+    /// For each scan of a recording so far, see `TRAIL`; there is no truth, unless another file
+    /// tells it. Of others the page follows the poses.
     #[must_use]
     pub fn trail(&self) -> Vec<f32> {
         let Source::Recording(replay) = &self.source else {
@@ -103,21 +150,52 @@ impl WebRun {
         let submaps = map.into_iter().flat_map(ScanMatcher::scans_in_submaps);
         let submaps = submaps.skip(earlier).map(|(_, submap, _)| submap);
         let submaps = submaps.chain(repeat(0));
+        let truths = replay.truths().map(|truth| match truth {
+            Some(pose) => [pose.x() as f32, pose.y() as f32],
+            None => [f32::NAN; 2],
+        });
         let mut begin = None;
-        flat(
-            poses
-                .zip(submaps)
-                .map(|((odometry, (seconds, pose)), submap)| TrailRow {
-                    truth_x: f32::NAN,
-                    truth_y: f32::NAN,
-                    odometry_x: odometry.x() as f32,
-                    odometry_y: odometry.y() as f32,
-                    x: pose.x() as f32,
-                    y: pose.y() as f32,
-                    submap: submap as f32,
-                    time: (seconds - *begin.get_or_insert(seconds)) as f32,
-                }),
-        )
+        flat(poses.zip(submaps).zip(truths).map(
+            |(((odometry, (seconds, pose)), submap), truth)| TrailRow {
+                truth_x: truth[0],
+                truth_y: truth[1],
+                odometry_x: odometry.x() as f32,
+                odometry_y: odometry.y() as f32,
+                x: pose.x() as f32,
+                y: pose.y() as f32,
+                submap: submap as f32,
+                time: (seconds - *begin.get_or_insert(seconds)) as f32,
+            },
+        ))
+    }
+
+    /// Errors of the whole recording so far against poses that are true; `null` where nothing is
+    /// held against such.
+    ///
+    /// # Errors    None that a page can cause.
+    pub fn truth_curve(&self) -> Result<Option<Ts<TruthCurve>>, WebError> {
+        let Source::Recording(replay) = &self.source else {
+            return Ok(None);
+        };
+        let Some(errors) = replay.truth_errors() else {
+            return Ok(None);
+        };
+        let begin = replay.first_seconds();
+        let each = |value: fn(&PoseError) -> f64| -> Float32Array {
+            errors
+                .poses
+                .iter()
+                .map(|error| value(error) as f32)
+                .collect()
+        };
+        let times = errors.poses.iter();
+        let curve = TruthCurve {
+            times: times.map(|error| (error.seconds - begin) as f32).collect(),
+            position: each(|error| error.position),
+            heading: each(|error| error.heading),
+            words: errors.words(),
+        };
+        typed(&curve).map(Some)
     }
 
     /// The method that maps the log: without odometry it may be another than was asked for.
@@ -130,28 +208,51 @@ impl WebRun {
     /// What the log holds, in words; empty without one.
     #[must_use]
     pub fn summary(&self) -> String {
-        let Source::Recording(replay) = &self.source else {
-            return String::new();
-        };
-        let log = replay.log();
-        let (scans, seconds) = (log.scans(), replay.duration());
-        match log {
-            Log::Carmen(carmen) => {
-                let beams = carmen.scans.first();
-                let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
-                format!("{scans} scans of {beams} beams in {seconds:.0} s")
-            }
-            Log::Rover(_) => {
-                format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
-            }
-            Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
-            Log::Revolutions(_) => format!(
-                "{scans} revolutions of a lidar without wheels, {seconds:.0} s at the rate that is set"
-            ),
-            Log::Recording(recording) => {
-                let messages = recording.len();
-                format!("{scans} scans and {messages} messages in {seconds:.0} s")
-            }
+        match &self.source {
+            Source::Recording(replay) => summary(replay.log(), replay.duration()),
+            _ => String::new(),
+        }
+    }
+}
+
+impl Poses {
+    fn read(given: &GivenPoses) -> Result<Self, WebError> {
+        let file = read_poses(&given.bytes)?;
+        let repeated = file.repeated;
+        let note = format!(
+            "{}: {repeated} poses were left out, for another one has the same time",
+            given.name
+        );
+        Ok(Self {
+            track: file.into(),
+            are: given.are,
+            notes: (repeated > 0).then_some(note).into_iter().collect(),
+        })
+    }
+}
+
+fn summary(log: &Log, seconds: f64) -> String {
+    let scans = log.scans();
+    match log {
+        Log::Posed(posed) => {
+            let own = summary(posed.log(), seconds);
+            format!("{own}; how the robot moved is told by the poses of another file")
+        }
+        Log::Carmen(carmen) => {
+            let beams = carmen.scans.first();
+            let beams = beams.map_or(0, |scan| carmen.readings(scan).len());
+            format!("{scans} scans of {beams} beams in {seconds:.0} s")
+        }
+        Log::Rover(_) => {
+            format!("{scans} scans of 360 directions in {seconds:.0} s, with counts of wheels")
+        }
+        Log::Rangers(_) => format!("{scans} readings of four rangers in {seconds:.0} s"),
+        Log::Revolutions(_) => format!(
+            "{scans} revolutions of a lidar without wheels, {seconds:.0} s at the rate that is set"
+        ),
+        Log::Recording(recording) => {
+            let messages = recording.len();
+            format!("{scans} scans and {messages} messages in {seconds:.0} s")
         }
     }
 }

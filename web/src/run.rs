@@ -143,7 +143,7 @@ impl WebRun {
             Source::Recording(replay) => RunStatus {
                 time: replay.time(),
                 progress: replay.progress(),
-                ..RunStatus::of(replay.session(), false)
+                ..RunStatus::of(replay.session(), false).with_truth(replay.truth())
             },
             Source::Live(live) => RunStatus::of(live.session(), true),
         })

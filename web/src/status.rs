@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slamlab_core::estimation::{Figure, MeanInnovation, ScanMatcher};
+use slamlab_core::geom::Pose2;
 use slamlab_core::pilot::{Pilot, Status};
 use slamlab_core::robot::BodyShape;
 use slamlab_core::session::Session;
@@ -212,6 +213,17 @@ fn map_particles(slam: &Slam) -> usize {
 }
 
 impl RunStatus {
+    /// Where the robot truly is, map frame, for a source that knows it.
+    pub(crate) fn with_truth(self, truth: Option<Pose2>) -> Self {
+        let of = |value: fn(&Pose2) -> f64| truth.as_ref().map_or(f64::NAN, value);
+        Self {
+            truth_x: of(Pose2::x),
+            truth_y: of(Pose2::y),
+            truth_heading: of(Pose2::heading),
+            ..self
+        }
+    }
+
     /// What every source knows; of a robot that somebody drives, what its pilot is about.
     pub(crate) fn of(session: &Session, is_driven: bool) -> Self {
         let (odometry, consistency) = (session.dead_reckoning(), session.consistency());

@@ -369,6 +369,7 @@ fn read(bytes: &[u8], chunk: usize) -> Result<WebRun, String> {
         settings: SettingValues::default(),
         twin: false,
         prior_map: None,
+        poses: None,
     }))
     .map_err(words)?;
     for part in bytes.chunks(chunk) {

@@ -9,6 +9,8 @@ export type Chosen =
   /** A map of ROS with its image, an OGmap.txt, a submap, or a floor plan. */
   | { kind: "building"; name: string; files: readonly File[] }
   | { kind: "file"; file: File; content: Content }
+  /** Poses over time, alone or with the recording that they belong to. */
+  | { kind: "poses"; poses: File; log: File | null }
   /** A ZIP archive: what is in it is looked at. */
   | { kind: "archive"; file: File }
   | { kind: "refused"; text: string };
@@ -16,12 +18,13 @@ export type Chosen =
 /** What one file holds; of a log and of what nobody knows the module says more. */
 export type Content = "world" | "preset" | "graph" | "saved-map" | "link" | "log";
 
-type OpenedKind = Content | "yaml" | "image" | "building" | "archive";
+type OpenedKind = Content | "poses" | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
 
 /** All that can be opened, in words, and how such files are usually called. */
 const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   log: "a recording of ROS (.bag, .mcap) or of the bridge (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone (.txt), also packed (.gz)",
+  poses: "poses over time, with a recording or beside one (TUM or CSV)",
   "saved-map": "a saved map (.slamlab)",
   graph: "a pose graph (.g2o)",
   world: "a world (.json)",
@@ -35,7 +38,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
 export const opened = (): string => Object.values(WORDS).map((each) => t(each)).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
-  json: "world", url: "link", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
+  json: "world", url: "link", g2o: "graph", tum: "poses", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
 };
 
 /** Bytes within which a file shows what it is, comments before it. */
@@ -46,11 +49,28 @@ const HEAD = 1 << 16;
 const WRITTEN_ONLY: readonly (readonly [pattern: RegExp, words: string])[] = [
   [/^\s*0\s*\n\s*SECTION\b|^\s*999\s*\n/, "a drawing (DXF): the floor plan that was saved with it (.svg) holds the same walls."],
   [/^\s*\{[^]*"FeatureCollection"/, "GeoJSON: walls are in the floor plan that was saved with them (.svg), rooms are detected again in every map."],
-  [/^(?:-?[\d.]+(?:e[+-]?\d+)?[ \t]+){7}-?[\d.]+(?:e[+-]?\d+)?[ \t]*\r?(?:\n|$)/i, "a trajectory (TUM): it tells where a robot was, and not what it saw. `evaluate --truth` compares a mapped log with it."],
 ];
 
 /** A line of an OGmap.txt: width, height, resolution and origin, and nothing else. */
 const OG_MAP = /^\d+\s+\d+\s+[\d.e-]+\s+-?[\d.e+-]+\s+-?[\d.e+-]+\s*$/i;
+
+/** A line of a TUM trajectory: eight numbers, seven of which have a length of their own. */
+const TUM = /^(?:-?[\d.]+(?:e[+-]?\d+)?[ \t]+){7}-?[\d.]+(?:e[+-]?\d+)?[ \t]*$/i;
+
+/** Names of columns that a table of poses has, units behind them; of a log of rangers there is
+    more. */
+const COLUMNS: readonly RegExp[] = [
+  /^(?:time|t|timestamp|stamp|secs?|seconds|s)(?:[_ ]?[[(]?(?:m|u|µ|n)?s(?:ec)?s?[\])]?)?$/,
+  /^(?:(?:pos|position|pose)_|[tp])?x\b|^(?:(?:pos|position|pose)_|[tp])?x_/,
+  /^(?:(?:pos|position|pose)_|[tp])?y\b|^(?:(?:pos|position|pose)_|[tp])?y_/,
+  /^(?:theta|th|yaw|heading|phi|psi|angle|θ|φ|ψ|qz)(?![a-z])/,
+];
+
+/** Whether a line, which may be a comment, names the columns of poses. */
+function namesPoses(line: string): boolean {
+  const names = line.replace(/^\s*#/, "").split(/[,;\t]| (?![[(])/).map((name) => name.trim().replace(/^"|"$/g, "").toLowerCase());
+  return COLUMNS.every((column) => names.some((name) => column.test(name))) && !names.includes("range0");
+}
 
 /** Of what is written for other programs, what it is. */
 function writtenOnly(text: string): string {
@@ -77,6 +97,9 @@ function byContent(bytes: Uint8Array): Kind | null {
   if (text.startsWith(SHORTCUT)) return "link";
   if (OG_MAP.test(first)) return "building";
   if (/^image\s*:/m.test(said)) return "yaml";
+  if (TUM.test(first) || namesPoses(first)) return "poses";
+  // A header may stand in a comment, before numbers.
+  if (/^[-+\d.]/.test(first) && text.slice(0, text.length - said.length).split(/\r?\n/).some(namesPoses)) return "poses";
   const words = writtenOnly(said);
   if (words !== "") return { kind: "written", words };
   if (/^\s*\{/.test(first)) return text.includes('"slamlab_preset"') ? "preset" : "world";
@@ -101,11 +124,14 @@ export async function chosen(files: readonly File[]): Promise<Chosen> {
   const kinds = await Promise.all(files.map(kindOf));
   const [yaml, image] = [files[kinds.indexOf("yaml")], files[kinds.indexOf("image")]];
   if (files.length === 2 && yaml && image) return { kind: "building", name: yaml.name, files: [yaml, image] };
-  if (more.length > 0) return { kind: "refused", text: t`These are ${files.length} files: drop one at a time, or the YAML and the image of a map together.` };
+  const [poses, log] = [files[kinds.indexOf("poses")], files[kinds.indexOf("log")]];
+  if (files.length === 2 && poses && log) return { kind: "poses", poses, log };
+  if (more.length > 0) return { kind: "refused", text: t`These are ${files.length} files: drop one at a time, the YAML and the image of a map together, or a recording and its poses.` };
   const [kind = "log"] = kinds;
   if (kind === "yaml") return { kind: "refused", text: t`${file.name} is one half of a map: drop it together with the image that it names (.pgm or .png).` };
   if (kind === "image") return { kind: "refused", text: t`${file.name} is a picture. If it is one half of a map, drop it together with its YAML file.` };
   if (typeof kind === "object") return { kind: "refused", text: t`${file.name} is for other programs: this page does not read it. It is ${kind.words}` };
+  if (kind === "poses") return { kind: "poses", poses: file, log: null };
   if (kind === "building") return { kind: "building", name: file.name, files };
   if (kind === "archive") return { kind: "archive", file };
   return { kind: "file", file, content: kind };

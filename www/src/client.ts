@@ -1,12 +1,14 @@
 // The page's end of the wire to the worker: sends commands, hands frames to scene and store.
 
+import { degrees } from "./angle.js";
 import { hostOf, tokenOf } from "./bridge_address.js";
 import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
 import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Topics } from "./protocol.js";
+import { SAMPLE } from "./protocol/sample.js";
 import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PosesAs, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -30,6 +32,12 @@ const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto"
 /** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
 const SOON_AGAIN_MILLIS = 10_000;
 
+/** A file of poses, and what they are to a recording. */
+export interface PosesOf {
+  readonly file: File;
+  readonly are: PosesAs;
+}
+
 /** Files of one kind; without any, why there are none. */
 export interface Collected {
   readonly files: readonly SavedFile[];
@@ -50,6 +58,9 @@ export class Client {
   #opening: File | null = null;
   #topics: Topics | null = null;
   #openingTopics: Topics | null = null;
+  /** Poses that came with them. */
+  #poses: PosesOf | null = null;
+  #openingPoses: PosesOf | null = null;
   /** What a building that is about to start was read without. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
@@ -493,8 +504,8 @@ export class Client {
   }
 
   /** The recording that is shown, and which of its topics are meant. */
-  get recording(): { file: File; topics: Topics | null } | null {
-    return this.#recording && { file: this.#recording, topics: this.#topics };
+  get recording(): { file: File; topics: Topics | null; poses: PosesOf | null } | null {
+    return this.#recording && { file: this.#recording, topics: this.#topics, poses: this.#poses };
   }
 
   /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
@@ -525,7 +536,7 @@ export class Client {
     const { store } = this;
     if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
-    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method, this.#topics);
+    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method, this.#topics, this.#poses);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
@@ -535,6 +546,7 @@ export class Client {
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "building") await this.#read("build", given.name, given.files);
     else if (given.kind === "archive") this.onArchive(given.file);
+    else if (given.kind === "poses") await this.#openPoses(given.poses, given.log);
     else if (given.kind === "file") await this.#openAs(given.content, given.file);
   }
 
@@ -543,6 +555,7 @@ export class Client {
     const given = await chosen(files);
     if (given.kind === "refused") this.#warn(given.text);
     else if (given.kind === "archive") this.#warn(t`${given.file.name} is an archive: unpack it, and give the map that is in it.`);
+    else if (given.kind === "poses") this.#warn(t`${given.poses.name} holds poses: nothing can be found by them. Give a map.`);
     else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
     else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
   }
@@ -594,6 +607,31 @@ export class Client {
     });
   }
 
+  /** Poses alone are a path beside the run, unless it is of a recording: then they may be its
+      odometry or its truth, as with the log that they came with. */
+  async #openPoses(poses: File, log: File | null): Promise<void> {
+    if (log || (this.store.source === "replay" && this.#recording)) this.store.set("run", { posesAsked: { poses, log } });
+    else await this.#openPath(poses);
+  }
+
+  /** The poses that were given are these. */
+  async posesAre(are: PosesAs | "path"): Promise<void> {
+    const { posesAsked, method } = this.store;
+    this.store.set("run", { posesAsked: null });
+    if (!posesAsked) return;
+    const { poses, log } = posesAsked;
+    if (are === "path") await this.#openPath(poses);
+    else if (log) await this.open(log, "scan-matching", null, { file: poses, are });
+    else if (this.#recording) await this.open(this.#recording, method, this.#topics, { file: poses, are });
+  }
+
+  async #openPath(file: File): Promise<void> {
+    await this.#reading(file.name, async () => {
+      const bytes = await file.arrayBuffer();
+      this.send({ kind: "load-path", name: file.name, bytes }, [bytes]);
+    });
+  }
+
   async #openLink(file: File): Promise<void> {
     await this.#reading(file.name, async () => {
       const link = linkIn(await file.text());
@@ -603,23 +641,25 @@ export class Client {
   }
 
   /** Maps a recorded log. `topics`: those of a recording of ROS that are meant; null: they are
-      asked for where it has several. */
-  async open(file: File, method: MethodName = "scan-matching", topics: Topics | null = null): Promise<void> {
+      asked for where it has several. `given`: poses from another file. */
+  async open(file: File, method: MethodName = "scan-matching", topics: Topics | null = null, given: PosesOf | null = null): Promise<void> {
     await this.#reading(file.name, async () => {
       const { setup, tuning } = this.store;
       const { name } = file;
       const bytes = await file.arrayBuffer();
+      const poses = given && { name: given.file.name, are: given.are, bytes: new Uint8Array(await given.file.arrayBuffer()) };
       this.store.set("run", { reading: { name, done: 0 } });
-      this.send({ kind: "replay", name, bytes, topics, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap }, [bytes]);
+      this.send({ kind: "replay", name, bytes, topics, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap, poses }, [bytes]);
       this.#opening = file;
       this.#openingTopics = topics;
+      this.#openingPoses = given;
     });
   }
 
   /** The recording whose topics were asked for is mapped by these. */
   openTopics(topics: Topics): void {
     this.store.set("run", { asked: null });
-    if (this.#opening) void this.open(this.#opening, "scan-matching", topics);
+    if (this.#opening) void this.open(this.#opening, "scan-matching", topics, this.#openingPoses);
   }
 
   /** The last frame is on the screen: the worker may send another. */
@@ -654,7 +694,7 @@ export class Client {
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
       const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
       this.store.compared = isSameLog ? this.#comparedWith(start.method) : [];
-      if (start.source === "replay") [this.#recording, this.#topics] = [this.#opening, this.#openingTopics];
+      if (start.source === "replay") [this.#recording, this.#topics, this.#poses] = [this.#opening, this.#openingTopics, this.#openingPoses];
       // On the way to an earlier moment the view stays, and so does the speed.
       if (!start.isAgain) this.#pace(start.source);
       this.scene.clear();
@@ -700,6 +740,11 @@ export class Client {
     calibrated: ({ calibration, error }) => this.store.set("calibration", { calibration: { fit: calibration, error } }),
     sigma: (sigma) => this.store.set("sigma", { sigma }),
     fit: (fit) => this.store.set("fit", { fit }),
+    "truth-errors": ({ run, errors: { times, position, heading } }) => {
+      if (run !== this.#run) return;
+      this.store.history.correct(times, [[SAMPLE.positionError, position], [SAMPLE.headingError, heading.map((turn) => Math.abs(degrees(turn)))]]);
+      this.store.notify("frame");
+    },
     quality: ({ run, quality }) => {
       if (run !== this.#run) return;
       this.store.set("quality", { quality, judging: null });
@@ -741,9 +786,10 @@ export class Client {
       if (begins) this.again("scan-matching");
       this.#note("good", told);
     },
-    "map-loaded": ({ id, name, picture }) => {
-      const map: LoadedMap = { id, name, picture, shown: true, alignment: null, error: "", isAligning: true };
+    "map-loaded": ({ id, name, picture, path }) => {
+      const map: LoadedMap = { id, name, picture, path, shown: true, alignment: null, error: "", isAligning: true };
       this.store.set("submaps", { loadedMaps: [...this.store.loadedMaps, map] });
+      if (path) this.#tellPath(name, path);
     },
     "map-aligned": ({ id, alignment, error }) => this.#ofMap(id, { alignment, error, isAligning: false }),
     renumbered: ({ submap, by }) => {
@@ -791,6 +837,12 @@ export class Client {
     const left = shownRun(this.store, this.scene);
     const earlier = this.store.compared.filter(({ method }) => method !== left?.method);
     return (left ? [...earlier, left] : earlier).filter(({ method }) => method !== next);
+  }
+
+  #tellPath(name: string, { poses, seconds, repeated }: NonNullable<LoadedMap["path"]>): void {
+    const left = repeated > 0 ? ` ${t`${repeated} more have the same time as another one, and were left out.`}` : "";
+    this.#note("good", `${t`${name}: a path of ${poses} poses in ${seconds.toFixed(0)} s is drawn beside the way of the run; Run says how it lies.`}${left}`);
+    this.store.set("toast", { toast: { level: "good", text: t`${name}: a path of ${poses} poses in ${seconds.toFixed(0)} s is drawn beside the way of the run; Run says how it lies.` } });
   }
 
   #note(level: Level, text: string): void {

@@ -1,10 +1,12 @@
 // Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more
 // than a minute.
 
-import { SAMPLE_STRIDE } from "./protocol/sample.js";
+import { SAMPLE, SAMPLE_STRIDE } from "./protocol/sample.js";
 
 /** A plot is some 300 pixels wide: more samples cost time and show nothing. */
 const MOST = 2000;
+/** Times that are nearer are of one scan, s. */
+const SAME_SCAN = 0.01;
 
 export class History {
   /** One column for each number of a sample, see SAMPLE. */
@@ -32,6 +34,19 @@ export class History {
       this.columns.forEach((column, k) => column.push(samples[i + k] ?? NaN));
       if ((this.columns[0]?.length ?? 0) > MOST) this.#thin();
     }
+    this.version += 1;
+  }
+
+  /** Puts what is known better now into columns: of each sample the value at its time, not a number
+      where there is none. Times rise. */
+  correct(times: Float32Array, columns: readonly (readonly [column: number, values: Float32Array])[]): void {
+    const mine = this.columns[SAMPLE.time] ?? [];
+    let at = 0;
+    const indices = mine.map((time) => {
+      while (at + 1 < times.length && Math.abs((times[at + 1] ?? NaN) - time) <= Math.abs((times[at] ?? NaN) - time)) at += 1;
+      return Math.abs((times[at] ?? NaN) - time) < SAME_SCAN ? at : -1;
+    });
+    for (const [column, values] of columns) this.columns[column] = indices.map((index) => values[index] ?? NaN);
     this.version += 1;
   }
 

@@ -36,6 +36,7 @@ import "./ui/exhibit.js";
 import "./ui/last_run.js";
 import "./ui/lesson.js";
 import { SlamGallery } from "./ui/gallery.js";
+import "./ui/poses.js";
 import "./ui/topics.js";
 import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";

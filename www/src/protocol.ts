@@ -7,7 +7,7 @@
 
 import type { BridgeState } from "./protocol/devices.js";
 import type { Frame, Renumbering } from "./protocol/frame.js";
-import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, FenceZone, LoadedMapPicture, MapAlignment, MapStart, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
+import type { BenchResponse, BenchTrial, Building, Calibration, ContestAsk, ContestState, DriveFit, FieldName, Grade, GrowthName, Inspection, PriorMapFile, Quality, Level, MethodName, Offer, Pairs, PresetFile, ReplaySetup, RosTopics, SavedFile, SavedKind, SettingInfo, SettingValues, Setup, SigmaCurve, SourceKind, ErrorKind, EditName, FenceZone, LoadedMapPicture, MapAlignment, MapStart, PathPlace, PosePathPicture, TruthCurve, SavedMapPicture, SolvedGraph, WorldFault } from "./protocol/module.js";
 
 /** A file as it was dropped or chosen. */
 export interface GivenBytes {
@@ -141,6 +141,8 @@ export type Command =
   /** A submap (.smap) or a saved map (.slamlab) to be looked at beside the run, and laid on its map
       if it is found where. It is answered by `map-loaded` and `map-aligned`. */
   | { kind: "load-map"; name: string; bytes: ArrayBuffer }
+  /** Poses over time, as a path beside the run. It is answered by the same. */
+  | { kind: "load-path"; name: string; bytes: ArrayBuffer }
   /** Looks again where a loaded map lies. It is answered by `map-aligned`. */
   | { kind: "align-map"; id: number }
   | { kind: "drop-map"; id: number }
@@ -203,10 +205,12 @@ export type Answer =
   /** The saved map that runs go on in from here on, none where the name is empty; whether one is to
       begin in it now; and what was done, in words. */
   | { kind: "going-on"; name: string; picture: SavedMapPicture | null; begins: boolean; told: string }
-  /** A map that was loaded. */
-  | { kind: "map-loaded"; id: number; name: string; picture: LoadedMapPicture }
+  /** A map that was loaded, or a path of poses, which has no walls. */
+  | { kind: "map-loaded"; id: number; name: string; picture: LoadedMapPicture; path: Omit<PosePathPicture, "way"> | null }
   /** Where it lies in the map of this run, or why that is not known. */
-  | { kind: "map-aligned"; id: number; alignment: MapAlignment | null; error: string }
+  | { kind: "map-aligned"; id: number; alignment: MapAlignment | PathPlace | null; error: string }
+  /** Of a recording that was mapped to its end, how far off all of it is of poses that are true. */
+  | { kind: "truth-errors"; run: number; errors: TruthCurve }
   /** A submap was taken out of the map (-1), put back (1), or could not be (0). */
   | ({ kind: "renumbered" } & Renumbering)
   /** A pose graph, solved. */

@@ -1,7 +1,7 @@
 // The state of the page, and its listeners. Components read it and send commands; nothing is
 // computed here.
 
-import { type Grade, type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
+import { type Grade, type BenchResponse, type Calibration, type ContestState, type Cycle, type EditName, type DriveFit, type Ground, type Inspection, type LoadedMapPicture, type MapAlignment, type MapStart, type PathPlace, type PosePathPicture, type MethodName, type Quality, type Rooms, type RosTopics, type SavedMapPicture, type Setup, type SolvedGraph, type SigmaCurve, type SourceKind, TWIN_STRIDE, type Level } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import type { Examined } from "./protocol.js";
 import type { BridgeState } from "./protocol/devices.js";
@@ -77,7 +77,7 @@ export interface SavedMap {
   readonly isBegun: boolean;
 }
 
-/** A map that was loaded beside the run. */
+/** A map, or a path of poses, that was loaded beside the run. */
 export interface LoadedMap {
   readonly id: number;
   readonly name: string;
@@ -85,7 +85,9 @@ export interface LoadedMap {
   /** Whether it is drawn. */
   readonly shown: boolean;
   /** Where it lies in the map of this run; null while that is not known, and why. */
-  readonly alignment: MapAlignment | null;
+  readonly alignment: MapAlignment | PathPlace | null;
+  /** Of poses over time, which have a way alone. */
+  readonly path: Omit<PosePathPicture, "way"> | null;
   readonly error: string;
   /** Whether it is being looked for. */
   readonly isAligning: boolean;
@@ -105,6 +107,9 @@ export class Store {
   reading: { name: string; done: number } | null = null;
   /** A recording of ROS with several topics of a kind, until it is said which are meant. */
   asked: { name: string; offered: RosTopics } | null = null;
+  /** Poses that were given, until it is said what they are; without a log they are beside the one
+      that is shown. */
+  posesAsked: { poses: File; log: File | null } | null = null;
   /** The saved map that runs by scan matching go on in. */
   savedMap: SavedMap | null = null;
   /** The pose graph that was opened last. */

@@ -246,6 +246,7 @@ const handlers: Handlers<Command> = {
   "merge-map": ({ name, bytes }) => given(name, () => savedMap.merge(player.run, name, bytes)),
   "prune-map": () => given("", () => savedMap.prune(player.run)),
   "load-map": ({ name, bytes }) => given(name, () => loadedMaps.load(player.run, name, bytes)),
+  "load-path": ({ name, bytes }) => given(name, () => loadedMaps.loadPath(player.run, name, bytes)),
   "align-map": ({ id }) => loadedMaps.align(player.run, id),
   "drop-map": ({ id }) => loadedMaps.drop(id),
   "remove-submap": ({ submap }) => renumber((run) => run.removeSubmap(submap)),

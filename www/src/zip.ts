@@ -1,41 +1,23 @@
-// ZIP archives: files into one, and what is in one. Only for bundles that are loaded late.
+// ZIP archives: files into one, and what is in one. A worker does it, begun for each of them: the
+// page draws meanwhile, and what holds ZIP's own code is loaded only then.
 
-import { unzipSync, Zip, ZipDeflate, ZipPassThrough } from "fflate";
 import type { SavedFile } from "./protocol/module.js";
 import { t } from "./words.js";
 
-/** Bytes that are packed before the page may draw again. */
-const PIECE = 1 << 18;
-/** Larger files than that are no recordings, but an archive that was made to fill the memory. */
-const MOST_BYTES = 1 << 30;
 const MOST_FILES = 10_000;
 
-/** Packed already: trying again costs time and gains nothing. */
-const IS_PACKED = /\.(?:png|slamlab|gz)$/;
+export type ZipFault = { kind: "damaged" } | { kind: "many"; most: number } | { kind: "large"; name: string; size: number };
 
-/** The page draws in between. */
-const breathe = (): Promise<void> => new Promise((resolve) => setTimeout(resolve));
+export type ZipAsk =
+  | { kind: "list"; archive: Blob; most: number }
+  | { kind: "unpack"; archive: Blob; wanted: readonly string[] }
+  | { kind: "pack"; files: readonly { name: string; bytes: Uint8Array<ArrayBuffer> }[] };
 
-export async function packed(files: readonly SavedFile[]): Promise<Blob> {
-  const pieces: Uint8Array<ArrayBuffer>[] = [];
-  let fault: Error | null = null;
-  const zip = new Zip((error, piece) => {
-    if (error) fault = error;
-    else pieces.push(new Uint8Array(piece));
-  });
-  for (const { name, bytes } of files) {
-    const entry = IS_PACKED.test(name) ? new ZipPassThrough(name) : new ZipDeflate(name, { level: 6 });
-    zip.add(entry);
-    for (let at = 0; at < bytes.length; at += PIECE) {
-      entry.push(bytes.subarray(at, at + PIECE));
-      await breathe();
-    }
-    entry.push(new Uint8Array(0), true);
-  }
-  zip.end();
-  if (fault) throw fault;
-  return new Blob(pieces, { type: "application/zip" });
-}
+export type ZipAnswer =
+  | { kind: "list"; entries: Entry[] }
+  | { kind: "unpack"; files: { name: string; content: Blob }[]; damaged: string[] }
+  | { kind: "pack"; archive: Blob }
+  | { kind: "fault"; fault: ZipFault };
 
 /** A file in an archive, before it is unpacked. */
 export interface Entry {
@@ -45,37 +27,43 @@ export interface Entry {
 
 export class ZipError extends Error {}
 
+export async function packed(files: readonly SavedFile[]): Promise<Blob> {
+  const { archive } = await ask("pack", { kind: "pack", files: files.map(({ name, bytes }) => ({ name, bytes })) });
+  return archive;
+}
+
 /** What is in it; folders, and what macOS adds for itself, are not listed. */
-export function entriesOf(archive: Uint8Array): Entry[] {
-  const entries: Entry[] = [];
-  walk(archive, ({ name, originalSize }) => {
-    if (!/\/$|(?:^|\/)(?:__MACOSX\/|\.)/.test(name)) entries.push({ name, size: originalSize });
-    if (entries.length > MOST_FILES) throw new ZipError(t`it holds more than ${MOST_FILES} files`);
-    return false;
-  });
-  return entries;
+export async function entriesOf(archive: Blob): Promise<readonly Entry[]> {
+  return (await ask("list", { kind: "list", archive, most: MOST_FILES })).entries;
 }
 
-/** Unpacks these files of it, in this order. */
-export function unpacked(archive: Uint8Array, wanted: readonly string[]): File[] {
-  let sum = 0;
-  const found = walk(archive, ({ name, originalSize }) => {
-    if (!wanted.includes(name)) return false;
-    sum += originalSize;
-    if (sum > MOST_BYTES) throw new ZipError(t`${name} is too large: ${Math.round(originalSize / 1e6)} MB unpacked`);
-    return true;
-  });
-  return wanted.flatMap((name) => {
-    const bytes = found[name];
-    return bytes ? [new File([new Uint8Array(bytes)], name.replace(/^.*\//, ""))] : [];
-  });
+/** Unpacks these files of it, in this order; those that are damaged are named. */
+export async function unpacked(archive: Blob, wanted: readonly string[]): Promise<{ files: readonly File[]; damaged: readonly string[] }> {
+  const { files, damaged } = await ask("unpack", { kind: "unpack", archive, wanted });
+  const found = new Map(files.map(({ name, content }) => [name, content]));
+  return {
+    files: wanted.flatMap((name) => {
+      const content = found.get(name);
+      return content ? [new File([content], name.replace(/^.*\//, ""))] : [];
+    }),
+    damaged,
+  };
 }
 
-function walk(archive: Uint8Array, filter: (entry: { name: string; originalSize: number }) => boolean): Record<string, Uint8Array> {
-  try {
-    return unzipSync(archive, { filter });
-  } catch (error) {
-    if (error instanceof ZipError) throw error;
-    throw new ZipError(t`the archive is damaged, or packed in a way that this page cannot unpack`);
-  }
+function ask<Kind extends ZipAsk["kind"]>(kind: Kind, what: ZipAsk & { kind: Kind }): Promise<ZipAnswer & { kind: Kind }> {
+  const worker = new Worker(new URL("zip_worker.js", import.meta.url), { type: "module", name: "slamlab-zip" });
+  return new Promise<ZipAnswer & { kind: Kind }>((resolve, reject) => {
+    worker.onmessage = ({ data }: MessageEvent<ZipAnswer>) => {
+      if (data.kind === kind) resolve(data as ZipAnswer & { kind: Kind });
+      else if (data.kind === "fault") reject(new ZipError(words(data.fault)));
+    };
+    worker.onerror = (event) => reject(new Error(event.message));
+    worker.postMessage(what);
+  }).finally(() => worker.terminate());
+}
+
+function words(fault: ZipFault): string {
+  if (fault.kind === "many") return t`it holds more than ${fault.most} files`;
+  if (fault.kind === "large") return t`${fault.name} is too large: ${Math.round(fault.size / 1e6)} MB unpacked`;
+  return t`the archive is damaged, or packed in a way that this page cannot unpack`;
 }

@@ -9,7 +9,8 @@ use slamlab_core::estimation::{
     PosesByStamp, RelationErrors, StampedMotion, absolute_errors, motions_over, relation_errors,
     revisits,
 };
-use slamlab_core::format::{relations, tum};
+use slamlab_core::format::poses::read_poses;
+use slamlab_core::format::relations;
 use slamlab_core::geom::Pose2;
 use slamlab_core::replay::Replay;
 
@@ -130,7 +131,6 @@ fn read_relations(path: &Path) -> anyhow::Result<Vec<StampedMotion>> {
 
 fn read_trajectory(path: &Path) -> anyhow::Result<Vec<(f64, Pose2)>> {
     let name = || format!("reference trajectory {}", path.display());
-    let mut poses = tum::parse(&std::fs::read(path).with_context(name)?).with_context(name)?;
-    poses.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(poses)
+    let file = read_poses(&std::fs::read(path).with_context(name)?).with_context(name)?;
+    Ok(file.poses)
 }

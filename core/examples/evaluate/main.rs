@@ -4,7 +4,7 @@
 //!
 //! One log by one method, as a JSON object: `cargo run --release -p slamlab-core --example evaluate
 //! -- --log FILE [--scan-topic TOPIC] [--odometry-topic TOPIC] [--relations FILE]
-//! [--truth FILE.tum] [--method NAME] [--tum OUT] [--map
+//! [--truth FILE.tum] [--poses FILE --poses-as odometry|truth] [--method NAME] [--tum OUT] [--map
 //! OUT.pgm|OUT.png] [--map-mode MODE] [--og-map OUT] [--smap OUT] [--carmen OUT] [--revolutions
 //! OUT] [--g2o OUT] [--preset FILE] [--fit OUT.json] [--set KEY=NUMBER] [--prior-map MAP.yaml
 //! [--start X,Y,DEGREES|anywhere]] [--scans FROM..TO] [--go-on MAP.slamlab [--from
@@ -35,6 +35,7 @@ mod log_file;
 mod options;
 #[path = "../shared/peak_memory.rs"]
 mod peak_memory;
+mod poses;
 #[path = "../shared/prior_map.rs"]
 mod prior_map;
 #[path = "../shared/quality.rs"]
@@ -85,6 +86,14 @@ struct Arguments {
     /// names.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    /// Poses over time of one log, on its clock: TUM, or a table with a header (time,x,y,theta in
+    /// any order, units in the names, as theta_deg).
+    #[arg(long, value_name = "FILE", requires = "poses_as")]
+    poses: Option<PathBuf>,
+    /// What they are: `odometry` to map the log with in place of its own, interpolated at each
+    /// scan's time, or the `truth` to hold the run against, aligned to it.
+    #[arg(long, value_name = "odometry|truth", requires = "poses")]
+    poses_as: Option<poses::PosesAs>,
     /// odometry, line-ekf, scan-matching, grid-particles, prior-map, particle-localisation or
     /// histogram-localisation; several apart by commas.
     #[arg(

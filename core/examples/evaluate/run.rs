@@ -16,6 +16,7 @@ use slamlab_core::slam::{Method, PriorMapFit};
 
 use crate::accuracy::References;
 use crate::peak_memory::peak_memory_mb;
+use crate::poses::{self, Poses};
 use crate::{Arguments, log_file, options, print, prior_map, quality, worth};
 
 /// The exit status says whether map and poses are to be believed.
@@ -29,7 +30,11 @@ pub(crate) fn evaluate(
     let truth = arguments.truth.as_deref();
     let references = References::read(arguments.relations.as_deref(), truth)?;
     let start = Instant::now();
-    let log = log_file::read(log_path, &arguments.topics)?;
+    let poses = Poses::read(arguments)?;
+    let mut log = log_file::read(log_path, &arguments.topics)?;
+    if let Some(poses) = &poses {
+        log = poses.drive(log)?;
+    }
     let scans = log.scans();
     let mut settings = log.settings();
     let scope = Scope {
@@ -62,6 +67,9 @@ pub(crate) fn evaluate(
     settings.slam.saved_map = saved.map(|saved| arguments.saved_map.earlier(saved));
     let mut replay = Replay::new(log, method, &settings)?;
     settings.slam.saved_map = None;
+    if let Some(poses) = &poses {
+        poses.hold(&mut replay)?;
+    }
     ensure!(
         replay.session().slam().method() == method,
         "--method {}: {}",
@@ -151,6 +159,7 @@ pub(crate) fn evaluate(
         "quality": quality.as_ref().map(quality::figures),
         "relations": relations,
         "truth": truth,
+        "poses": poses::figures(&replay),
         "fit": fit.as_ref().map(fitted),
         "state_hash": format!("{:016x}", replay.state_hash()),
     });
@@ -167,6 +176,7 @@ fn check(log: &Path, arguments: &Arguments) -> anyhow::Result<()> {
     let mut read = options::given([
         ("--relations", &arguments.relations),
         ("--truth", &arguments.truth),
+        ("--poses", &arguments.poses),
         ("--preset", &arguments.changes.preset),
     ]);
     read.push(("--log", log.to_owned()));

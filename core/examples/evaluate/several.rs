@@ -84,6 +84,9 @@ fn check(logs: &[PathBuf], methods: &[String], arguments: &Arguments) -> Result<
     if let Some((option, _)) = written.next() {
         bail!("{option}: only one log by one method can be written");
     }
+    if logs.len() > 1 && arguments.poses.is_some() {
+        bail!("--poses are those of one log");
+    }
     if logs.len() > 1 && (arguments.relations.is_some() || arguments.truth.is_some()) {
         bail!(
             "--relations and --truth are of one log; those of several are looked for beside them, as NAME.relations and NAME.tum"

@@ -45,15 +45,59 @@ pub fn align(target: &[Point2<f64>], source: &[Point2<f64>]) -> Option<Pose2> {
         .zip(source)
         .map(|(t, s)| (s.coords - source_mean) * (t.coords - target_mean).transpose())
         .sum();
+    Some(closest(&cross, target_mean, source_mean))
+}
+
+/// The motion of [`align`] by the sum of products of what is centred, and by the means.
+fn closest(cross: &Matrix2<f64>, target_mean: Vector2<f64>, source_mean: Vector2<f64>) -> Pose2 {
     let turn = libm::atan2(cross[(0, 1)] - cross[(1, 0)], cross[(0, 0)] + cross[(1, 1)]);
     let rotation = Pose2::new(0.0, 0.0, turn);
     let shift = target_mean - rotation.rotate(source_mean);
-    Some(Pose2::new(shift.x, shift.y, turn))
+    Pose2::new(shift.x, shift.y, turn)
+}
+
+/// The motion of [`align`] of pairs that come one by one: sums are kept, and no points.
+#[derive(Clone, Debug, Default)]
+pub struct Alignment {
+    /// The first pair. All are counted from there: sums of coordinates far from zero lose digits.
+    first: Option<[Vector2<f64>; 2]>,
+    count: usize,
+    target: Vector2<f64>,
+    source: Vector2<f64>,
+    /// Σ s tᵀ.
+    cross: Matrix2<f64>,
+}
+
+impl Alignment {
+    /// Takes the next pair.
+    pub fn push(&mut self, target: Point2<f64>, source: Point2<f64>) {
+        let first = self.first.get_or_insert([target.coords, source.coords]);
+        let (target, source) = (target.coords - first[0], source.coords - first[1]);
+        self.count += 1;
+        self.target += target;
+        self.source += source;
+        self.cross += source * target.transpose();
+    }
+
+    /// `None` of fewer than two pairs.
+    #[must_use]
+    pub fn target_from_source(&self) -> Option<Pose2> {
+        let [first_target, first_source] = self.first.filter(|_| self.count >= 2)?;
+        let n = self.count as f64;
+        let cross = self.cross - self.source * self.target.transpose() / n;
+        let (target, source) = (self.target / n, self.source / n);
+        Some(closest(
+            &cross,
+            first_target + target,
+            first_source + source,
+        ))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Length;
     use proptest::prelude::*;
 
     fn points() -> impl Strategy<Value = Vec<Point2<f64>>> {
@@ -99,5 +143,32 @@ mod tests {
         };
         let expect = ((0.01 + 0.04 + 0.01) / 3.0_f64).sqrt();
         assert!((ate_rmse(&line(0.0), &line(0.3)).unwrap() - expect).abs() < 1e-12);
+    }
+
+    #[test]
+    fn pairs_one_by_one_align_as_all_at_once_far_from_zero_too() {
+        let source: Vec<_> = (0..40)
+            .map(f64::from)
+            .map(|i| Point2::new(5e6 + 3.0 * libm::sin(0.3 * i), 4e5 + 0.2 * i))
+            .collect();
+        let motion = Pose2::new(-3.0, 7.0, 2.5);
+        let noise = |i: usize| 0.01 * libm::cos(i as f64);
+        let target: Vec<_> = (source.iter().enumerate())
+            .map(|(i, p)| motion * (*p - Vector2::new(5e6, 4e5)) + Vector2::new(noise(i), 0.0))
+            .collect();
+        let mut alignment = Alignment::default();
+        assert_eq!(alignment.target_from_source(), None);
+        for (target, source) in target.iter().zip(&source) {
+            alignment.push(*target, *source);
+        }
+        let (one_by_one, all) = (
+            alignment.target_from_source().unwrap(),
+            align(&target, &source).unwrap(),
+        );
+        for point in &source {
+            let off = (one_by_one * *point - all * *point).length();
+            assert!(off < 1e-6, "{off}");
+        }
+        assert!((all.heading() - 2.5).abs() < 0.01);
     }
 }

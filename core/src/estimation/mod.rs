@@ -47,7 +47,7 @@ pub use map_alignment::{
 pub use map_quality::{
     ClosedLoop, MapJudgement, MapQuality, MapVerdict, Stretch, Tear, TearKind, Unjudgeable,
 };
-pub use measures::{align, ate_rmse};
+pub use measures::{Alignment, align, ate_rmse};
 pub use odometry_fit::{Drive, DriveExtent, FittedParameter, OdometryFit, OdometryFitError};
 pub use particles::{
     Bin, HistogramConfig, HistogramLocaliser, Hypothesis, JudgementConfig, KldConfig, Localisation,

@@ -13,6 +13,7 @@ pub mod map_points;
 pub mod map_server;
 pub mod og_map;
 pub mod point_list;
+pub mod poses;
 pub mod preset;
 pub mod ranger_log;
 pub mod relations;

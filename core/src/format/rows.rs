@@ -1,5 +1,4 @@
-//! Rows of eight finite numbers with `#` comments: what relations and TUM trajectories are written
-//! in.
+//! Rows of eight finite numbers with `#` comments: what relations are written in.
 
 use super::FieldError;
 use super::field_error::number;

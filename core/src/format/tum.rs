@@ -1,12 +1,10 @@
 //! TUM trajectories: lines of `seconds x y z qx qy qz qw`, the form that evaluation tools read.
 //!
-//! In: stamped poses. Out: text, and back. A planar heading θ is the quaternion (0, 0, sin θ/2, cos
-//! θ/2).
+//! In: stamped poses. Out: text, which [`super::poses`] reads. A planar heading θ is the quaternion
+//! (0, 0, sin θ/2, cos θ/2).
 
 use std::fmt::Write as _;
 
-use super::FieldError;
-use super::rows::rows;
 use crate::geom::{Pose2, sin_cos};
 
 const COLUMNS: &str = "seconds x y z qx qy qz qw";
@@ -28,23 +26,10 @@ pub fn write(poses: impl IntoIterator<Item = (f64, Pose2)>) -> String {
     text
 }
 
-/// Reads stamped poses; z, roll and pitch are dropped.
-///
-/// # Errors   [`FieldError`], with line and field.
-pub fn parse(bytes: &[u8]) -> Result<Vec<(f64, Pose2)>, FieldError> {
-    let text = String::from_utf8_lossy(bytes);
-    let mut poses = vec![];
-    for row in rows(&text, COLUMNS) {
-        let [seconds, x, y, _, qx, qy, qz, qw] = row?;
-        let heading = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
-        poses.push((seconds, Pose2::new(x, y, heading)));
-    }
-    Ok(poses)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::format::poses::read_poses;
     use crate::geom::Length;
     use crate::geom::wrap;
     use proptest::prelude::*;
@@ -53,7 +38,7 @@ mod tests {
         #[test]
         fn written_poses_read_back(x in -1e3..1e3_f64, y in -1e3..1e3_f64, t in -4.0..4.0_f64, s in 0.0..1e9_f64) {
             let pose = Pose2::new(x, y, t);
-            let back = parse(write([(s, pose)]).as_bytes()).unwrap();
+            let back = read_poses(write([(s, pose)]).as_bytes()).unwrap().poses;
             prop_assert!((back[0].0 - s).abs() <= 1e-6);
             prop_assert!((back[0].1.position() - pose.position()).length() < 1e-8);
             prop_assert!(wrap(back[0].1.heading() - t).abs() < 1e-9);
@@ -67,22 +52,6 @@ mod tests {
         assert_eq!(
             line,
             "1.500000 1.000000000 2.000000000 0 0 0 0.707106781187 0.707106781187"
-        );
-    }
-
-    #[test]
-    fn bad_lines_are_named() {
-        assert!(
-            parse(b"1 2\n")
-                .unwrap_err()
-                .to_string()
-                .starts_with("line 1: the number of fields is `2`")
-        );
-        assert!(
-            parse(b"1 2 3 4 5 6 7 inf\n")
-                .unwrap_err()
-                .to_string()
-                .contains("field 8")
         );
     }
 }

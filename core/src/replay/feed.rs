@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::log::Log;
+use super::posed_log::{Moved, PosedLog};
 use crate::format::carmen::CarmenLog;
 use crate::format::ranger_log::RangerLog;
 use crate::format::revolution_log::RevolutionLog;
@@ -35,6 +36,10 @@ pub(super) struct Feed {
     /// What the log does not say of itself.
     figures: LogSettings,
     has_robot: bool,
+    /// That of the log itself; otherwise poses of another file tell its motion.
+    hears_robot: bool,
+    /// Of a log with such poses, the scan taken last.
+    moved: Option<Moved>,
     timeline: Timeline,
     /// Counts of a rover's log.
     tracks: Option<TrackOdometry>,
@@ -50,9 +55,11 @@ const MOST_REPORTED: usize = 3;
 
 impl Feed {
     pub(super) fn of(log: &Log, figures: &LogSettings) -> Self {
+        let has_robot = figures.uses_odometry && log.has_odometry();
         Self {
             figures: *figures,
-            has_robot: figures.uses_odometry && log.has_odometry(),
+            has_robot,
+            hears_robot: has_robot && !matches!(log, Log::Posed(_)),
             ..Self::default()
         }
     }
@@ -66,12 +73,13 @@ impl Feed {
     pub(super) fn next(&mut self, log: &Log, robot: &RobotModel) -> Option<Step> {
         let mut step = match log {
             Log::Recording(recording) => return self.step(recording),
+            Log::Posed(posed) => return self.posed_step(posed, robot),
             Log::Carmen(log) => carmen_step(log, self.next, robot)?,
             Log::Rover(log) => self.rover_step(log, robot)?,
             Log::Rangers(log) => ranger_step(log, self.next, robot, self.figures.ranger_reach)?,
             Log::Revolutions(log) => revolution_step(log, self.next, self.figures.revolution_rate)?,
         };
-        if !self.has_robot {
+        if !self.hears_robot {
             step.odometry.clear();
         }
         self.next += 1;
@@ -85,6 +93,7 @@ impl Feed {
 
     pub(super) fn progress(&self, log: &Log) -> f64 {
         let all = match log {
+            Log::Posed(posed) => return self.progress(posed.log()),
             Log::Recording(recording) => recording.len(),
             others => others.scans(),
         };
@@ -173,6 +182,20 @@ impl Feed {
         })
     }
 
+    /// The next scan of which the poses tell; where they are not to be used, any.
+    fn posed_step(&mut self, posed: &PosedLog, robot: &RobotModel) -> Option<Step> {
+        loop {
+            let step = self.next(posed.log(), robot)?;
+            if !self.has_robot {
+                return Some(step);
+            }
+            let moved = posed.moved(step, &mut self.moved, robot);
+            if moved.is_some() {
+                return moved;
+            }
+        }
+    }
+
     fn step(&mut self, recording: &Recording) -> Option<Step> {
         let mut odometry = vec![];
         let mut is_after_gap = false;
@@ -216,8 +239,8 @@ impl Feed {
         let Said::ByBridge(message) = said else {
             return;
         };
-        let has_robot = self.has_robot;
-        match self.timeline.message(header.micros, &message, has_robot) {
+        let hears_robot = self.hears_robot;
+        match self.timeline.message(header.micros, &message, hears_robot) {
             Some(Ok(readings)) => self.readings.extend(readings),
             Some(Err(error)) => self.left_out(format!("A reading was left out: {error}")),
             None => {}

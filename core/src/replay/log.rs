@@ -13,6 +13,8 @@ use crate::slam::Method;
 use crate::wire::message::RobotFigures;
 use crate::wire::recording::{Damage, Recording};
 
+use super::posed_log::PosedLog;
+
 /// A recorded log.
 #[derive(Clone, Debug)]
 pub enum Log {
@@ -26,6 +28,8 @@ pub enum Log {
     Rangers(RangerLog),
     /// Of an RPLIDAR alone, a revolution in each line.
     Revolutions(RevolutionLog),
+    /// Any other one, with the poses of another file as its odometry.
+    Posed(PosedLog),
 }
 
 impl From<CarmenLog> for Log {
@@ -52,6 +56,12 @@ impl From<RangerLog> for Log {
     }
 }
 
+impl From<PosedLog> for Log {
+    fn from(log: PosedLog) -> Self {
+        Self::Posed(log)
+    }
+}
+
 impl From<RevolutionLog> for Log {
     fn from(log: RevolutionLog) -> Self {
         Self::Revolutions(log)
@@ -68,6 +78,7 @@ impl Log {
             Self::Rover(log) => log.scans.len(),
             Self::Rangers(log) => log.scans.len(),
             Self::Revolutions(log) => log.len(),
+            Self::Posed(posed) => posed.log().scans(),
         }
     }
 
@@ -80,6 +91,7 @@ impl Log {
             Self::Rover(log) => log.duration(),
             Self::Rangers(log) => log.duration(),
             Self::Revolutions(log) => log.duration(figures.revolution_rate),
+            Self::Posed(posed) => posed.log().duration(figures),
         }
     }
 
@@ -87,8 +99,10 @@ impl Log {
     /// Pioneer where the log does not tell.
     #[must_use]
     pub fn robot(&self, figures: &LogSettings) -> RobotModel {
-        if let Self::Rover(_) = self {
-            return rover(figures);
+        match self {
+            Self::Rover(_) => return rover(figures),
+            Self::Posed(posed) => return posed.log().robot(figures),
+            _ => {}
         }
         let model = self.figures().and_then(|figures| figures.model());
         model.unwrap_or_else(RobotModel::pioneer)
@@ -125,6 +139,7 @@ impl Log {
             Self::Rover(log) => log.has_odometry(),
             Self::Rangers(log) => log.has_odometry(),
             Self::Revolutions(_) => false,
+            Self::Posed(_) => true,
         }
     }
 
@@ -133,6 +148,7 @@ impl Log {
     pub fn damage(&self) -> &[Damage] {
         match self {
             Self::Recording(recording) => recording.damage(),
+            Self::Posed(posed) => posed.log().damage(),
             Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) | Self::Revolutions(_) => &[],
         }
     }
@@ -145,6 +161,7 @@ impl Log {
             Self::Rover(log) => Some(&log.left_out),
             Self::Rangers(log) => Some(&log.left_out),
             Self::Revolutions(log) => Some(&log.left_out),
+            Self::Posed(posed) => posed.log().left_out(),
             Self::Recording(_) => None,
         }
     }
@@ -152,6 +169,7 @@ impl Log {
     fn figures(&self) -> Option<RobotFigures> {
         match self {
             Self::Recording(recording) => recording.robot(),
+            Self::Posed(posed) => posed.log().figures(),
             Self::Carmen(_) | Self::Rover(_) | Self::Rangers(_) | Self::Revolutions(_) => None,
         }
     }

@@ -2,6 +2,7 @@
 
 mod odd_logs;
 mod other_logs;
+mod poses;
 
 use super::*;
 use crate::estimation::{Start, relation_errors};

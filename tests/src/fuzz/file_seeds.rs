@@ -25,6 +25,17 @@ pub(super) fn calibration() -> Vec<Vec<u8>> {
     ]
 }
 
+pub(super) fn poses() -> Vec<Vec<u8>> {
+    vec![
+        b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec(),
+        b"time,x,y,theta\n1.0,0,0,0\n1.1,0.5,0,0.1\n".to_vec(),
+        "yaw [°];y (mm);x (mm);t_ms\n90;1500,5;2000;100\n91;1500;2000;200\n"
+            .as_bytes()
+            .to_vec(),
+        b"# stamp\tx\ty\tqx\tqy\tqz\tqw\n1\t0\t0\t0\t0\t0\t1\n".to_vec(),
+    ]
+}
+
 pub(super) fn point_lists() -> Vec<Vec<u8>> {
     vec![
         b"x,y\n1.0,2.0\n1.1,2.0\n# a wall\n1.2;2.0\n".to_vec(),

@@ -10,6 +10,7 @@ use slamlab_core::format::building::{self, BuildingFile, Imported};
 use slamlab_core::format::map_server::{
     MapImage, MapInfo, MapMode, OccupancyMap, read_image, write,
 };
+use slamlab_core::format::poses::read_poses;
 use slamlab_core::format::ros::{RosLog, RosReader};
 use slamlab_core::format::{
     LeftOut, TextLogError, calibration, carmen, g2o, og_map, point_list, preset, ranger_log,
@@ -79,9 +80,9 @@ pub(super) const FILES: &[Target] = &[
         },
     },
     Target {
-        name: "tum",
-        seeds: || vec![b"1.5 0.1 0.2 0 0 0 0.149 0.988\n2.5 0.1 0.2 0 0 0 0 1\n".to_vec()],
-        run: |input| Ok(outcome(&tum::parse(input).map_err(words).map(|r| r.len()))),
+        name: "poses",
+        seeds: seeds::poses,
+        run: poses_run,
     },
     Target {
         name: "g2o",
@@ -172,6 +173,30 @@ fn point_list_run(input: &[u8]) -> Result<u64, String> {
         .map(|points| points.len().min(9))
         .map_err(words);
     Ok(outcome(&read))
+}
+
+/// Poses are finite, in the order of time, and read the same again when they are written.
+fn poses_run(input: &[u8]) -> Result<u64, String> {
+    let read = read_poses(input);
+    if let Ok(file) = &read {
+        let is_sound = |(seconds, pose): &(f64, Pose2)| {
+            [*seconds, pose.x(), pose.y(), pose.heading()]
+                .iter()
+                .all(|number| number.is_finite())
+        };
+        same(&true, &file.poses.iter().all(is_sound))?;
+        same(
+            &true,
+            &file.poses.windows(2).all(|pair| pair[0].0 < pair[1].0),
+        )?;
+        let again = read_poses(tum::write(file.poses.iter().copied()).as_bytes());
+        let again = again.map_err(|error| format!("not read again: {error}"))?;
+        // Times are written to the microsecond.
+        same(&file.poses.len(), &(again.poses.len() + again.repeated))?;
+    }
+    Ok(outcome(
+        &read.map(|file| file.poses.len().min(9)).map_err(words),
+    ))
 }
 
 fn world_run(input: &[u8]) -> Result<u64, String> {

@@ -56,7 +56,7 @@ kinds! {
         slamlab_core::replay::ReplayError, slamlab_core::sim::UnknownSensor;
     Setting: slamlab_core::settings::SettingError;
     File: slamlab_core::replay::ImportError, slamlab_core::format::ros::RosError, slamlab_core::format::building::BuildingError, slamlab_core::format::building::BuildingFileError, slamlab_core::format::calibration::CalibrationFileError,
-        slamlab_core::format::g2o::G2oError, slamlab_core::format::map_points::LoadedMapError, slamlab_core::format::point_list::PointListError, slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
+        slamlab_core::format::g2o::G2oError, slamlab_core::format::poses::PosesError, slamlab_core::replay::PosesMisfit, slamlab_core::format::map_points::LoadedMapError, slamlab_core::format::point_list::PointListError, slamlab_core::format::preset::PresetFileError, slamlab_core::format::world::WorldFileError,
         slamlab_core::estimation::MapMergeError, slamlab_core::estimation::RestoreError, slamlab_core::format::slamlab::SlamlabError;
     Question: slamlab_core::robot::controller::DesignError, slamlab_core::plan::ContestError, slamlab_core::registration::CloudError, slamlab_core::points::SigmaError, slamlab_core::sim::Blocked, slamlab_core::sim::NoDoor,
         slamlab_core::estimation::MapAlignmentError, slamlab_core::experiment::AgainError, slamlab_core::geom::geofence::GeofenceError;

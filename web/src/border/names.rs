@@ -147,6 +147,10 @@ names! {
     SettingKind of slamlab_core::settings::Kind { Real = "real", Whole = "whole", Switch = "switch", Choice = "choice" }
     /// What told where a map lies.
     AlignedName of slamlab_core::estimation::AlignedBy { Walls = "walls", Landmarks = "landmarks", Both = "both" }
+    /// What poses of another file are to a recording.
+    PosesAs { Odometry = "odometry", Truth = "truth" }
+    /// How a path of poses came to lie where it does.
+    PathPlaced { Time = "time", Begin = "begin" }
     /// What can be saved.
     SavedKind {
         Map = "map", MapScale = "map-scale", MapRaw = "map-raw", OgMap = "og-map", Smap = "smap", Plan = "plan", Rooms = "rooms",

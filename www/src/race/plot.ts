@@ -96,7 +96,9 @@ export class SlamRacePlot extends SlamPlotted {
   }
 
   get hasTruth(): boolean {
-    return this.entries[0]?.store.source === "sim";
+    const shown = this.entries[0]?.store;
+    // A recording has one where another file tells it.
+    return shown?.source === "sim" || (shown?.history.columns[SAMPLE.positionError]?.some(Number.isFinite) ?? false);
   }
 
   #row(entry: Entry): TemplateResult {

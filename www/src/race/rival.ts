@@ -71,7 +71,7 @@ export class Rival {
     if (shown.source === "replay") {
       if (!recording) return;
       store.setup = { ...shown.setup, method, settings };
-      await client.open(recording.file, method, recording.topics);
+      await client.open(recording.file, method, recording.topics, recording.poses);
       return;
     }
     const setup = { ...shown.started, method, settings: from === null ? settings : shown.started.settings, lesson: null };

@@ -4,6 +4,8 @@
 import { css, nothing, type TemplateResult } from "lit";
 import type { BasinAxesName } from "../protocol/module.js";
 import { word } from "../spoken.js";
+import type { Column } from "../csv.js";
+import "../ui/csv_button.js";
 import { fixed } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { valueOf } from "../ui/input.js";
@@ -74,6 +76,7 @@ export class LabBasin extends LabElement {
         ${isRunning ? html`<button data-testid="basin-cancel" @click=${() => this.model.cancelFill()}>${icons.stop} Cancel</button>` : html`<button data-testid="basin-fill" ?disabled=${!right} @click=${() => this.model.fill(this.#method, this.#axes, this.#cells)}>${icons.play} Fill the map</button>`}
         ${basin ? html`<progress data-testid="basin-progress" data-state=${basin.state} max="1" .value=${basin.progress} aria-label="Part of the map that is filled"></progress><span class="num">${Math.floor(100 * basin.progress)} %</span>` : html`<p>${right ? "Every cell is a start about the right pose." : "First a method has to find a pose, or somebody has to know it."}</p>`}
       </div>
+      ${basin ? html`<div><slam-csv .name=${"basin"} .columns=${() => columnsOf(basin)}></slam-csv></div>` : nothing}
       <p aria-live="polite" data-testid="basin-words">${basin && !isRunning ? this.#words(basin) : nothing}</p>`;
   }
 
@@ -139,6 +142,19 @@ export class LabBasin extends LabElement {
     const cut = basin.state === "cancelled" ? t`Cancelled after ${known.length} of ${basin.outcomes.length} starts. ` : "";
     return t`${cut}${wordsOf(basin.method).title}: found from ${part(0)} of ${known.length} starts, wrongly sure in ${part(2)}.`;
   }
+}
+
+/** A row for each start: how far it is from the right pose, and what came of it. */
+function columnsOf({ axes, cells, shift, turn, outcomes, errors }: BasinMap): Column[] {
+  const part = (at: number): number => (cells > 1 ? (2 * at) / (cells - 1) - 1 : 0);
+  const starts = Array.from(outcomes, (_, i) => ({ across: part(i % cells), up: part(Math.floor(i / cells)) }));
+  const isPlace = axes === "place";
+  return [
+    { title: isPlace ? "x off" : "Shift", unit: "m", values: starts.map(({ across }) => across * shift) },
+    { title: isPlace ? "y off" : "Turn", unit: isPlace ? "m" : "°", values: starts.map(({ up }) => (isPlace ? up * shift : (180 / Math.PI) * up * turn)) },
+    { title: "Outcome", unit: "", values: Array.from(outcomes, (outcome) => OUTCOMES[outcome]?.words ?? "") },
+    { title: "Error", unit: "m", values: errors },
+  ];
 }
 
 customElements.define("lab-basin", LabBasin);

@@ -3,7 +3,10 @@
 
 import { css, LitElement, nothing, type TemplateResult } from "lit";
 import type { Keyframe, Keyframes } from "../keyframes.js";
+import type { Column } from "../csv.js";
+import type { MeasuredRow, RegistrationOffer } from "../protocol/module.js";
 import type { Store } from "../store.js";
+import "../ui/csv_button.js";
 import { DASH, fixed, percent } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
 import { filesOf, valueOf } from "../ui/input.js";
@@ -276,8 +279,17 @@ export class SlamRegistration extends LitElement {
       <p class="note">Part found from starts up to 1 m and 45° off, part found from starts within 0.5 m and 15°, and the median time in the native core.</p>
       <div class="scroll"><table><thead><tr><th scope="col">Method</th>${conditions.map(([, title]) => html`<th scope="col">${title}</th>`)}</tr></thead>
       <tbody>${offer.methods.map((method) => html`<tr><td>${wordsOf(method).title}</td>${conditions.map(([condition]) => html`<td>${cell(condition, method)}</td>`)}</tr>`)}</tbody></table></div>
+      <slam-csv .name=${"registration-measured"} .columns=${() => measuredOf(offer)}></slam-csv>
     </details>`;
   }
+}
+
+function measuredOf({ measured }: RegistrationOffer): Column[] {
+  const numbers = (title: string, unit: string, value: (row: MeasuredRow) => number): Column => ({ title, unit, values: measured.map(value) });
+  return [
+    { title: "Condition", unit: "", values: measured.map(({ title }) => title) }, { title: "Method", unit: "", values: measured.map(({ method }) => wordsOf(method).title) },
+    numbers("Found, far starts", "", ({ found }) => found[0]), numbers("Found, near starts", "", ({ found }) => found[1]), numbers("Time, median", "s", ({ micros }) => micros / 1e6),
+  ];
 }
 
 /** A scan in the frame of the robot that took it. */

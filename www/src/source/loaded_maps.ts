@@ -1,22 +1,38 @@
-// Maps that were loaded beside the run: kept here, and laid on its map when that is asked for.
+// Maps and paths of poses that were loaded beside the run: kept here, and laid on its map when that
+// is asked for.
 
-import { WebLoadedMap } from "../../pkg/slamlab_web.js";
+import { WebLoadedMap, WebPosePath } from "../../pkg/slamlab_web.js";
 import { attempt, post } from "../answer.js";
 import type { Run } from "./run.js";
 
 export class LoadedMaps {
-  readonly #maps = new Map<number, WebLoadedMap>();
+  readonly #maps = new Map<number, WebLoadedMap | WebPosePath>();
   #next = 1;
 
   /** Reads a map, and looks where it lies. */
   load(run: Run | null, name: string, bytes: ArrayBuffer): void {
     const map = new WebLoadedMap(new Uint8Array(bytes));
+    const id = this.#keep(map);
+    const picture = map.picture();
+    post({ kind: "map-loaded", id, name, picture, path: null }, [picture.walls, picture.way, picture.landmarks].map(({ buffer }) => buffer as ArrayBuffer));
+    this.align(run, id);
+  }
+
+  /** Reads poses over time, and lays their path beside the way of the run. */
+  loadPath(run: Run | null, name: string, bytes: ArrayBuffer): void {
+    const path = new WebPosePath(new Uint8Array(bytes));
+    const id = this.#keep(path);
+    const { way, ...of } = path.picture();
+    const none = new Float32Array(0);
+    post({ kind: "map-loaded", id, name, picture: { walls: none, way, landmarks: none, points: 0, submaps: 0 }, path: of }, [way.buffer as ArrayBuffer]);
+    this.align(run, id);
+  }
+
+  #keep(map: WebLoadedMap | WebPosePath): number {
     const id = this.#next;
     this.#next += 1;
     this.#maps.set(id, map);
-    const picture = map.picture();
-    post({ kind: "map-loaded", id, name, picture }, [picture.walls, picture.way, picture.landmarks].map(({ buffer }) => buffer as ArrayBuffer));
-    this.align(run, id);
+    return id;
   }
 
   /** Looks where it lies in the map as it is drawn now. */
@@ -25,7 +41,7 @@ export class LoadedMaps {
     if (!map) return;
     post({ kind: "map-aligned", id, ...attempt("alignment", () => {
       if (!run) throw new Error("There is no map yet.");
-      return run.module.align_map(map);
+      return map instanceof WebPosePath ? run.module.place_path(map) : run.module.align_map(map);
     }) });
   }
 

@@ -203,6 +203,15 @@ export class Player {
     return false;
   }
 
+  /** Of a recording that is held against true poses: what all of it is off by, now that all of it is
+      known. */
+  #tellTruthErrors(run: Run): void {
+    const errors = run.module.truth_curve();
+    if (!errors) return;
+    post({ kind: "truth-errors", run: this.number, errors });
+    post({ kind: "event", run: this.number, time: run.time, level: "info", text: errors.words, topic: "truth" });
+  }
+
   /** Now and then on the way: a later loop may mend what is torn, so nobody is warned. */
   #judgeOnTheWay(run: Run): void {
     const { progress } = run.status();
@@ -253,6 +262,7 @@ export class Player {
     this.#pace.measure(performance.now(), run.time);
     if (run.finished) {
       this.play(false);
+      this.#tellTruthErrors(run);
       if (run.kind === "replay") this.judge();
     } else if (until?.(run)) {
       this.play(false);

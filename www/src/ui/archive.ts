@@ -21,17 +21,21 @@ export class SlamArchive extends SlamDialog {
 
   #name = "";
   #things: readonly (readonly File[])[] = [];
+  /** Something of it is damaged, which was said. */
+  #isDamaged = false;
 
   async open(file: File): Promise<void> {
     this.#name = file.name;
+    this.#isDamaged = false;
     try {
-      this.#things = await this.#openable(new Uint8Array(await file.arrayBuffer()));
+      this.#things = await this.#openable(file);
     } catch (error) {
       const why = error instanceof ZipError ? error.message : t`it could not be read`;
       this.store.set("toast", { toast: { level: "warn", text: t`${file.name}: this is a ZIP archive that could not be opened: ${why}` } });
       return;
     }
     const [only, ...more] = this.#things;
+    if (!only && this.#isDamaged) return;
     if (!only) this.store.set("toast", { toast: { level: "warn", text: t`${file.name}: nothing in this archive can be opened here.` } });
     else if (more.length === 0) void this.client.openAll(only);
     else {
@@ -54,10 +58,16 @@ export class SlamArchive extends SlamDialog {
     void this.client.openAll(files);
   }
 
-  async #openable(archive: Uint8Array): Promise<(readonly File[])[]> {
-    const names = entriesOf(archive).map(({ name }) => name);
+  async #openable(archive: File): Promise<(readonly File[])[]> {
+    const names = (await entriesOf(archive)).map(({ name }) => name);
     if (names.length > MOST_OFFERED) throw new ZipError(t`it holds more than ${MOST_OFFERED} files`);
-    const files = unpacked(archive, names);
+    const { files, damaged } = await unpacked(archive, names);
+    if (damaged.length > 0) {
+      const text = t`${archive.name}: damaged in the archive, and left out: ${damaged.join(", ")}`;
+      this.store.note({ time: this.store.status?.time ?? 0, level: "warn", text });
+      this.store.set("toast", { toast: { level: "warn", text } });
+      this.#isDamaged = true;
+    }
     const things: (readonly File[])[] = [];
     for (const file of files) {
       const image = /\.ya?ml$/i.test(file.name) ? await imageOf(file, files) : undefined;

@@ -4,9 +4,11 @@
 import { css, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type uPlot from "uplot";
+import type { Column } from "../csv.js";
 import type { BenchResponse, BenchTrial } from "../protocol/module.js";
 import { word } from "../spoken.js";
 import { html, t } from "../words.js";
+import "./csv_button.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -54,6 +56,7 @@ export class SlamBench extends SlamPlotted {
       <div class="key">${[["path", "with controller", ""], ["odometry", word("without"), "4 3"], ["truth", word("wished"), "1 3"]].map(([colour, text, dash]) => html`<span><svg viewBox="0 0 20 8" aria-hidden="true"><path d="M0 4h20" stroke="var(--map-${colour})" stroke-width="2" stroke-dasharray=${dash ?? ""}/></svg>${text}</span>`)}</div>
       <figure aria-label="Speeds of both tracks over time"><figcaption><span>Speeds of both tracks, m/s</span></figcaption><div class="plot"></div></figure>
       <figure aria-label="Heading over time"><figcaption><span>Heading, °</span><span class="num" data-testid="bench-heading">${bench ? this.#words(bench) : ""}</span></figcaption><div class="plot"></div></figure>
+      ${bench ? html`<slam-csv .name=${"bench"} .columns=${() => columnsOf(bench)}></slam-csv>` : ""}
     </details>`;
   }
 
@@ -97,6 +100,19 @@ export class SlamBench extends SlamPlotted {
   #ask(): void {
     this.client.send({ kind: "bench", trial: this.#trial });
   }
+}
+
+/** Speeds and headings over time, with the controller and without. */
+function columnsOf({ seconds, speeds, headings, wished }: BenchResponse): Column[] {
+  const n = seconds.length;
+  const of = (all: Float64Array, i: number): Float64Array => all.subarray(i * n, (i + 1) * n);
+  const speed = (title: string, i: number): Column => ({ title, unit: "m/s", values: of(speeds, i) });
+  const heading = (title: string, i: number): Column => ({ title, unit: "°", values: of(headings, i).map(degrees) });
+  return [
+    { title: "Time", unit: "s", values: seconds }, { title: "Speed, wished", unit: "m/s", values: wished },
+    speed("Speed, left, with controller", 0), speed("Speed, right, with controller", 1), speed("Speed, left, without", 2), speed("Speed, right, without", 3),
+    heading("Heading, with controller", 0), heading("Heading, without", 1),
+  ];
 }
 
 customElements.define("slam-bench", SlamBench);

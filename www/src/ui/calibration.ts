@@ -3,8 +3,10 @@
 
 import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
+import type { Column } from "../csv.js";
 import type { Calibration, Pairs } from "../protocol/module.js";
 import { html } from "../words.js";
+import "./csv_button.js";
 import { fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
@@ -52,6 +54,7 @@ export class SlamCalibration extends SlamPlotted {
       <div ?hidden=${!fit || error !== ""}>
         <figure aria-label="Range over volts: the pairs and the curve"><figcaption><span>Range over volts, m</span></figcaption><div class="plot"></div></figure>
         <figure aria-label="Residuals over range"><figcaption><span>Curve less pair over range, mm</span></figcaption><div class="plot"></div></figure>
+        ${fit ? html`<slam-csv .name=${"calibration-pairs"} .columns=${() => pairsOf(fit)}></slam-csv> <slam-csv .name=${"calibration-curve"} .columns=${() => curveOf(fit)}></slam-csv>` : ""}
       </div>
       <button class="apply" data-testid="apply-calibration" ?disabled=${!fit || error !== "" || isApplied} @click=${this.#apply}>${isApplied ? "In use" : "Use it for the simulated rangers"}</button>
       ${applied ? html`<button class="apply" data-testid="drop-calibration" @click=${() => this.client.start({ calibration: null, mode: "explore" })}>Back to the data sheet</button>` : ""}
@@ -118,6 +121,14 @@ export class SlamCalibration extends SlamPlotted {
   #apply(): void {
     this.client.start({ sensor: "rangers", calibration: this.#now, mode: "explore" });
   }
+}
+
+function pairsOf({ volts, ranges, residuals }: Calibration): Column[] {
+  return [{ title: "Voltage", unit: "V", values: volts }, { title: "Range", unit: "m", values: ranges }, { title: "Curve less pair", unit: "m", values: residuals }];
+}
+
+function curveOf({ curveVolts, curveRanges }: Calibration): Column[] {
+  return [{ title: "Voltage", unit: "V", values: curveVolts }, { title: "Range, curve", unit: "m", values: curveRanges }];
 }
 
 customElements.define("slam-calibration", SlamCalibration);

@@ -4,9 +4,11 @@
 import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
+import type { Column } from "../csv.js";
 import { word } from "../spoken.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { html, t } from "../words.js";
+import "./csv_button.js";
 import { fixed, list, sentence } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
@@ -91,7 +93,8 @@ export class SlamContest extends SlamPlotted {
       </div>
       <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="contest-error">${error}</p>` : nothing}</div>
       ${found ? this.#table(found) : nothing}
-      <figure ?hidden=${!found || !Number.isFinite(found.shortest)} aria-label="Length of each path over the time of its planner"><figcaption>Length over time of computing, m</figcaption><div class="plot"></div></figure>`;
+      <figure ?hidden=${!found || !Number.isFinite(found.shortest)} aria-label="Length of each path over the time of its planner"><figcaption>Length over time of computing, m</figcaption><div class="plot"></div></figure>
+      ${found ? html`<slam-csv .name=${"planners"} .columns=${() => figuresOf(found)}></slam-csv> <slam-csv .name=${"planners-over-time"} .columns=${() => lengthsOf(found)}></slam-csv>` : nothing}`;
   }
 
   #table(found: ContestState): TemplateResult {
@@ -135,6 +138,27 @@ export class SlamContest extends SlamPlotted {
   #pick(picking: "start" | "goal"): void {
     this.store.set("contest", { contest: { ...this.store.contest, picking } });
   }
+}
+
+/** The table of the planners. */
+function figuresOf({ entrants }: ContestState): Column[] {
+  const numbers = (title: string, unit: string, value: (entrant: Entrant) => number): Column => ({ title, unit, values: entrants.map(value) });
+  return [
+    { title: "Planner", unit: "", values: entrants.map(({ title }) => sentence(title)) },
+    numbers("Length", "m", ({ length }) => length), numbers("Length over the best", "", ({ ratio }) => ratio), numbers("Time", "s", ({ seconds }) => seconds),
+    numbers("Iterations", "", ({ iterations }) => iterations), numbers("Nodes", "", ({ tried }) => tried),
+    { title: "Why there is no path", unit: "", values: entrants.map(({ reason }) => reason?.text ?? "") },
+  ];
+}
+
+/** Their lengths as they fell: a row for each path that was found. */
+function lengthsOf({ entrants }: ContestState): Column[] {
+  const rows = entrants.flatMap(({ title, curve }) => Array.from({ length: Math.floor(curve.length / 2) }, (_, i) => ({ title: sentence(title), time: curve[2 * i] ?? NaN, length: curve[2 * i + 1] ?? NaN })));
+  return [
+    { title: "Planner", unit: "", values: rows.map(({ title }) => title) },
+    { title: "Time", unit: "s", values: rows.map(({ time }) => time) },
+    { title: "Length", unit: "m", values: rows.map(({ length }) => length) },
+  ];
 }
 
 /** Each planner's length as a staircase that ends with its time; the one that is watched is

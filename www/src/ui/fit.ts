@@ -3,7 +3,9 @@
 
 import { css, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";
+import type { Column } from "../csv.js";
 import { html, t } from "../words.js";
+import "./csv_button.js";
 import { SlamElement } from "./element.js";
 import { isChecked } from "./input.js";
 import { tool } from "./style.js";
@@ -52,12 +54,21 @@ export class SlamFit extends SlamElement {
         <tbody>${fit.parameters.map((p) => html`<tr><th scope="row">${p.name}${Number.isFinite(p.model) && p.model !== 0 ? html`<small>model: ${short(p.model, p.model)}${p.unit && ` ${p.unit}`}</small>` : ""}${p.unknown ? html`<small>${p.unknown}</small>` : ""}</th>
           ${p.unknown ? html`<td>unknown</td>` : html`<td class="num">${short(p.value, p.sigma)}${Number.isFinite(p.sigma) ? ` ± ${short(p.sigma, p.sigma)}` : ""}<small>${p.unit}</small></td>`}</tr>`)}</tbody>
       </table>
+      <slam-csv .name=${"drive-fit"} .columns=${() => columnsOf(fit)}></slam-csv>
       <p>${fit.legs} legs were used${fit.leftOut > 0 ? html`; ${fit.leftOut} could not be explained and were left out: a push, or tracks that spun` : ""}.</p>`}
       ${known ? html`<div class="row">
         <button data-testid="fit-use" @click=${() => this.client.usePreset({ name: t`fit of ${this.store.title}`, settings: fit.settings as SettingValues })}>Use as preset</button>
         <button data-testid="fit-save" @click=${() => this.client.send({ kind: "save", what: "fit" })}>Save as a file</button>
       </div>` : ""}`;
   }
+}
+
+function columnsOf({ parameters }: DriveFit): Column[] {
+  return [
+    { title: "Parameter", unit: "", values: parameters.map(({ name }) => name) }, { title: "Unit", unit: "", values: parameters.map(({ unit }) => unit) },
+    { title: "Value", unit: "", values: parameters.map(({ value, unknown }) => (unknown ? NaN : value)) }, { title: "σ", unit: "", values: parameters.map(({ sigma, unknown }) => (unknown ? NaN : sigma)) },
+    { title: "Value of the model", unit: "", values: parameters.map(({ model }) => model) },
+  ];
 }
 
 /** As many digits as the standard error is worth: two of its own. */

@@ -3,7 +3,9 @@
 import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
 import type { Candidate, Decision, Gate, Inspection, Sighting } from "../protocol/module.js";
+import type { Column } from "../csv.js";
 import { html, svg, t } from "../words.js";
+import "./csv_button.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";
 import { DECISION_WORDS } from "./match_words.js";
@@ -105,8 +107,17 @@ export class SlamMatches extends SlamElement {
         <td class="num">${fixed(degrees(c.deltaAlpha), 1)}°<small>σ ${fixed(degrees(c.sigmaAlpha), 1)}°</small></td>
         <td class="num">${fixed(100 * c.deltaR, 1)} cm<small>σ ${fixed(100 * c.sigmaR, 1)} cm</small></td>
       </tr>`)}</tbody>
-    </table>`;
+    </table>
+    <slam-csv .name=${"candidates"} .columns=${() => columnsOf(s)}></slam-csv>`;
   }
+}
+
+function columnsOf({ candidates }: Sighting): Column[] {
+  const numbers = (title: string, unit: string, value: (candidate: Candidate) => number): Column => ({ title, unit, values: candidates.map(value) });
+  return [
+    numbers("Wall", "", ({ wall }) => wall), numbers("d²", "", ({ d2 }) => d2), numbers("Δα", "°", ({ deltaAlpha }) => degrees(deltaAlpha)), numbers("σ of Δα", "°", ({ sigmaAlpha }) => degrees(sigmaAlpha)),
+    numbers("Δr", "m", ({ deltaR }) => deltaR), numbers("σ of Δr", "m", ({ sigmaR }) => sigmaR), numbers("Gap", "m", ({ gap }) => gap),
+  ];
 }
 
 function isWinner(s: Sighting, c: Candidate): boolean {

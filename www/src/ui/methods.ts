@@ -3,11 +3,13 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { apart, type Compared, shownRun } from "../compared.js";
+import type { Column } from "../csv.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodInfo } from "../protocol/module.js";
 import { word } from "../spoken.js";
 import { methodPen } from "../view/layers/compared.js";
 import { html, svg, t } from "../words.js";
+import "./csv_button.js";
 import { SlamElement } from "./element.js";
 import { DASH, fixed } from "./format.js";
 
@@ -41,7 +43,8 @@ export class SlamMethods extends SlamElement {
       <table aria-labelledby="methods" data-testid="methods">
         <thead><tr><th scope="col">Method</th><th scope="col" title="Median of what a scan cost">ms</th><th scope="col" title="Loop closures accepted">loops</th><th scope="col" title="How far its way is from the one that is shown, at the same times: root mean square">apart</th><th></th></tr></thead>
         <tbody>${methods.map((method) => this.#row(method, shown))}</tbody>
-      </table>`;
+      </table>
+      <slam-csv .name=${"methods"} .columns=${() => columnsOf([shown, ...this.store.compared], shown)}></slam-csv>`;
   }
 
   #row({ name, title, meaning }: MethodInfo, shown: Compared): TemplateResult {
@@ -58,6 +61,17 @@ export class SlamMethods extends SlamElement {
       <td title=${gap ? t`at most ${fixed(gap.most, 2)} m` : ""} data-testid="apart-${name}">${gap ? `${fixed(gap.rms, 2)} m` : isShown ? word("shown") : DASH}</td>
       <td>${isShown ? nothing : html`<button data-testid="run-${name}" @click=${() => this.client.again(name)}>${run ? "Again" : "Run"}</button>`}</td></tr>`;
   }
+}
+
+/** The figures of those that ran. */
+function columnsOf(runs: readonly Compared[], shown: Compared): Column[] {
+  const numbers = (title: string, unit: string, value: (run: Compared) => number): Column => ({ title, unit, values: runs.map(value) });
+  const gap = (run: Compared): { rms: number; most: number } => (run === shown ? { rms: 0, most: 0 } : apart(shown.trail, run.trail));
+  return [
+    { title: "Method", unit: "", values: runs.map(({ method }) => method) }, numbers("Part of the log", "", ({ progress }) => progress), numbers("Scans", "", ({ scans }) => scans),
+    numbers("Time per scan, median", "ms", ({ scanMillis }) => scanMillis), numbers("Loop closures", "", ({ loopClosures }) => loopClosures),
+    numbers("Apart from the one shown, RMS", "m", (run) => gap(run).rms), numbers("Apart from the one shown, most", "m", (run) => gap(run).most),
+  ];
 }
 
 customElements.define("slam-methods", SlamMethods);

@@ -3,9 +3,11 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { REFINDING, REFINDING_STRIDE } from "../protocol/module.js";
+import type { Column } from "../csv.js";
 import type { Topic } from "../store.js";
 import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
+import "./csv_button.js";
 import { fixed } from "./format.js";
 
 const REDRAW_MILLIS = 500;
@@ -70,7 +72,8 @@ export class SlamRefinding extends SlamElement {
       ${this.#plot(gates, set)}
       <dl><div><dt>gate</dt><dd class="num" data-testid="refinding-gate">${fixed(set.gate, 2)}</dd></div>
         ${FIGURES.map(({ key, label, meaning }) => html`<div title=${meaning}><dt>${label}</dt><dd class="num" data-testid="refinding-${key}">${percent(set[key])}</dd></div>`)}
-        <div title="Lines and points of all scans so far"><dt>of</dt><dd class="num">${set.sightings}</dd></div></dl>`;
+        <div title="Lines and points of all scans so far"><dt>of</dt><dd class="num">${set.sightings}</dd></div></dl>
+      <slam-csv .name=${"found-again"} .columns=${() => columnsOf(gatesOf(this.scene.refinding))}></slam-csv>`;
   }
 
   #plot(gates: readonly Gate[], set: Gate): TemplateResult {
@@ -129,6 +132,11 @@ export function between(gates: readonly Gate[], gate: number): Gate | null {
   const part = high.gate > low.gate ? Math.min(Math.max((gate - low.gate) / (high.gate - low.gate), 0), 1) : 0;
   const mix = (key: keyof Gate): number => low[key] + part * (high[key] - low[key]);
   return { gate, tpr: mix("tpr"), fpr: mix("fpr"), ppv: mix("ppv"), acc: mix("acc"), sightings: high.sightings };
+}
+
+function columnsOf(gates: readonly Gate[]): Column[] {
+  const of = (title: string, key: keyof Gate): Column => ({ title, unit: "", values: gates.map((gate) => gate[key]) });
+  return [of("Gate", "gate"), of("TPR", "tpr"), of("FPR", "fpr"), of("PPV", "ppv"), of("ACC", "acc"), of("Sightings", "sightings")];
 }
 
 customElements.define("slam-refinding", SlamRefinding);

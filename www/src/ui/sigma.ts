@@ -2,8 +2,10 @@
 
 import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
+import type { Column } from "../csv.js";
 import type { GrowthName, SigmaCurve } from "../protocol/module.js";
 import { html, t } from "../words.js";
+import "./csv_button.js";
 import { fixed } from "./format.js";
 import { valueOf } from "./input.js";
 import { colourOf } from "./plot_style.js";
@@ -42,6 +44,7 @@ export class SlamSigma extends SlamPlotted {
       </div>
       <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="sigma-error">It cannot be estimated: ${error}</p>` : curve ? this.#words(curve) : ""}</div>
       <figure aria-label="σ over range: what was measured in each bin, and the curve" ?hidden=${!curve || error !== ""}><figcaption><span>σ over range, mm</span>${curve && curve.truth.length > 0 ? html`<span class="muted">dotted: as the noise was drawn</span>` : ""}</figcaption><div class="plot"></div></figure>
+      ${curve && !error ? html`<slam-csv .name=${"sigma-measured"} .columns=${() => measuredOf(curve)}></slam-csv> <slam-csv .name=${"sigma-curve"} .columns=${() => curveOf(curve)}></slam-csv>` : ""}
       ${curve && !error ? html`<button class="apply" data-testid="use-sigma" ?disabled=${inUse} @click=${() => this.#use(curve)}>${inUse ? "In use" : store.source === "replay" ? "Map the recording with it" : "Use it instead of what the sensor says"}</button>` : ""}
     </details>`;
   }
@@ -75,6 +78,17 @@ export class SlamSigma extends SlamPlotted {
     this.client.configure({ ...settings, "points.sigma": curve.growth === "linear" ? 1 : 2, "points.sigma_constant": constant, "points.sigma_slope": slope, "points.sigma_least": least });
     if (this.store.source === "replay") this.client.again();
   }
+}
+
+/** What was measured, bin by bin. */
+function measuredOf({ bins }: SigmaCurve): Column[] {
+  return [{ title: "Range", unit: "m", values: bins.map(({ range }) => range) }, { title: "σ", unit: "m", values: bins.map(({ sigma }) => sigma) }];
+}
+
+/** The curve through it, and the noise as it was drawn where that is known. */
+function curveOf({ curveRanges, curveSigmas, truth }: SigmaCurve): Column[] {
+  const known: Column[] = truth.length > 0 ? [{ title: "σ, as drawn", unit: "m", values: truth }] : [];
+  return [{ title: "Range", unit: "m", values: curveRanges }, { title: "σ, curve", unit: "m", values: curveSigmas }, ...known];
 }
 
 customElements.define("slam-sigma", SlamSigma);

@@ -138,10 +138,10 @@ export class SlamSubmaps extends SlamElement {
   }
 
   #loaded(map: LoadedMap): TemplateResult {
-    const { id, name, picture, alignment, shown, isAligning } = map;
+    const { id, name, picture, path, alignment, shown, isAligning } = map;
     return html`<li data-testid="loaded-map-${id}"><div class="row">
-      <button class="name" ?disabled=${!alignment} title=${alignment ? "Go to it on the map" : ""} @click=${() => alignment && this.#lookAt(boundsOf(picture.walls, alignment.pose))}>
-        <b>${name}</b><span class="num muted">${picture.submaps === 1 ? t`${picture.points} points` : t`${picture.submaps} submaps`}</span></button>
+      <button class="name" ?disabled=${!alignment} title=${alignment ? "Go to it on the map" : ""} @click=${() => alignment && this.#lookAt(boundsOf(path ? picture.way : picture.walls, alignment.pose))}>
+        <b>${name}</b><span class="num muted">${path ? t`${path.poses} poses` : picture.submaps === 1 ? t`${picture.points} points` : t`${picture.submaps} submaps`}</span></button>
       ${this.#eye(shown && alignment !== null, name, `loaded-eye-${id}`, !alignment, () => this.client.showMap(id, !shown))}
       <button class="icon" data-testid="drop-map-${id}" aria-label="Remove ${name} from the list" title="Remove from the list" @click=${() => this.client.dropMap(id)}>${icons.close}</button>
       </div>
@@ -152,6 +152,7 @@ export class SlamSubmaps extends SlamElement {
 
   #fit({ alignment, error }: LoadedMap): string {
     if (!alignment) return error === "" ? "It is not laid on this run yet." : t`Not laid on the map: ${error}.`.replace("..", ".");
+    if (!("agrees" in alignment)) return alignment.by === "time" ? "Laid on the way of the run so that both come closest, pose by pose at the same times." : "It has no times in common with this run: it begins where the map begins.";
     const { agrees, contradicts, residual, landmarks, by } = alignment;
     const shared = landmarks > 0 ? ` ${landmarks === 1 ? t`Both maps have ${landmarks} landmark in common.` : t`Both maps have ${landmarks} landmarks in common.`}` : "";
     return t`It lies on the map: ${percent(agrees)} of its walls stand on walls, ${Math.max(1, Math.round(100 * residual))}\u00a0cm apart on average; at most ${Math.ceil(100 * contradicts)} % of the walls of either map stand where the other is free. ${BY[by]}.${shared}`;

@@ -6,7 +6,8 @@ use anyhow::{Context, Result, bail};
 use slamlab_core::estimation::{
     MapQuality, RelationErrors, StampedMotion, relation_errors, revisits,
 };
-use slamlab_core::format::{relations, tum};
+use slamlab_core::format::poses::read_poses;
+use slamlab_core::format::relations;
 use slamlab_core::geom::{Length, Pose2};
 use slamlab_core::replay::{Log, Replay};
 use slamlab_core::slam::Method;
@@ -67,7 +68,7 @@ impl Building {
                 let relations = relations::parse(&bytes).with_context(name)?;
                 Ok(relations.iter().map(|r| r.stamped_motion()).collect())
             }
-            Kind::Keyframes => Ok(revisits(&tum::parse(&bytes).with_context(name)?)),
+            Kind::Keyframes => Ok(revisits(&read_poses(&bytes).with_context(name)?.poses)),
         }
     }
 }

@@ -1,0 +1,133 @@
+//! Errors of a run against poses that are true, from another file.
+//!
+//! In: a [`PoseTrack`] and the poses of the run. Out: what is off, once the two lie on one another:
+//! they have frames of their own, so the rigid motion that brings all positions closest is taken
+//! out first (Umeyama 1991 without scale), as `evo_ape --align` does it.
+//!
+//! 1. While a run goes on, its poses as they were believed at each scan are aligned; a loop closure
+//!    has all of them taken anew.
+//! 2. Asked for the errors of the whole, all poses are taken as they are known now.
+
+use super::pose_track::PoseTrack;
+use crate::estimation::Alignment;
+use crate::geom::{Length, Pose2, wrap};
+
+/// What is true of a run, and how it lies in its map.
+#[derive(Clone, Debug)]
+pub(super) struct Truth {
+    pub(super) track: PoseTrack,
+    /// `map_from_truth`.
+    alignment: Alignment,
+    /// Loops that were closed when all poses were taken last.
+    loop_closures: usize,
+}
+
+impl Truth {
+    pub(super) fn new(track: PoseTrack) -> Self {
+        Self {
+            track,
+            alignment: Alignment::default(),
+            loop_closures: 0,
+        }
+    }
+
+    /// Takes the pose of the scan at a time, s; `whole` gives all poses where loops were closed.
+    pub(super) fn take(
+        &mut self,
+        (seconds, pose): (f64, Pose2),
+        loop_closures: usize,
+        whole: impl FnOnce() -> Vec<(f64, Pose2)>,
+    ) {
+        if loop_closures != self.loop_closures {
+            self.loop_closures = loop_closures;
+            self.alignment = aligned(&self.track, &whole());
+        } else if let Some(truth) = self.track.at(seconds) {
+            self.alignment.push(pose.position(), truth.position());
+        }
+    }
+
+    /// The run is over: all poses are taken as they are known now.
+    pub(super) fn settle(&mut self, whole: &[(f64, Pose2)]) {
+        self.alignment = aligned(&self.track, whole);
+    }
+
+    /// Where the robot truly is at a time, map frame; `None` where it is not told, or not yet known
+    /// how the two lie.
+    pub(super) fn at(&self, seconds: f64) -> Option<Pose2> {
+        Some(self.alignment.target_from_source()? * self.track.at(seconds)?)
+    }
+}
+
+/// Of the track to a trajectory.
+pub(super) fn aligned(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Alignment {
+    let mut alignment = Alignment::default();
+    for (seconds, pose) in trajectory {
+        if let Some(truth) = track.at(*seconds) {
+            alignment.push(pose.position(), truth.position());
+        }
+    }
+    alignment
+}
+
+/// How far a scan's pose is from the truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseError {
+    /// Time of the scan as the log counts it, s.
+    pub seconds: f64,
+    /// Where the robot truly was, map frame.
+    pub truth: Pose2,
+    /// Distance of the positions, m.
+    pub position: f64,
+    /// Estimate less truth, rad.
+    pub heading: f64,
+}
+
+/// Errors of a run against what is true.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthErrors {
+    /// Where the frame of the truth lies in the map.
+    pub map_from_truth: Pose2,
+    /// Of each scan of which the truth tells.
+    pub poses: Vec<PoseError>,
+    /// Scans of which it does not.
+    pub left_out: usize,
+    /// Root of the mean squared distance, m.
+    pub rmse: f64,
+    /// The largest distance, m.
+    pub max: f64,
+}
+
+impl TruthErrors {
+    /// Of a trajectory; `None` where fewer than two of its poses are told.
+    pub(super) fn of(track: &PoseTrack, trajectory: &[(f64, Pose2)]) -> Option<Self> {
+        let map_from_truth = aligned(track, trajectory).target_from_source()?;
+        let error = |(seconds, pose): &(f64, Pose2)| {
+            let truth = map_from_truth * track.at(*seconds)?;
+            Some(PoseError {
+                seconds: *seconds,
+                truth,
+                position: (pose.position() - truth.position()).length(),
+                heading: wrap(pose.heading() - truth.heading()),
+            })
+        };
+        let poses: Vec<PoseError> = trajectory.iter().filter_map(error).collect();
+        let squares: f64 = poses.iter().map(|e| e.position * e.position).sum();
+        Some(Self {
+            map_from_truth,
+            left_out: trajectory.len() - poses.len(),
+            rmse: (squares / poses.len() as f64).sqrt(),
+            max: poses.iter().fold(0.0, |most, e| e.position.max(most)),
+            poses,
+        })
+    }
+
+    /// A sentence on them.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self { rmse, max, .. } = self;
+        let (count, all) = (self.poses.len(), self.poses.len() + self.left_out);
+        format!(
+            "Against the poses that are true: off by {rmse:.3} m (root mean square), at most {max:.3} m, over {count} of {all} scans"
+        )
+    }
+}

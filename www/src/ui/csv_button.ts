@@ -1,0 +1,32 @@
+// Saves what a plot or a table of figures shows: the same button under each of them.
+
+import { css, LitElement, type TemplateResult } from "lit";
+import { type Column, csvOf } from "../csv.js";
+import { download } from "../save.js";
+import { html, t } from "../words.js";
+import { icons } from "./icons.js";
+import { shared } from "./style.js";
+
+export class SlamCsv extends LitElement {
+  static override styles = [shared, css`
+    :host { display: inline-block; }
+    button { min-height: 32px; padding: 2px 10px; font-size: 12.5px; }
+    @media (pointer: coarse) { button { min-height: 44px; } }
+  `];
+
+  /** Of the file, without its ending; the button is found by it, too. */
+  name = "";
+  /** What stands in the file: the numbers as they are, not as they are drawn. */
+  columns: () => readonly Column[] = () => [];
+
+  override render(): TemplateResult {
+    return html`<button data-testid="csv-${this.name}" title="Save these figures as a table: CSV with units" @click=${() => this.#save()}>${icons.save} CSV</button>`;
+  }
+
+  #save(): void {
+    download(new Blob([csvOf(this.columns().map((column) => ({ ...column, title: t(column.title) })))], { type: "text/csv;charset=utf-8" }), `${this.name}.csv`);
+  }
+}
+
+// Each bundle that has such buttons brings its own: the first one is for all.
+if (!customElements.get("slam-csv")) customElements.define("slam-csv", SlamCsv);
