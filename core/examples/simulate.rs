@@ -168,7 +168,6 @@ fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
         (None, Some(text)) => Link::read(text).context("--link")?,
         (None, None) => return Ok((args, None)),
     };
-    args.world.clone_from(&link.world);
     (args.sensor, args.seed) = (Some(link.sensor), Some(link.seed));
     args.method = Some(link.method.name().to_owned());
     args.changes.settings.clone_from(&link.settings);
@@ -187,7 +186,10 @@ fn run(args: Args) -> Result<ExitCode> {
     written.extend(args.saved_map.written_paths());
     written.extend(options::given([("--truth", &args.truth)]));
     options::check(read, written)?;
-    let world = load_world(args)?;
+    let world = match &link {
+        Some(link) => link.world.load().context("--link")?,
+        None => load_world(args)?,
+    };
     let mode = match args.mode {
         Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
         Errand::Explore => Mode::Explore,
