@@ -13,7 +13,7 @@ export type Chosen =
   | { kind: "refused"; text: string };
 
 /** What one file holds; of a log and of what nobody knows the module says more. */
-export type Content = "world" | "preset" | "graph" | "saved-map" | "log";
+export type Content = "world" | "link" | "preset" | "graph" | "saved-map" | "log";
 
 type OpenedKind = Content | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
@@ -24,6 +24,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   "saved-map": "a saved map (.slamlab)",
   graph: "a pose graph (.g2o)",
   world: "a world (.json)",
+  link: "a run in a link (.txt)",
   preset: "settings that were fitted to a drive (.json)",
   archive: "what was saved together (.zip)",
   building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
@@ -68,6 +69,7 @@ function byContent(bytes: Uint8Array): Kind | null {
   // The first line that says something.
   const said = text.replace(/^\uFEFF?(?:[ \t]*(?:#(?!points|robot|landmarks).*)?\r?\n)*/, "");
   const first = said.slice(0, Math.max(0, said.search(/\r?\n|$/)));
+  if (/^(?:\S*#)?run&\w+=/.test(first)) return "link";
   if (/^(?:VERTEX|EDGE|FIX)(?:_|\b)/.test(first)) return "graph";
   if (/^#(?:points|robot|landmarks)/.test(first)) return "building";
   if (/^\s*<(?:\?xml|svg|!--)/i.test(first) && /<svg\b/i.test(text)) return "building";

@@ -7,6 +7,7 @@
 import { css, nothing, type TemplateResult } from "lit";
 import type { Collected } from "../client.js";
 import type { SavedFile, SavedKind } from "../protocol/module.js";
+import { addressOfLink } from "../link.js";
 import { download, fileName } from "../save.js";
 import { html, t } from "../words.js";
 import { packed } from "../zip.js";
@@ -14,7 +15,7 @@ import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
 /** What the page itself makes, beside what the module does. */
-export type PageKind = "png" | "svg" | "csv";
+export type PageKind = "png" | "svg" | "csv" | "link";
 export type Kind = SavedKind | PageKind;
 type Preset = "ros" | "sheet";
 
@@ -39,6 +40,7 @@ const OFFERED: Readonly<Record<Kind, Offered>> = {
   revolutions: { title: "Scans alone, a revolution a line (.txt)", about: "For programs that have no use for wheels." },
   slamlab: { title: "Map to go on in later (.slamlab)", about: "The whole map with its submaps: drop it here, and the robot goes on." },
   smap: { title: "Points, way and walls (.smap)", about: "The map as a list of points, to be driven in or found in." },
+  link: { title: "The run as a link in a file (.txt)", about: "What it starts from, its world too, and all that you did: dropped here it does the run again, to the bit." },
   g2o: { title: "Pose graph (.g2o)", about: "Poses and constraints, for other solvers." },
   png: { title: "Map as a picture (PNG)", about: "A pixel for each cell, in the colours of the page." },
   svg: { title: "What is seen (SVG)", about: "All layers that are on, sharp at any size." },
@@ -64,7 +66,7 @@ export class SlamSaving extends SlamDialog {
   `];
 
   /** Makes a file that the page makes; none while there is nothing to see. Set by main.ts. */
-  make!: (kind: PageKind) => Promise<readonly SavedFile[]>;
+  make!: (kind: Exclude<PageKind, "link">) => Promise<readonly SavedFile[]>;
 
   readonly #collected = new Map<Kind, Collected>();
   readonly #ticked = new Set<Kind>(["map"]);
@@ -124,9 +126,17 @@ export class SlamSaving extends SlamDialog {
   }
 
   async #one(kind: Kind): Promise<Collected> {
+    if (kind === "link") return this.#link();
     if (kind !== "png" && kind !== "svg" && kind !== "csv") return this.client.collect(kind);
     const files = await this.make(kind);
     return { files, error: files.length === 0 ? t`there is nothing to see yet: let the robot scan first` : "" };
+  }
+
+  async #link(): Promise<Collected> {
+    const { store: { source, started, title } } = this;
+    const link = source === "sim" ? await this.client.linkOf(started) : null;
+    if (link === null) return { files: [], error: source === "sim" ? t`no link can tell what was done in this run` : t`only a simulation can be done again by a link` };
+    return { files: [{ name: `${fileName(title)}.link.txt`, mime: "text/plain", bytes: new TextEncoder().encode(addressOfLink(link)) }], error: "" };
   }
 
   #tick(kinds: readonly Kind[]): void {
