@@ -151,6 +151,12 @@ impl Link {
         let behind = text.split_once('#').map_or(text, |(_, behind)| behind);
         let fields = behind.trim().strip_prefix("run&");
         let fields = fields.ok_or(LinkError::NoLink)?;
+        // What is too long is told so first, whatever stands in it.
+        let drawn = fields.split("&drawn=").nth(1).unwrap_or_default();
+        let drawn = drawn.split('&').next().map_or(0, str::len);
+        if drawn > MOST_DRAWN || text.len() - drawn > MOST_BYTES {
+            return Err(LinkError::TooLong(text.len()));
+        }
         let mut given = Given::default();
         for field in fields.split('&').filter(|field| !field.is_empty()) {
             let (name, value) = field.split_once('=').unwrap_or((field, ""));
@@ -160,10 +166,6 @@ impl Link {
             if let Some(place) = given.0.get_mut(at) {
                 *place = Some(value);
             }
-        }
-        let drawn = given.drawn().map_or(0, str::len);
-        if drawn > MOST_DRAWN || text.len() - drawn > MOST_BYTES {
-            return Err(LinkError::TooLong(text.len()));
         }
         given.link()
     }
@@ -257,13 +259,7 @@ const NAMES: [&str; 11] = [
 #[derive(Default)]
 struct Given<'a>([Option<&'a str>; NAMES.len()]);
 
-impl<'a> Given<'a> {
-    /// The letters of a world that comes with it.
-    fn drawn(&self) -> Option<&'a str> {
-        let [.., drawn] = self.0;
-        drawn
-    }
-
+impl Given<'_> {
     fn link(&self) -> Result<Link, LinkError> {
         let Self(
             [

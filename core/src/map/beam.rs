@@ -9,7 +9,7 @@
 use nalgebra::Point2;
 
 use super::{CellState, Grid, Layers, cells_on_ray};
-use crate::geom::Segment;
+use crate::geom::{Length as _, Segment};
 
 /// So far behind the end of a beam, and around it, a surface is looked for, m.
 const REACH: f64 = 1.0;
@@ -43,7 +43,7 @@ impl Grid {
     #[must_use]
     pub fn beam(&self, from: Point2<f64>, to: Point2<f64>) -> BeamFigures {
         let side = self.resolution();
-        let (way, range) = (to - from, (to - from).norm());
+        let (way, range) = (to - from, (to - from).length());
         let ahead = way * ((range + REACH) / range.max(f64::MIN_POSITIVE));
         let in_cells = |place: Point2<f64>| Point2::from(place.coords / side);
         let is_surface = |cell| self.state(cell) == CellState::Occupied;
@@ -61,7 +61,7 @@ impl Grid {
             for row in middle.row - reach..=middle.row + reach {
                 let cell = super::CellIndex { col, row };
                 if is_surface(cell) {
-                    nearest = nearest.min((self.centre_of(cell) - to).norm());
+                    nearest = nearest.min((self.centre_of(cell) - to).length());
                 }
             }
         }
@@ -75,7 +75,7 @@ impl Grid {
 /// The same of a map of walls.
 #[must_use]
 pub fn beam_among(walls: &[Segment], from: Point2<f64>, to: Point2<f64>) -> BeamFigures {
-    let range = (to - from).norm();
+    let range = (to - from).length();
     let towards = (to - from) / range.max(f64::MIN_POSITIVE);
     let hits = walls.iter().filter_map(|w| w.hit_by_ray(from, towards));
     let first = hits.fold(f64::INFINITY, f64::min);
