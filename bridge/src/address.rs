@@ -1,6 +1,8 @@
 //! What this machine is called by others on its network.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+
+use tokio::net::UdpSocket;
 
 /// The machine's name without a domain; none where it is no name that `.local` could follow.
 #[must_use]
@@ -54,6 +56,38 @@ pub fn urls(listening: SocketAddr, is_tls: bool) -> Vec<String> {
         .chain(numbers.map(|ip| ip.to_string()))
         .map(|host| format!("{scheme}://{host}:{port}/"))
         .collect()
+}
+
+/// The page's address for whoever is behind that host: of a machine with several networks, that in
+/// the one by which it reaches the host itself. None where no address of the machine is known.
+pub async fn url_towards(listening: SocketAddr, is_tls: bool, host: (&str, u16)) -> Option<String> {
+    if listening.ip().is_unspecified()
+        && let Some(ours) = source_towards(host).await
+        // A host on this machine tells nothing of its networks.
+        && !ours.is_loopback()
+        && (ours.is_ipv4() || listening.is_ipv6())
+    {
+        return urls(SocketAddr::new(ours, listening.port()), is_tls).pop();
+    }
+    // Others reach it by its last name: the first of several counts on this machine only.
+    urls(listening, is_tls).pop()
+}
+
+/// The address that the system would send from. Nothing is sent.
+async fn source_towards(host: (&str, u16)) -> Option<IpAddr> {
+    for address in tokio::net::lookup_host(host).await.ok()? {
+        let any: IpAddr = match address {
+            SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+            SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+        };
+        if let Ok(socket) = UdpSocket::bind((any, 0)).await
+            && socket.connect(address).await.is_ok()
+            && let Ok(ours) = socket.local_addr()
+        {
+            return Some(ours.ip());
+        }
+    }
+    None
 }
 
 /// What anybody in the network can do with a bridge that listens there, and how to close that; none
@@ -112,5 +146,37 @@ mod tests {
             let host = url.trim_start_matches("https://").trim_end_matches('/');
             assert!(crate::host::is_ours(host, &[]), "{host}");
         }
+    }
+
+    #[tokio::test]
+    async fn who_is_in_a_network_gets_the_address_in_that_network() {
+        let everywhere: SocketAddr = "0.0.0.0:8080".parse().unwrap();
+        // Addresses for documentation (RFC 5737): nobody has them, so the default route counts.
+        let theirs = url_towards(everywhere, false, ("192.0.2.1", 7447)).await;
+        let all = urls(everywhere, false);
+        assert!(
+            theirs.is_none_or(|url| all.contains(&url)),
+            "one of {all:?}"
+        );
+        for own in of_this_machine().into_iter().filter(IpAddr::is_ipv4) {
+            let url = url_towards(everywhere, true, (&own.to_string(), 7447)).await;
+            assert_eq!(url.unwrap(), format!("https://{own}:8080/"));
+        }
+    }
+
+    #[tokio::test]
+    async fn of_a_host_on_this_machine_and_of_none_it_is_the_last_name() {
+        let everywhere: SocketAddr = "0.0.0.0:8080".parse().unwrap();
+        let last = urls(everywhere, false).pop();
+        for host in ["127.0.0.1", "no-such-host.invalid"] {
+            assert_eq!(
+                url_towards(everywhere, false, (host, 7447)).await,
+                last,
+                "{host}"
+            );
+        }
+        let here: SocketAddr = "127.0.0.1:8080".parse().unwrap();
+        let url = url_towards(here, false, ("192.0.2.1", 7447)).await;
+        assert_eq!(url.unwrap(), "http://127.0.0.1:8080/");
     }
 }

@@ -16,8 +16,6 @@ use tokio::task::JoinHandle;
 
 use crate::accept;
 use crate::access_log::AccessLog;
-#[cfg(feature = "zenoh")]
-use crate::address;
 use crate::audit::Audit;
 use crate::clock::Clock;
 use crate::http;
@@ -210,10 +208,6 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     });
     let mapping = map.map(|map| task.map(map, hello, hub.clone()));
     let mapping = mapping.transpose()?;
-    // Others reach it by its last name: the first of several counts on this machine only.
-    #[cfg(feature = "zenoh")]
-    let page_address =
-        (listener.local_addr().ok()).and_then(|at| address::urls(at, config.tls.is_some()).pop());
     let shared = Arc::new(Shared {
         page: config.page,
         about,
@@ -234,7 +228,7 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
         #[cfg(feature = "zenoh")]
         fleet: zenoh.as_ref().map(|_| Arc::default()),
         #[cfg(feature = "zenoh")]
-        page_address,
+        listening: listener.local_addr().ok(),
         #[cfg(feature = "storage")]
         uploads,
     });

@@ -1,5 +1,7 @@
 //! What all connections share: they read it, and the hub's queue is their way to the robot.
 
+#[cfg(feature = "zenoh")]
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,9 +50,9 @@ pub(crate) struct Shared {
     /// None where the bridge is at no router.
     #[cfg(feature = "zenoh")]
     pub(crate) fleet: Option<Arc<crate::zenoh::Fleet>>,
-    /// Where others reach the page; none where no address of the machine is known.
+    /// Where it listens; none where the system does not tell.
     #[cfg(feature = "zenoh")]
-    pub(crate) page_address: Option<String>,
+    pub(crate) listening: Option<SocketAddr>,
     /// None where recordings are not stored elsewhere.
     #[cfg(feature = "storage")]
     pub(crate) uploads: Option<Arc<crate::storage::Uploads>>,

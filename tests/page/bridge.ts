@@ -64,7 +64,7 @@ async function addressOf(bridge: ChildProcess): Promise<string> {
   });
   const announced = (async () => {
     for await (const line of createInterface({ input: bridge.stdout! })) {
-      const url = /http:\/\/\S+/.exec(line)?.[0];
+      const url = /https?:\/\/\S+/.exec(line)?.[0];
       if (url) return url;
     }
     return failed;

@@ -1,7 +1,5 @@
 // Buildings from files: a floor plan, a map of ROS, and what was saved here, become worlds to drive
 // in and maps to be found in.
-import { readFile } from 'node:fs/promises';
-import type { Download } from '@playwright/test';
 import { filesIn } from './archive.ts';
 import { expect, test } from './fixture.ts';
 
@@ -28,12 +26,7 @@ test('a map that was saved is a world again; half of one is asked for its other 
   await lab.enter('arena', '4');
   await lab.watch((s) => s.explored, 'most is known').toBeGreaterThan(0.9);
   await lab.pause();
-  await lab.show('run');
-  const downloads: Download[] = [];
-  page.on('download', (download) => downloads.push(download));
-  await lab.at('save-map').click();
-  await expect.poll(() => downloads.length).toBe(2);
-  const files = await Promise.all(downloads.map(async (d) => ({ name: d.suggestedFilename(), mimeType: '', buffer: await readFile(await d.path()) })));
+  const files = await lab.savedMap();
   const yaml = files.find(({ name }) => name.endsWith('.yaml'))!;
   await lab.at('file').setInputFiles(yaml);
   await expect(lab.at('toast')).toContainText('drop it together with the image');

@@ -2,6 +2,8 @@
 // why; and two methods on one log.
 import { apart } from '../../www/src/compared.ts';
 import { type Figures, WHY } from '../../www/src/ui/closure_words.ts';
+import type { SubmapsChange } from '../../www/src/protocol/frame.ts';
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from '../../www/src/protocol/module.ts';
 import { Submaps } from '../../www/src/view/submaps.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -164,7 +166,7 @@ test('ways are compared at the same times, as long as both go', () => {
 });
 
 /** Submaps at these places, x y heading. */
-function placed(...poses: [number, number, number][]): Parameters<Submaps['take']>[0] {
+function placed(...poses: [number, number, number][]): SubmapsChange {
   const none = new Float32Array(0);
   return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1, NaN, NaN, NaN, NaN, NaN])), lengths: new Uint32Array(0), surfaces: none, extents: none, removable: 0, undoable: undefined, closures: none, outcomes: [], renumbered: [] };
 }
@@ -192,4 +194,24 @@ test('submaps glide from where they were drawn, and a new one comes along', () =
   submaps.take(placed([0, 0, 0], [5, 5, 0], [0, 3, 0]), 5000);
   submaps.animate(5000, true);
   expect([submaps.glides, ...submaps.shown(1)]).toEqual([false, 5, 5, 0]);
+});
+
+/** A placement for each pair of submaps. */
+function compared(placed: SubmapsChange, ...pairs: [old: number, next: number, outcome: ClosureOutcome][]): SubmapsChange {
+  const closures = new Float32Array(pairs.length * CLOSURE_STRIDE).fill(NaN);
+  pairs.forEach(([old, next], row) => {
+    closures[row * CLOSURE_STRIDE + CLOSURE.old] = old;
+    closures[row * CLOSURE_STRIDE + CLOSURE.new] = next;
+  });
+  return { ...placed, closures, outcomes: pairs.map(([,, outcome]) => outcome) };
+}
+
+test('submaps that lie on each other are a loop only where the robot had been away', () => {
+  const submaps = new Submaps();
+  // Along a corridor, around its corner, and back along the same corridor.
+  const way = placed([0, 0, 0], [4, 0, 0], [8, 0, 0], [8, 4, 0], [8, 0, 0], [4, 0, 0], [0, 0, 0]);
+  submaps.take(compared(way, [0, 2, 'known-before'], [0, 3, 'known-before'], [2, 4, 'known-before'], [1, 5, 'known-before'], [0, 6, 'proved'], [0, 2, 'proved'], [0, 3, 'rivals'], [0, 6, 'revoked']), 0);
+  expect(submaps.fates).toEqual(['neighbour', 'neighbour', 'accepted', 'accepted', 'accepted', 'neighbour', 'waiting', 'revoked']);
+  submaps.animate(0, false);
+  expect(submaps.fresh.rows, 'only what closes a loop stands out').toEqual([2, 3, 4]);
 });

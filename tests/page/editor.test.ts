@@ -340,3 +340,26 @@ test('a way out is found through a real gap only: not through a wall that runs a
   expect(isOpenWorld(world(ring, true, 7)), 'it stands outside').toBe(true);
   expect(isOpenWorld({ slamlab_world: 1, name: '', start: { x: 0, y: 0 }, obstacles: [] }), 'nothing is drawn').toBe(false);
 });
+
+test('walls that meet are one: no line parts them, and their outline goes round both', async ({ lab, page }) => {
+  await openEditor(lab);
+  await emptyFloor(lab);
+  await lab.at('tool-box').click();
+  await drag(page, [1, -0.5], [3, 0.5]);
+  await drag(page, [3, -2], [4, 2]);
+  await lab.at('tool-select').click();
+  await press(page, -2, 2);
+  await page.mouse.move(...(await at(page, -2, -2)));
+  /** How dark it is at a place, 0 to 255, at the darkest near it. */
+  const darkest = async (x: number, y: number): Promise<number> => page.evaluate(([x, y]) => {
+    const board = document.querySelector('slam-editor')!.shadowRoot!.querySelector('editor-board') as unknown as Board;
+    const canvas = board.shadowRoot!.querySelector('canvas')!;
+    const [left, top] = board.camera.toScreen(x!, y!).map((pixel) => Math.round(pixel * devicePixelRatio) - 4);
+    const { data } = canvas.getContext('2d')!.getImageData(left!, top!, 9, 9);
+    return Math.min(...Array.from({ length: 81 }, (_, i) => data[4 * i + 1]!));
+  }, [x, y] as const);
+  const within = await darkest(2, 0.2);
+  await expect.poll(() => darkest(3, 0), 'where the two meet').toBeGreaterThan(within - 20);
+  expect(await darkest(3, 1), 'beside it, outside').toBeLessThan(within - 60);
+  expect(await darkest(2, 0.5)).toBeLessThan(within - 60);
+});

@@ -53,6 +53,30 @@ test('a stop that does not get through is said, and so is a bridge without a rou
   problems.length = 0; // the 503 and 404 above
 });
 
+test('the page may do no more than it has to: neither modules of machine code nor workers', async ({ page, problems }) => {
+  await SimulatedFleet.of(2).serve(page);
+  await page.goto('fleet.html');
+  await expect(page.locator('li')).toHaveCount(2);
+  expect(problems, 'what it does is allowed').toEqual([]);
+  const refused = await page.evaluate(async () => {
+    const why = (error: Error): string => error.name;
+    const compiled = await WebAssembly.compile(new Uint8Array([0, 0x61, 0x73, 0x6d, 1, 0, 0, 0])).then(() => 'compiled', why);
+    const worker = await new Promise((tell) => {
+      addEventListener('securitypolicyviolation', ({ effectiveDirective }) => effectiveDirective === 'worker-src' && tell(effectiveDirective));
+      try {
+        new Worker('worker.js').onmessage = () => tell('it runs');
+      } catch {
+        // The event tells.
+      }
+    });
+    return [compiled, worker];
+  });
+  expect(refused).toEqual(['CompileError', 'worker-src']);
+  // The browser notes what it refused.
+  await expect.poll(() => problems.length).toBeGreaterThan(0);
+  problems.length = 0;
+});
+
 test('robots are drawn together only where their maps have one name', async ({ page }) => {
   const fleet = SimulatedFleet.of(3);
   fleet.robots.push({ ...robot('alone', 3), map_file: '' }, { ...robot('unplaced', 4), pose_state: 'unplaced' });

@@ -21,6 +21,9 @@ test('a kidnapped robot shows where it may be, and says so, until it is found ag
   await lab.watch((s) => s.localisation, 'it notices', 60_000).not.toBe('localised');
   await expect(lab.at('localisation'), 'and says so').toHaveClass(/bad/);
   await expect(lab.at('caption')).toContainText(/Lost|Not sure where it is/);
+  await lab.pause();
+  await expect(lab.at('caption'), 'also while it waits').toContainText(/Paused · (lost|not sure where it is)/);
+  await lab.at('play').click();
   await expect.poll(hypotheses, { message: 'several places are shown', timeout: 60_000, intervals: [50] }).toBeGreaterThan(1);
   await lab.watch((s) => s.localisation, 'it finds itself again', 120_000).toBe('localised');
   await lab.watch(error, 'where it is').toBeLessThan(0.3);

@@ -3,6 +3,7 @@
 // What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait
 // for.
 import { expect, type Locator, type Page } from '@playwright/test';
+import { filesIn } from './archive.ts';
 import type { Status } from '../../www/src/protocol/frame.ts';
 import type { Grade, Setup } from '../../www/src/protocol/module.ts';
 
@@ -113,6 +114,15 @@ export class Lab {
     for (const kind of kinds) await this.at(`saving-${kind}`).check();
     await this.at('saving-save').click();
     await expect(this.at('saving')).toBeHidden();
+  }
+
+  /** Saves the map for ROS by the dialog: its PGM and its YAML, as they are given back. */
+  async savedMap(): Promise<{ name: string; mimeType: string; buffer: Buffer }[]> {
+    const coming = this.page.waitForEvent('download');
+    await this.save('map');
+    const files = [...await filesIn(await coming)].map(([name, buffer]) => ({ name, mimeType: '', buffer }));
+    expect(files.map(({ name }) => name.replace(/^.*\./, '')).sort(), 'two files come').toEqual(['pgm', 'yaml']);
+    return files;
   }
 
   /** Pauses, and waits until the last frame has come. */

@@ -74,12 +74,12 @@ test('a world of one\'s own is given away with the run, as an address and as a f
   const coming = page.waitForEvent('download');
   await lab.at('saving-save').click();
   const download = await coming;
-  expect(download.suggestedFilename()).toMatch(/\.link\.txt$/);
+  expect(download.suggestedFilename()).toMatch(/\.url$/);
   const file = await readFile(await download.path());
-  expect(file.toString()).toBe(address);
+  expect(file.toString()).toContain(`URL=${address}\r\n`);
 
   await lab.enter('arena');
-  await drop(page, 'from-a-friend.txt', file);
+  await drop(page, 'from-a-friend.url', file);
   await expect.poll(() => notes(lab), { timeout: 60_000 }).toContainEqual(HOLDS);
   expect((await lab.state()).setup.world).toBe('cell');
 });

@@ -138,6 +138,7 @@ test('a bridge that is killed is found again, and the map stays', async ({ lab, 
   await expect.poll(async () => (await state())?.connection).not.toBe('open');
   await lab.show('run');
   await expect(lab.at('bridge-state')).toContainText('map stays');
+  await expect(lab.at('caption').locator('.dot'), 'no green light for a robot that is not heard').toHaveClass(/\boff\b/);
   const { scans } = await lab.status();
   const second = await Bridge.start(flags, first.port);
   await expect.poll(async () => (await state())?.connection, { timeout: 20_000 }).toBe('open');

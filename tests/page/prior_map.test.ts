@@ -93,16 +93,6 @@ test('OGmap.txt is a world too', async ({ lab }) => {
   await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(3);
 });
 
-/** Presses Save map, and gives both files. */
-async function savedMap(lab: Lab): Promise<{ name: string; mimeType: string; buffer: Buffer }[]> {
-  const files: { name: string; mimeType: string; buffer: Buffer }[] = [];
-  lab.page.on('download', async (download) => files.push(file(download.suggestedFilename(), await readFile(await download.path()))));
-  await lab.show('run');
-  await lab.at('save-map').click();
-  await expect.poll(() => files.length, 'two files come').toBe(2);
-  return files;
-}
-
 test('a recording is found in the map that was made of it', async ({ lab, page }) => {
   test.setTimeout(150_000);
   const recording = record(420);
@@ -110,7 +100,7 @@ test('a recording is found in the map that was made of it', async ({ lab, page }
   await drop(page, 'laps.log', Buffer.from(recording.text));
   await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
   await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
-  const map = await savedMap(lab);
+  const map = await lab.savedMap();
   await lab.at('prior-map-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('prior-map');
   await lab.watch((s) => s.finished, 'and ends again').toBe(true);
@@ -126,7 +116,7 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   await lab.open(bridge.url);
   await expect.poll(async () => (await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(30);
-  const map = await savedMap(lab);
+  const map = await lab.savedMap();
   await lab.at('prior-map-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('prior-map');
   await expect(lab.at('prior-map-name')).toContainText('.yaml');

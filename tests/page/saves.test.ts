@@ -1,6 +1,5 @@
 // The map leaves the page as files that other programs read.
 import { readFile } from 'node:fs/promises';
-import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import { filesIn, unzip } from './archive.ts';
 import { drop } from './lab.ts';
@@ -9,12 +8,7 @@ import { record } from './recording.ts';
 test('the map is saved as PGM and YAML', async ({ lab, page }) => {
   await lab.open();
   await lab.pause();
-  await lab.show('run');
-  const downloads: Download[] = [];
-  page.on('download', (download) => downloads.push(download));
-  await lab.at('save-map').click();
-  await expect.poll(() => downloads.length, 'two files come').toBe(2);
-  const files = new Map(await Promise.all(downloads.map(async (d) => [d.suggestedFilename(), await readFile(await d.path())] as const)));
+  const files = new Map((await lab.savedMap()).map(({ name, buffer }) => [name, buffer]));
   const pgm = files.get('office.pgm');
   const header = /^P5\s(?:#[^\n]*\n)*(\d+) (\d+)\s255\s/.exec(pgm?.subarray(0, 200).toString('latin1') ?? '');
   expect(header, 'a binary PGM with 256 tones').not.toBeNull();
@@ -32,28 +26,62 @@ test('the map is saved as PGM and YAML', async ({ lab, page }) => {
   expect(Number(value('occupied_thresh'))).toBeGreaterThan(Number(value('free_thresh')));
 });
 
-test('Shift + A saves the map as M does, A alone steers, and in a recording A saves too', async ({ lab, page }) => {
+test('M, Y and Shift + A open the list of what can be saved, A alone steers, and in a recording A opens it too', async ({ lab, page }) => {
   await lab.open();
-  const names: string[] = [];
-  page.on('download', (download) => names.push(download.suggestedFilename()));
-  await lab.at('map').focus();
-  for (const key of ['Shift+KeyA', 'm']) {
-    names.length = 0;
+  const opens = async (key: string): Promise<void> => {
     await page.keyboard.press(key);
-    await expect.poll(() => [...names].sort(), key).toEqual(['office.pgm', 'office.yaml']);
-  }
-  names.length = 0;
+    await expect(lab.at('saving'), key).toBeVisible();
+    await expect(lab.at('saving-map'), 'the map is what most come for').toBeChecked();
+    await page.keyboard.press('Escape');
+    await expect(lab.at('saving')).toBeHidden();
+  };
+  await lab.at('map').focus();
+  for (const key of ['Shift+KeyA', 'm', 'y']) await opens(key);
+  await lab.at('map').focus();
   await page.keyboard.down('a');
   await expect.poll(async () => (await lab.status()).mode, 'it is driven by hand').toBe('manual');
   const { heading } = await lab.status();
   await lab.watch((s) => Math.sin(s.heading - heading), 'it turns to the left').toBeGreaterThan(0.1);
   await page.keyboard.up('a');
-  expect(names, 'steering saves nothing').toEqual([]);
+  await expect(lab.at('saving'), 'steering saves nothing').toBeHidden();
   await drop(page, 'short.log', Buffer.from(record(40).text));
   await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
   await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
-  await page.keyboard.press('a');
-  await expect.poll(() => [...names].sort()).toEqual(['short.pgm', 'short.yaml']);
+  await opens('a');
+});
+
+test('the link of the experiment is saved with it, and does it again', async ({ lab, page, baseURL }) => {
+  await lab.open();
+  await lab.enter('doors', '4');
+  await lab.watch((s) => s.time, 'it is under way').toBeGreaterThan(5);
+  await lab.at('mode-manual').click();
+  await lab.watch((s) => s.mode, 'something was done').toBe('manual');
+  await lab.pause();
+  const { time } = await lab.status();
+  const coming = page.waitForEvent('download');
+  await lab.save('link');
+  const download = await coming;
+  expect(download.suggestedFilename()).toBe('doors-experiment.url');
+  const file = await readFile(await download.path());
+  const link = /^\[InternetShortcut\]\r\nURL=(\S+)\r\n$/.exec(file.toString())?.[1] ?? '';
+  expect(link.startsWith(`${baseURL!.replace(/\/$/, '')}/#run&`), 'an address of this page').toBe(true);
+
+  // Dropped on the page, in another world.
+  await lab.enter('arena', '1');
+  await drop(page, 'doors-experiment.url', file);
+  await expect.poll(async () => (await lab.state()).title).toBe('doors');
+  await lab.speed('10');
+  await lab.watch((s) => s.mode, 'what was done is done again').toBe('manual');
+  expect((await lab.status()).time, 'at its moment').toBeGreaterThan(time - 3);
+
+  await drop(page, 'elsewhere.url', Buffer.from('[InternetShortcut]\r\nURL=https://example.org/#here\r\n'));
+  await expect(lab.at('toast')).toContainText('elsewhere.url leads to another page');
+  // What somebody else recorded has no experiment.
+  await drop(page, 'short.log', Buffer.from(record(40).text));
+  await expect.poll(async () => (await lab.state()).source).toBe('replay');
+  await lab.show('run');
+  await lab.at('save').click();
+  await expect(lab.at('saving-about-link')).toContainText('Not now: only a simulation has a link', { timeout: 30_000 });
 });
 
 test('the map is saved as a picture', async ({ lab, page }) => {
@@ -244,6 +272,7 @@ test('everything is saved in one archive, and each file of it is read back', asy
     expect((await lab.state()).source, log).toBe('replay');
     await lab.watch((s) => s.scans, 'each scan is read', 60_000).toBe(scans);
   }
+  await opens('office-experiment.url', () => titled('office'));
   await opens('office.g2o', () => expect(lab.at('toast').or(lab.at('log'))).toContainText(/office\.g2o is solved/));
   await opens('office.slamlab', () => expect(lab.at('going-on')).toContainText('office.slamlab'));
 });

@@ -56,8 +56,8 @@ test('parts of two modules are not joined, and that is said', async ({ lab, page
   const body = await readFile(join(folder, 'slamlab_web_rest.wasm'));
   await page.route('**/slamlab_web_rest.wasm*', (route) => route.fulfill({ contentType: 'application/wasm', body }));
   await lab.open();
-  await lab.at('save-map').click();
-  await expect(lab.at('toast')).toContainText('of another version than this page. Reload the page.');
+  await lab.at('save').click();
+  await expect(lab.at('saving-about-map')).toContainText('of another version than this page. Reload the page.');
   const { time } = await lab.status();
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan(time + 1);
   problems.length = 0;

@@ -19,3 +19,11 @@ test('every figure keeps to its line, also an uncertain heading', { tag: '@phone
   await lab.show('status');
   await expect(lab.at('heading-error')).toContainText('(3σ over 180°)');
 });
+
+test('what steers fits beside the panels of a tablet that is held upright', async ({ lab, page }) => {
+  await page.setViewportSize({ width: 768, height: 1024 });
+  await lab.open();
+  const [stage, transport] = await Promise.all(['#stage', 'slam-transport'].map((part) => page.locator(part).boundingBox()));
+  expect(transport!.x, 'to the left').toBeGreaterThanOrEqual(8);
+  expect(stage!.x + stage!.width - transport!.x - transport!.width, 'to the right').toBeGreaterThanOrEqual(8);
+});

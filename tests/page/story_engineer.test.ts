@@ -1,7 +1,6 @@
 // An engineer with a log of their own, at a desk with a mouse: opens it, looks back in time, asks
 // what another setting would have done, and takes figures and map away into other programs.
-import { readFile } from 'node:fs/promises';
-import type { Download } from '@playwright/test';
+import { filesIn } from './archive.ts';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
@@ -35,13 +34,12 @@ test('an engineer opens a log, looks back, asks again and takes the result away'
   expect(Math.hypot(again.x - end.x, again.y - end.y), 'it ends there, too').toBeLessThan(0.2);
 
   // Taken away: the way for tools that compare trajectories, the map for those that drive in it.
-  const downloads: Download[] = [];
-  page.on('download', (download) => downloads.push(download));
-  await lab.at('save-map').click();
-  await lab.save('tum');
-  const named = (end: string): Download | undefined => downloads.find((download) => download.suggestedFilename().endsWith(end));
-  await expect.poll(() => ['.pgm', '.yaml', '.tum'].filter((end) => !named(end)), 'they come').toEqual([]);
-  const rows = (await readFile(await named('.tum')!.path(), 'utf8')).split('\n').filter((row) => row !== '' && !row.startsWith('#')).map((row) => row.split(' ').map(Number));
+  const coming = page.waitForEvent('download');
+  await lab.save('map', 'tum');
+  const files = [...await filesIn(await coming)];
+  const named = (end: string): Buffer | undefined => files.find(([name]) => name.endsWith(end))?.[1];
+  expect(['.pgm', '.yaml', '.tum'].filter((end) => !named(end)), 'they come').toEqual([]);
+  const rows = named('.tum')!.toString().split('\n').filter((row) => row !== '' && !row.startsWith('#')).map((row) => row.split(' ').map(Number));
   expect(rows.length, 'a pose for each scan, or nearly').toBeGreaterThan(100);
   expect(rows.every((row) => row.length === 8 && row.every(Number.isFinite))).toBe(true);
   const last = rows.at(-1)!;

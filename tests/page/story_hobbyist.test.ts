@@ -43,10 +43,7 @@ test('a hobbyist drives a robot of their own from a phone', { tag: '@phone-only'
   await lab.watch((s) => s.mode, 'and its errand is over').toBe('manual');
 
   // The map is taken home.
-  await lab.show('run');
-  const saved = page.waitForEvent('download');
-  await lab.at('save-map').tap();
-  expect((await saved).suggestedFilename()).toMatch(/\.(?:pgm|yaml)$/);
+  await lab.savedMap();
   await bridge.stop();
   await rm(folder, { recursive: true });
 });

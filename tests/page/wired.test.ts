@@ -3,11 +3,10 @@
 // carry a lidar. The robot explores, somebody pulls the cables, nothing moves until somebody drives
 // again, exploration goes on to its end, and the map is compared with the truth. Once more without
 // the lidar: then the real firmware scans with its rangers.
-import { mkdtemp, readFile, rm } from 'node:fs/promises';
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { Download } from '@playwright/test';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -78,15 +77,8 @@ async function stands(robot: WiredRobot): Promise<boolean> {
 }
 
 async function mapTruth({ robot, lab, folder }: Run): Promise<MapTruth> {
-  await lab.show('run');
-  const downloads: Download[] = [];
-  const note = (download: Download) => downloads.push(download);
-  lab.page.on('download', note);
-  await lab.at('save-map').click();
-  await expect.poll(() => downloads.length, 'two files come').toBe(2);
-  lab.page.off('download', note);
   const paths = { pgm: join(folder, 'map.pgm'), yaml: join(folder, 'map.yaml') };
-  for (const download of downloads) await download.saveAs(download.suggestedFilename().endsWith('.pgm') ? paths.pgm : paths.yaml);
+  for (const { name, buffer } of await lab.savedMap()) await writeFile(name.endsWith('.pgm') ? paths.pgm : paths.yaml, buffer);
   await lab.hidePanels();
   return robot.map(paths.pgm, paths.yaml);
 }

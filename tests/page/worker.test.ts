@@ -108,9 +108,9 @@ test('what cannot be done fails in words and leaves the run as it is', async ({ 
     wire.send({ kind: 'replay', name: 'good.log', bytes: bytes(log), topics: null, method: 'scan-matching', settings: {}, twin: false, priorMap: null });
     const opened = (await wire.until((a) => a.kind === 'started', true)).at(-1);
     const end = (await wire.until((a) => a.kind === 'frame' && a.status.finished, true)).at(-1);
-    wire.send({ kind: 'save', what: 'map' });
-    const saved = (await wire.until((a) => a.kind === 'saved', true)).at(-1);
-    return { started, world, bad, frame, opened, end, files: saved?.kind === 'saved' ? saved.files.map((f) => f.name) : [] };
+    wire.send({ kind: 'collect', what: 'map' });
+    const saved = (await wire.until((a) => a.kind === 'collected', true)).at(-1);
+    return { started, world, bad, frame, opened, end, files: saved?.kind === 'collected' ? saved.files.map((f) => f.name) : [] };
   }, log);
   expect(report.started).toMatchObject({ kind: 'started', run: 1, source: 'sim' });
   expect(report.world).toMatchObject({ kind: 'failed', text: expect.stringContaining('atlantis') });

@@ -1,6 +1,7 @@
 // Sorts files that were dropped or chosen together by what stands in them, whatever they are
 // called: a building, something else to open, or nothing that can be opened.
 
+import { SHORTCUT } from "./link.js";
 import { t } from "./words.js";
 
 export type Chosen =
@@ -13,7 +14,7 @@ export type Chosen =
   | { kind: "refused"; text: string };
 
 /** What one file holds; of a log and of what nobody knows the module says more. */
-export type Content = "world" | "link" | "preset" | "graph" | "saved-map" | "log";
+export type Content = "world" | "preset" | "graph" | "saved-map" | "link" | "log";
 
 type OpenedKind = Content | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
@@ -24,9 +25,9 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   "saved-map": "a saved map (.slamlab)",
   graph: "a pose graph (.g2o)",
   world: "a world (.json)",
-  link: "a run in a link (.txt)",
   preset: "settings that were fitted to a drive (.json)",
   archive: "what was saved together (.zip)",
+  link: "the link of an experiment (.url)",
   building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
   yaml: "or a map of ROS (.yaml with .pgm or .png)",
 };
@@ -34,7 +35,7 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
 export const opened = (): string => Object.values(WORDS).map((each) => t(each)).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
-  json: "world", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
+  json: "world", url: "link", g2o: "graph", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
 };
 
 /** Bytes within which a file shows what it is, comments before it. */
@@ -69,11 +70,11 @@ function byContent(bytes: Uint8Array): Kind | null {
   // The first line that says something.
   const said = text.replace(/^\uFEFF?(?:[ \t]*(?:#(?!points|robot|landmarks).*)?\r?\n)*/, "");
   const first = said.slice(0, Math.max(0, said.search(/\r?\n|$/)));
-  if (/^(?:\S*#)?run&\w+=/.test(first)) return "link";
   if (/^(?:VERTEX|EDGE|FIX)(?:_|\b)/.test(first)) return "graph";
   if (/^#(?:points|robot|landmarks)/.test(first)) return "building";
   if (/^\s*<(?:\?xml|svg|!--)/i.test(first) && /<svg\b/i.test(text)) return "building";
   if (/^\s*<(?:!doctype )?html/i.test(first)) return "log";
+  if (text.startsWith(SHORTCUT)) return "link";
   if (OG_MAP.test(first)) return "building";
   if (/^image\s*:/m.test(said)) return "yaml";
   const words = writtenOnly(said);

@@ -14,7 +14,7 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
+import { addressOfLink, isLink, isSharedWorld, linkIn, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import type { WorldDesk } from "./world_desk.js";
@@ -587,15 +587,23 @@ export class Client {
 
   async #openAs(content: Content, file: File): Promise<void> {
     if (content === "log") return this.open(file);
+    if (content === "link") return this.#openLink(file);
     await this.#reading(file.name, async () => {
       const { name } = file;
       const bytes = await file.arrayBuffer();
       if (content === "world" && this.desk) this.desk.open(name, new TextDecoder().decode(bytes), []);
       else if (content === "world") this.start({ world: name, worldJson: new TextDecoder().decode(bytes), mode: "explore" });
-      else if (content === "link") this.follow(new TextDecoder().decode(bytes).trim());
       else if (content === "preset") this.send({ kind: "preset", name, bytes }, [bytes]);
       else if (content === "graph") this.send({ kind: "solve-graph", name, bytes }, [bytes]);
       else this.send({ kind: "go-on", name, bytes }, [bytes]);
+    });
+  }
+
+  async #openLink(file: File): Promise<void> {
+    await this.#reading(file.name, async () => {
+      const link = linkIn(await file.text());
+      if (link === null) this.#warn(t`${file.name} leads to another page: there is no experiment in it.`);
+      else this.follow(link);
     });
   }
 

@@ -1,4 +1,6 @@
-// Experiments in an address.
+// Experiments in an address, and in a file that holds one.
+
+import type { SavedFile } from "./protocol/module.js";
 
 /** Whether what stands behind the address, its `#` included, is an experiment; what is wrong with
     one is told by the core. */
@@ -14,6 +16,20 @@ export const MOST_MESSAGE = 2_000;
 /** The address of a link. */
 export function addressOfLink(link: string): string {
   return `${location.origin}${location.pathname}${location.search}#${link}`;
+}
+
+/** A file that opens this page at the experiment, as Windows, macOS and Linux know such files. */
+export function linkFile(name: string, link: string): SavedFile {
+  return { name, mime: "application/internet-shortcut", bytes: new TextEncoder().encode(`${SHORTCUT}\r\nURL=${addressOfLink(link)}\r\n`) };
+}
+
+/** How such files begin. */
+export const SHORTCUT = "[InternetShortcut]";
+
+/** The experiment in the text of such a file, its `#` included, whatever server it is from; null
+    where it leads elsewhere. */
+export function linkIn(text: string): string | null {
+  return /^URL=[^#\r\n]*(#run&[^\r\n]*)/m.exec(text)?.[1] ?? null;
 }
 
 /** What the address of a drawn world begins with behind its `#`, itself included. */

@@ -8,7 +8,7 @@ import { current as currentLesson, lessonAt } from "./lessons.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { startLanguage } from "./language.js";
-import { isSharedWorld } from "./link.js";
+import { isSharedWorld, linkFile } from "./link.js";
 import { Keyframes } from "./keyframes.js";
 import { keepForOffline, lookForNewer, renewFirst } from "./offline.js";
 import { fileName, mapPicture } from "./save.js";
@@ -18,6 +18,7 @@ import type { SlamCharts } from "./ui/charts.js";
 import type { SavedFile } from "./protocol/module.js";
 import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING_STRIDE, type FieldName } from "./protocol/module.js";
 import { Store } from "./store.js";
+import { startSheets } from "./ui/sheet.js";
 import { startTheme, switchTheme } from "./theme.js";
 import { keepTurn, keepView } from "./visit.js";
 import "./ui/bench.js";
@@ -276,6 +277,7 @@ const byHand = {
   },
   stop: (): void => client.stop(),
 };
+startSheets(store);
 startGamepad({ ...byHand, show: (gamepad) => store.set("gamepad", { gamepad }) });
 startKeyboard({
   ...byHand,
@@ -312,9 +314,9 @@ startKeyboard({
       if (store.inspecting) dispatchEvent(new Event("focus-map"));
     },
     r: () => client.again(),
-    m: () => client.send({ kind: "save", what: "map" }),
+    m: () => void showSaving(),
     // Celej's key for it; where there is a robot to steer, only with Shift.
-    a: () => client.send({ kind: "save", what: "map" }),
+    a: () => void showSaving(),
     c: () => void showRace(),
     g: () => gallery.show(),
     y: () => void showSaving(),
@@ -331,6 +333,10 @@ startKeyboard({
 async function made(kind: PageKind): Promise<SavedFile[]> {
   const stem = fileName(store.title);
   if (kind === "csv") return [...document.querySelectorAll<SlamCharts>("slam-plots, slam-consistency, slam-agreement, slam-twin")].flatMap((charts) => charts.table?.() ?? []);
+  if (kind === "link") {
+    const link = store.source === "sim" ? await client.linkOf(store.started) : null;
+    return link === null ? [] : [linkFile(`${stem}-experiment.url`, link)];
+  }
   if (kind === "png") {
     const blob = await mapPicture(scene.tiles, readPalette().css.unknown);
     return blob ? [{ name: `${stem}-picture.png`, mime: blob.type, bytes: new Uint8Array(await blob.arrayBuffer()) }] : [];

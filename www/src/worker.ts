@@ -318,7 +318,9 @@ self.onmessage = ({ data: command }: MessageEvent<Command>) => {
       if (!isOfAFirstVisit(command)) await rest?.whole();
       handle(handlers, command);
     } catch (error) {
-      fail(error);
+      // Who asked for a file waits for an answer.
+      if (command.kind === "collect") post({ kind: "collected", files: [], error: faultOf(error).text });
+      else fail(error);
     }
   }, fail);
 };

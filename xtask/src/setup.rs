@@ -21,10 +21,14 @@ const WITH_FIRMWARE: &[Suite] = &[Suite::Page, Suite::Firmware];
 /// A package of Debian: its name, which suites need it, and whether what they want of it is there.
 type Package = (&'static str, &'static [Suite], fn() -> bool);
 
-const PACKAGES: [Package; 10] = [
+const PACKAGES: [Package; 11] = [
     ("chromium", IN_A_BROWSER, || tools::find_chrome().is_some()),
     ("chromium-driver", &[Suite::Wasm], || {
         tools::find_chromedriver().is_some()
+    }),
+    // Elsewhere no browser reads the store that it writes.
+    ("libnss3-tools", &[Suite::Page], || {
+        !cfg!(target_os = "linux") || tools::is_in_path("certutil")
     }),
     ("gcc-avr", WITH_FIRMWARE, || tools::is_in_path("avr-gcc")),
     ("avr-libc", WITH_FIRMWARE, firmware::has_avr_libc),

@@ -21,6 +21,7 @@ use super::router::{self, Router};
 use super::streams::{Streams, StreamsError};
 use super::{ZenohConfig, ZenohError};
 use crate::accept::until;
+use crate::address::url_towards;
 use crate::hub::FromClient;
 use crate::rights::Rights;
 use crate::shared::Shared;
@@ -178,7 +179,12 @@ impl Link {
                 node.publish(message);
             }
         };
-        let mut streams = Streams::start(session, keys, shared, urgent.clone(), also).await?;
+        let router = self.ready.router.endpoint();
+        let page = match shared.listening {
+            Some(at) => url_towards(at, shared.is_tls, (&router.host, router.port)).await,
+            None => None,
+        };
+        let mut streams = Streams::start(session, keys, shared, urgent.clone(), page, also).await?;
         let mut remote = Remote::start(session, keys, shared, urgent).await?;
         let _gathering = match &shared.fleet {
             Some(fleet) => Some(Gathering::start(session, fleet, shared.clock).await?),

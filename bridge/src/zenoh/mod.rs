@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `alive/ID` | liveliness token of the robot; two of a name are found out, and the later waits (`namesake`) |
 //! | `safety`, `alerts`, `devices`, `battery`, `odometry`, `scan`, `map`, `pose`, … | what the hub tells everybody, each kind at a key of its own (`streams`). A query of `slamlab/NAME/*` is answered by the last of each state |
-//! | `page` | the address of the robot's page, for a query; none of a bridge that listens on all addresses and knows no other name |
+//! | `page` | the address of the robot's page, for a query; of a bridge that listens on all addresses, that in the network of the router |
 //! | `stop` | whatever is put there stops the robot, as Stop does for everyone; `slamlab/*/stop` stops all |
 //! | `to/CLIENT`, `from/CLIENT` | the conversation of a client, with the rules of a WebSocket's (`remote`): hello, proof, lease, arming, driving |
 //!

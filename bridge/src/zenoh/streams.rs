@@ -107,14 +107,15 @@ impl Streams {
         keys: &Keys,
         shared: &Arc<Shared>,
         urgent: Urgent,
+        page: Option<String>,
         mut also: impl FnMut(&FromBridge) + Send + 'static,
     ) -> Result<Self, StreamsError> {
         let joined = shared.let_in(Peer::Router(None), NAME.to_owned(), None);
         let (id, outbox) = joined.await.map_err(|_| StreamsError::Ends)?;
         let client = Joined::new(id, Arc::clone(shared));
         let states = States::default();
-        if let Some(page) = &shared.page_address {
-            let page = serde_json::Value::from(page.as_str()).to_string();
+        if let Some(page) = page {
+            let page = serde_json::Value::from(page).to_string();
             let mut states = states.lock().unwrap_or_else(PoisonError::into_inner);
             states.insert(keys.stream(PAGE), page.into_bytes());
         }

@@ -28,7 +28,7 @@ const metres = (value: number): string => String(tidy(value));
 
 export function inspector(model: EditorModel): TemplateResult {
   const part = model.chosenPart;
-  if (!part) return html`<p class="muted" data-testid="editor-nothing">Nothing is chosen. Take <b>Select</b> and press a part, or go through them with , and .</p>`;
+  if (!part) return html`<p class="muted" data-testid="editor-nothing">Nothing is chosen. Take <b>Select</b> and press a part, or go through them with the keys <b>,</b> and <b>.</b></p>`;
   const isMany = part.kind !== "start" && part.kind !== "goal";
   return html`
     <h3 data-testid="editor-chosen">${called(part)}</h3>

@@ -33,17 +33,27 @@ export function paint(context: CanvasRenderingContext2D, camera: Camera, colours
   context.fillRect(0, 0, camera.width, camera.height);
   context.lineCap = context.lineJoin = "round";
   paintGrid(context, camera, colours);
-  for (const ref of partsOf(picture.drawing)) {
+  const parts = partsOf(picture.drawing).flatMap((ref) => {
     const part = partAt(picture.drawing, ref);
-    if (!part) continue;
+    return part ? [{ ref, part }] : [];
+  });
+  // Outlines of all that is solid come first and what is within them last: where parts lie on or at
+  // each other no line parts them, as none parts the walls of a building.
+  const isSolid = ({ part }: (typeof parts)[number]): boolean => part.kind === "obstacle" && part.value.shape !== "polyline";
+  const [solids, others] = [parts.filter(isSolid), parts.filter((each) => !isSolid(each))];
+  const paintOutline = ({ ref, part }: (typeof parts)[number]): void => {
     const halo = sameRef(ref, picture.wrong) ? colours.warn : sameRef(ref, picture.chosen) ? colours.accent : null;
     if (halo) paintPart(context, camera, part, colours, halo);
     paintPart(context, camera, part, colours, null);
-    if (sameRef(ref, picture.chosen)) paintLengths(context, camera, part, colours);
-  }
+  };
+  solids.forEach(paintOutline);
+  for (const { part } of solids) fillPart(context, camera, part, colours);
+  others.forEach(paintOutline);
+  for (const { ref, part } of parts) if (sameRef(ref, picture.chosen)) paintLengths(context, camera, part, colours);
   if (picture.draft) {
     context.globalAlpha = 0.7;
     paintPart(context, camera, picture.draft, colours, null);
+    if (picture.draft.kind === "obstacle" && picture.draft.value.shape !== "polyline") fillPart(context, camera, picture.draft, colours);
     context.globalAlpha = 1;
     paintLengths(context, camera, picture.draft, colours);
   }
@@ -69,13 +79,12 @@ function paintGrid(context: CanvasRenderingContext2D, camera: Camera, colours: C
   rules(camera.scale >= 14 ? 1 : 5, 1);
 }
 
-/** With a halo only its outline, broad. */
-function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part, colours: Colours, halo: string | null): void {
+/** Begins the path of a part; where its first point is, null where it has none. */
+function trace(context: CanvasRenderingContext2D, camera: Camera, part: Part): [number, number] | null {
   const { points, closed, radius } = lineOf(part);
   const at = points.map((point) => camera.toScreen(...point));
   const [first] = at;
-  if (!first) return;
-  context.save();
+  if (!first) return null;
   context.beginPath();
   for (const point of at) context.lineTo(...point);
   if (closed) context.closePath();
@@ -83,6 +92,27 @@ function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part
     context.beginPath();
     context.arc(...first, Math.max(radius * camera.scale, 2), 0, 2 * Math.PI);
   }
+  return first;
+}
+
+/** What is within a solid part, over whatever is drawn there. */
+function fillPart(context: CanvasRenderingContext2D, camera: Camera, part: Part, colours: Colours): void {
+  if (!trace(context, camera, part)) return;
+  context.save();
+  context.fillStyle = colours.sunk;
+  context.fill();
+  context.fillStyle = colourOfPart(part, colours);
+  context.globalAlpha *= 0.28;
+  context.fill();
+  context.restore();
+}
+
+/** With a halo only its outline, broad. */
+function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part, colours: Colours, halo: string | null): void {
+  const first = trace(context, camera, part);
+  if (!first) return;
+  const { points, radius } = lineOf(part);
+  context.save();
   if (halo) {
     context.strokeStyle = halo;
     context.globalAlpha = 0.45;
@@ -96,12 +126,8 @@ function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part
   context.lineWidth = 3;
   switch (part.kind) {
     case "obstacle":
-      if (part.value.shape !== "polyline") {
-        context.save();
-        context.globalAlpha *= 0.28;
-        context.fill();
-        context.restore();
-      }
+      // Of a solid the inner half lies under what is within.
+      if (part.value.shape !== "polyline") context.lineWidth = 5;
       if (part.value.material === "glass") context.setLineDash([9, 5]);
       context.stroke();
       break;

@@ -24,8 +24,12 @@ export interface Drawn {
   readonly chosen: boolean;
 }
 
-/** Side of a robot's sign, CSS pixels: it is seen however far away the map is. */
+/** Radius of a robot's sign, CSS pixels: it is seen however far away the map is ... */
 export const SIGN = 9;
+/** ... but where robots stand close together on a small map it is no larger than that, or than this,
+    m. */
+const LEAST_SIGN = 5;
+const SIGN_METRES = 1.2;
 /** Names are written where there is room for them. */
 const MOST_NAMES = 20;
 const MOST_CELLS = 64_000_000;
@@ -68,6 +72,7 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
     context.imageSmoothingEnabled = false;
     context.drawImage(grid.image, left, top, right - left, bottom - top);
   }
+  const sign = Math.min(SIGN, Math.max(LEAST_SIGN, SIGN_METRES * camera.scale));
   const named = robots.length <= MOST_NAMES;
   context.font = "500 12px sans-serif";
   context.textBaseline = "middle";
@@ -78,7 +83,7 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
     context.save();
     context.rotate(-robot.pose[2]);
     context.beginPath();
-    for (const [right, down] of outline(robot.state)) context.lineTo(SIGN * right, SIGN * down);
+    for (const [right, down] of outline(robot.state)) context.lineTo(sign * right, sign * down);
     context.closePath();
     context.fillStyle = tone[robot.state];
     context.strokeStyle = palette.css.ink;
@@ -90,14 +95,14 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
     }
     // Where it looks.
     context.beginPath();
-    context.moveTo(SIGN, 0);
-    context.lineTo(1.8 * SIGN, 0);
+    context.moveTo(sign, 0);
+    context.lineTo(1.8 * sign, 0);
     context.lineWidth = 2.5;
     context.stroke();
     context.restore();
     if (robot.chosen) {
       context.beginPath();
-      context.arc(0, 0, 2.1 * SIGN, 0, 2 * Math.PI);
+      context.arc(0, 0, 2.1 * sign, 0, 2 * Math.PI);
       context.lineWidth = 3;
       context.strokeStyle = palette.css.ink;
       context.stroke();
@@ -106,8 +111,8 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
       context.lineWidth = 3;
       context.strokeStyle = palette.css.free;
       context.fillStyle = palette.css.ink;
-      context.strokeText(robot.name, 1.6 * SIGN, -1.6 * SIGN);
-      context.fillText(robot.name, 1.6 * SIGN, -1.6 * SIGN);
+      context.strokeText(robot.name, 1.6 * sign, -1.6 * sign);
+      context.fillText(robot.name, 1.6 * sign, -1.6 * sign);
     }
     context.restore();
   }

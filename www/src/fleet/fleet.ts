@@ -74,6 +74,10 @@ export class SlamFleet extends LitElement {
       .bad { color: var(--warn-ink); font-weight: 600; }
       @media (max-width: 760px) {
         :host { grid-template: auto 42dvh minmax(0, 1fr) / minmax(0, 1fr); }
+        header { padding: 8px 10px; }
+        header p { flex: 1 0 60%; min-width: 0; font-size: 13px; }
+        header .stop { flex: 1; }
+        .frame small { display: none; }
         aside { border-left: 0; border-top: 1px solid var(--line); }
       }
     `,
@@ -301,7 +305,7 @@ export class SlamFleet extends LitElement {
           ${this.#frames.map(({ key, file, robots }) => html`<option value=${key} ?selected=${key === this.frameKey}>${file === null ? t`${robots[0]?.name} alone` : t`${file}: ${robots.length} robots`}</option>`)}
         </select>
       </label>
-      ${frame.file === null ? html`This robot keeps no map in a file that others could share, so it is drawn alone.` : html`Drawn together are robots whose map is kept in a file of this name. That it is the same map, the page takes from the name.`}
+      ${frame.file === null ? html`This robot keeps no map in a file that others could share, so it is drawn alone.` : html`<small>Drawn together are robots whose map is kept in a file of this name. That it is the same map, the page takes from the name.</small>`}
     </div>`;
   }
 

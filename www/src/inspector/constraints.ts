@@ -8,27 +8,28 @@ import { chi2Meaning, chi2Words } from "../ui/chi2.js";
 import { type Figures, WHY } from "../ui/closure_words.js";
 import { fixed, percent } from "../ui/format.js";
 import { type ClosureName, rowOf } from "../view/layers/closures.js";
-import { FATE, type Fate } from "../view/submaps.js";
+import type { Fate } from "../view/submaps.js";
 import { t } from "../words.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
 import { matrix, metres, number } from "./words.js";
 
-const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
+const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", neighbour: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
 const MATCHED = "Scans of the one are also in the other: the motion between the two was measured by matching.";
+const NEIGHBOUR = "It closes no loop: the robot had not been away in between, so the two are neighbours on its way.";
 const LOOSE = "The scan that began the later one did not belong to the one before: the motion between the two is known by odometry or speed alone.";
 
 const shift = (metre: number, radian: number): string => `${metres(metre)}, ${fixed(degrees(radian), 1)}°`;
 
 export function closure(name: ClosureName, { scene: { submaps } }: Known): Told {
   const found = rowOf(submaps, name);
-  const outcome = found === null ? undefined : submaps.outcomes[found];
+  const [outcome, fate] = found === null ? [] : [submaps.outcomes[found], submaps.fates[found]];
   const title = t`Submap ${name[1]} in submap ${name[0]}`;
-  if (found === null || !outcome) return { title, words: GONE, figures: [], outline: [] };
+  if (found === null || !outcome || !fate) return { title, words: GONE, figures: [], outline: [] };
   const f = Object.fromEntries(Object.entries(CLOSURE).map(([each, place]) => [each, submaps.closures[found * CLOSURE_STRIDE + place] ?? NaN])) as unknown as Figures;
   return {
     title,
-    fate: FATES[FATE[outcome]],
-    words: WHY[outcome](f),
+    fate: FATES[fate],
+    words: fate === "neighbour" ? `${t(WHY[outcome](f))} ${t(NEIGHBOUR)}` : WHY[outcome](f),
     figures: [
       ["Off by now", shift(Math.hypot(f.offX, f.offY), Math.abs(f.offTurn)), "closure-off", "Between the place that was found and where the two submaps lie now"],
       ["Residual χ²", chi2Words(f.chi2), "closure-chi2", chi2Meaning],

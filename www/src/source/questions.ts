@@ -19,12 +19,8 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
   let fitted: DriveFit | null = null;
   player.onBegin = () => contest.close();
 
-  const filesOf = (what: Parameters<Questions["save"]>[0]["what"]): SavedFile[] => {
-    if (what === "saved-map") return savedMap.files();
-    const { run } = player;
-    if (!run) return [];
-    return what === "fit" ? presetFile(run.title, fitted) : run.module.export(what, fileName(run.title));
-  };
+  const filesOf = (what: Parameters<Questions["save"]>[0]["what"]): SavedFile[] =>
+    what === "saved-map" ? savedMap.files() : player.run ? presetFile(player.run.title, fitted) : [];
 
   return {
     examine: ({ number, x, y, wall = false, beam, leaf }) => {
@@ -56,7 +52,8 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
     },
     save: ({ what }) => given("", () => post({ kind: "saved", files: filesOf(what) })),
     collect: ({ what }) => {
-      const { files, error } = attempt("files", () => filesOf(what));
+      const { run } = player;
+      const { files, error } = attempt("files", () => run?.module.export(what, fileName(run.title)) ?? []);
       post({ kind: "collected", files: files ?? [], error });
     },
     "save-submap": ({ submap }) => given("", () => {

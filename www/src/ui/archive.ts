@@ -71,7 +71,7 @@ export class SlamArchive extends SlamDialog {
 
 /** Whatever nobody knows is taken for a recording, by its content; of many files only those are
     offered that are called like one. */
-const isKnown = (name: string): boolean => /\.(?:json|g2o|slamlab|clf|log|csv|txt|bag|mcap|gz)$/i.test(name);
+const isKnown = (name: string): boolean => /\.(?:json|url|g2o|slamlab|clf|log|csv|txt|bag|mcap|gz)$/i.test(name);
 
 async function imageOf(yaml: File, files: readonly File[]): Promise<File | undefined> {
   const named = /^image\s*:\s*["']?(.+?)["']?\s*$/m.exec(await yaml.text())?.[1]?.replace(/^.*\//, "");

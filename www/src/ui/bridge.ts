@@ -42,6 +42,7 @@ export class SlamBridge extends SlamElement {
       i.bad { background: var(--danger); }
       small { grid-column: 2 / -1; color: var(--muted); line-height: 1.4; overflow-wrap: anywhere; }
       dl { margin: 0 0 10px; }
+      dt { white-space: nowrap; }
       p { margin: 0 0 10px; font-size: 13px; line-height: 1.45; }
       details { margin: 0 0 10px; }
       summary { min-height: 34px; font-size: 13px; cursor: pointer; align-content: center; }

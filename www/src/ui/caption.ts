@@ -43,6 +43,7 @@ export function caption(store: Store): Caption {
   if (doubt && playing) return { doing: doubt, more: known };
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? byHand() : "";
+  if (doubt) return { doing: t`Paused · ${t(doubt).toLowerCase()}`, more: known };
   return { doing: playing ? doing : t`Paused · ${t(doing).toLowerCase()}`, more: told(known, status.activity || hint) };
 }
 

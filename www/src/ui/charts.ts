@@ -42,6 +42,9 @@ const REDRAW_MILLIS = 250;
 /** As many texts as one plot takes turns. */
 const PLOT_WEIGHT = 3;
 
+/** An axis reaches at least so far: of a curve that is 0 it would be numbered 0, 0, 0. */
+const LEAST_RANGE = 1e-3;
+
 export abstract class SlamCharts extends SlamPlotted {
   static override styles: CSSResultGroup = css`
     h2 { margin-bottom: 8px; }
@@ -173,7 +176,7 @@ export abstract class SlamCharts extends SlamPlotted {
     series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
     for (const { colour } of curve.beside ?? []) series.push({ stroke: colourOf(host, `map-${colour}`), width: 1.6, points: { show: false } });
     const range = (_u: uPlot, min: number, max: number): [number, number] => {
-      const most = curve.most ?? Math.max(1.1 * max, curve.isSigned ? -1.1 * min : 0, 1e-6);
+      const most = curve.most ?? Math.max(1.1 * max, curve.isSigned ? -1.1 * min : 0, LEAST_RANGE);
       return [curve.isSigned ? -most : 0, most];
     };
     const frame = this.frame(host, "s");

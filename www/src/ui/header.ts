@@ -18,6 +18,7 @@ export class SlamHeader extends SlamElement {
     .caption strong { font-weight: 600; }
     .dot { width: 9px; height: 9px; border-radius: 50%; background: var(--muted); flex: none; }
     .dot.on { background: var(--good); box-shadow: 0 0 0 4px color-mix(in srgb, var(--good) 22%, transparent); animation: beat 1.8s ease-in-out infinite; }
+    .dot.off { background: var(--warn); }
     @keyframes beat { 50% { box-shadow: 0 0 0 7px color-mix(in srgb, var(--good) 8%, transparent); } }
     .tools { display: flex; gap: 6px; }
     .tools button { border-color: transparent; background: transparent; }
@@ -50,7 +51,7 @@ export class SlamHeader extends SlamElement {
         <span>slam<b>lab</b></span>
       </h1>
       <div class="caption" data-testid="caption">
-        <i class="dot ${store.playing ? "on" : ""}"></i>
+        <i class="dot ${isCutOff(store) ? "off" : store.playing ? "on" : ""}"></i>
         <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${words.more}</span>` : ""}</p>
       </div>
       <div class="tools">
@@ -68,5 +69,8 @@ export class SlamHeader extends SlamElement {
     `;
   }
 }
+
+/** Whether what is shown is a robot that is not heard. */
+const isCutOff = ({ source, bridge }: SlamHeader["store"]): boolean => source === "bridge" && bridge?.connection !== "open";
 
 customElements.define("slam-header", SlamHeader);

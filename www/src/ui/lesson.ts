@@ -33,7 +33,7 @@ export class SlamLesson extends SlamElement {
     li.missed > span:first-child { color: var(--warn); }
     li b { font: 500 14px/1.2 var(--mono); white-space: nowrap; }
     li i { margin-left: 4px; font: 400 12.5px/1.2 var(--mono); color: var(--muted); font-style: normal; }
-    details { margin: 0 0 10px; }
+    details[open] { flex-basis: 100%; }
     summary { cursor: pointer; font-weight: 600; }
     details p { margin: 4px 0 0; }
     .verdict { font-weight: 620; }
@@ -57,11 +57,11 @@ export class SlamLesson extends SlamElement {
       <p><b>${lesson.task}</b></p>
       <ul>${grade?.marks.map((mark) => this.#mark(mark, grade.isOver))}</ul>
       ${this.#verdict(lesson)}
-      <details><summary>Hint</summary><p class="muted">${lesson.hint}</p></details>
       <div class="row">
         ${grade?.isPassed && next ? html`<button class="next" data-testid="next-lesson" @click=${this.press(() => this.#go(next))}>Next: ${next.title}</button>` : nothing}
         <button data-testid="try-again" title="The same run from its beginning, with the settings as they are now" @click=${this.press(() => this.client.start())}>Try again</button>
         ${this.#isChanged(lesson) ? html`<button title="As it was given" @click=${this.press(() => teach(this.store, this.client, lesson))}>Undo all changes</button>` : nothing}
+        <details><summary>Hint</summary><p class="muted">${lesson.hint}</p></details>
       </div>
     </section>`;
   }

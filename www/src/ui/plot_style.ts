@@ -19,7 +19,7 @@ export function faint(colour: string): string {
 export function numberAxes(probe: HTMLElement, unit: string): uPlot.Axis[] {
   const axis = { stroke: colourOf(probe, "muted"), font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: colourOf(probe, "line"), width: 1 } };
   return [
-    { ...axis, size: 20, gap: 2, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} ${unit}`) },
+    { ...axis, size: 24, gap: 6, space: 60, values: (_u, ticks) => ticks.map((t) => `${t} ${unit}`) },
     { ...axis, size: 44, gap: 4, space: 28 },
   ];
 }

@@ -7,7 +7,6 @@
 import { css, nothing, type TemplateResult } from "lit";
 import type { Collected } from "../client.js";
 import type { SavedFile, SavedKind } from "../protocol/module.js";
-import { addressOfLink } from "../link.js";
 import { download, fileName } from "../save.js";
 import { html, t } from "../words.js";
 import { packed } from "../zip.js";
@@ -40,11 +39,18 @@ const OFFERED: Readonly<Record<Kind, Offered>> = {
   revolutions: { title: "Scans alone, a revolution a line (.txt)", about: "For programs that have no use for wheels." },
   slamlab: { title: "Map to go on in later (.slamlab)", about: "The whole map with its submaps: drop it here, and the robot goes on." },
   smap: { title: "Points, way and walls (.smap)", about: "The map as a list of points, to be driven in or found in." },
-  link: { title: "The run as a link in a file (.txt)", about: "What it starts from, its world too, and all that you did: dropped here it does the run again, to the bit." },
   g2o: { title: "Pose graph (.g2o)", about: "Poses and constraints, for other solvers." },
   png: { title: "Map as a picture (PNG)", about: "A pixel for each cell, in the colours of the page." },
   svg: { title: "What is seen (SVG)", about: "All layers that are on, sharp at any size." },
+  link: { title: "Link of the experiment (.url)", about: "It does this run again, to the bit, with all that was done: open it, or drop it here." },
 };
+/** Why there is none of what the page makes. */
+const NOTHING_YET = "there is nothing to see yet: let the robot scan first";
+const NONE: Readonly<Record<PageKind, string>> = {
+  png: NOTHING_YET, svg: NOTHING_YET, csv: NOTHING_YET,
+  link: "only a simulation has a link, and only while nothing was done in it that a link cannot tell",
+};
+const isOfPage = (kind: Kind): kind is PageKind => kind in NONE;
 const KINDS = Object.keys(OFFERED) as Kind[];
 
 export class SlamSaving extends SlamDialog {
@@ -66,7 +72,7 @@ export class SlamSaving extends SlamDialog {
   `];
 
   /** Makes a file that the page makes; none while there is nothing to see. Set by main.ts. */
-  make!: (kind: Exclude<PageKind, "link">) => Promise<readonly SavedFile[]>;
+  make!: (kind: PageKind) => Promise<readonly SavedFile[]>;
 
   readonly #collected = new Map<Kind, Collected>();
   readonly #ticked = new Set<Kind>(["map"]);
@@ -126,17 +132,9 @@ export class SlamSaving extends SlamDialog {
   }
 
   async #one(kind: Kind): Promise<Collected> {
-    if (kind === "link") return this.#link();
-    if (kind !== "png" && kind !== "svg" && kind !== "csv") return this.client.collect(kind);
+    if (!isOfPage(kind)) return this.client.collect(kind);
     const files = await this.make(kind);
-    return { files, error: files.length === 0 ? t`there is nothing to see yet: let the robot scan first` : "" };
-  }
-
-  async #link(): Promise<Collected> {
-    const { store: { source, started, title } } = this;
-    const link = source === "sim" ? await this.client.linkOf(started) : null;
-    if (link === null) return { files: [], error: source === "sim" ? t`no link can tell what was done in this run` : t`only a simulation can be done again by a link` };
-    return { files: [{ name: `${fileName(title)}.link.txt`, mime: "text/plain", bytes: new TextEncoder().encode(addressOfLink(link)) }], error: "" };
+    return { files, error: files.length === 0 ? t(NONE[kind]) : "" };
   }
 
   #tick(kinds: readonly Kind[]): void {

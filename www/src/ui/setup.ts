@@ -51,7 +51,6 @@ export class SlamSetup extends SlamElement {
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
     p { margin: 10px 0 0; font-size: 12.5px; }
     .files label { display: contents; }
-    .files label .button { grid-column: 1 / -1; }
   `;
 
   protected override readonly topics = ["run"] as const;
@@ -107,10 +106,10 @@ export class SlamSetup extends SlamElement {
           <input type="file" multiple data-testid="file" aria-label="Open ${opened()}" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
-        <button data-testid="save-map" title="Save the map as PGM and YAML (M, or Shift + A)" aria-keyshortcuts="M Shift+A" @click=${() => this.client.send({ kind: "save", what: "map" })}>${icons.save} Map</button>
-        <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y)" aria-keyshortcuts="Y" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
+        <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y, or M)" aria-keyshortcuts="Y M Shift+A" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
       </div>
-      <p class="muted">${source === "replay" ? html`Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.` : matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</p>
+      ${source === "replay" ? html`<p class="muted">Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.</p>`
+        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</details>`}
     `;
   }
 

@@ -46,6 +46,14 @@ export class SlamTransport extends SlamElement {
       .modes button { padding: 0 7px; font-size: 13px; }
       .stop { padding: 0 9px; font-size: 13px; }
     }
+    /* A tablet held upright, with the panels beside the map. */
+    @container stage (max-width: 470px) {
+      :host { gap: 4px; padding: 5px; }
+      .time { gap: 3px; }
+      select { min-width: 50px; }
+      .modes button { padding: 0 5px; }
+      .stop { padding: 0 7px; }
+    }
     @media (max-width: 760px) {
       .modes svg, .stop svg { display: block; }
       :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }

@@ -6,9 +6,10 @@ import type { SubmapsChange } from "../protocol/frame.js";
 import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, EXTENT, EXTENT_STRIDE, SUBMAP, SUBMAP_STRIDE } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
 
-/** What became of a placement, as people tell them apart. */
-export type Fate = "accepted" | "waiting" | "refused" | "revoked";
-export const FATE: Readonly<Record<ClosureOutcome, Fate>> = {
+/** What became of a placement, as people tell them apart; of those that were accepted, neighbours
+    on the way close no loop. */
+export type Fate = "accepted" | "neighbour" | "waiting" | "refused" | "revoked";
+const FATE: Readonly<Record<ClosureOutcome, Exclude<Fate, "neighbour">>> = {
   "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", "beyond-belief": "waiting", rivals: "waiting",
   tears: "waiting", overruled: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
 };
@@ -20,6 +21,10 @@ const GLIDE_MILLIS = 600;
 const REDRAW_MILLIS = 3000;
 /** How long closures stand out that were accepted just now, wall milliseconds. */
 const FRESH_MILLIS = 2500;
+/** Who was less far away, m, has not come back: what is seen again there was never lost from sight.
+    A pair is no loop if the way between its submaps is that of neighbours: no longer than twice as
+    far as they are apart, and there and back from so far. */
+const LEAST_AWAY = 3;
 /** What moves by less is no news, m. */
 export const LEAST_MOVE = 0.05;
 
@@ -45,20 +50,22 @@ export class Submaps {
   removable = 0;
   /** The one that was taken out last and can be put back. */
   undoable: number | undefined;
-  /** Names of the closures that are accepted, of those that were last, and when. */
+  /** Names of the loops that are closed, of those that were last, and when. */
   #accepted: ReadonlySet<string> = new Set();
   #news: ReadonlySet<string> = new Set();
   #acceptedAt = -Infinity;
-  /** Rows of the closures that were accepted just now, and how much they stand out yet, 1 to 0. */
+  /** Rows of the loops that were closed just now, and how much they stand out yet, 1 to 0. */
   fresh: { rows: readonly number[]; part: number } = { rows: [], part: 0 };
   /** See CLOSURE. */
   closures: Float32Array = EMPTY;
   outcomes: readonly ClosureOutcome[] = [];
+  /** What became of each, row by row. */
+  fates: readonly Fate[] = [];
 
   clear(): void {
     [this.#poses, this.#from, this.closures] = [EMPTY, EMPTY, EMPTY];
     [this.#began, this.#part, this.#awaitsGrid] = [-Infinity, 1, false];
-    this.outcomes = [];
+    [this.outcomes, this.fates] = [[], []];
     [this.#accepted, this.#news] = [new Set(), new Set()];
     this.fresh = { rows: [], part: 0 };
     this.surfaces.length = 0;
@@ -91,7 +98,7 @@ export class Submaps {
     if (renumbered.length > 0) {
       // Others have the names of those that were: nothing glides, and no closure is news.
       this.clear();
-      this.#accepted = new Set(acceptedOf(closures, outcomes).map(([name]) => name));
+      this.#accepted = new Set(loopsOf(closures, fatesOf(poses, closures, outcomes)).map(([name]) => name));
     }
     this.#extents = [...this.#extents, ...extents];
     this.removable = removable;
@@ -100,7 +107,8 @@ export class Submaps {
     for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
     const before = this.#poses;
     const from = this.#placesOf(poses);
-    this.#markFresh(closures, outcomes, wall);
+    this.fates = fatesOf(poses, closures, outcomes);
+    this.#markFresh(closures, wall);
     [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
     let moved = 0;
     for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
@@ -126,8 +134,8 @@ export class Submaps {
     return places;
   }
 
-  #markFresh(closures: Float32Array, outcomes: readonly ClosureOutcome[], wall: number): void {
-    const accepted = acceptedOf(closures, outcomes);
+  #markFresh(closures: Float32Array, wall: number): void {
+    const accepted = loopsOf(closures, this.fates);
     const news = accepted.map(([name]) => name).filter((name) => !this.#accepted.has(name));
     if (news.length > 0) [this.#acceptedAt, this.#news] = [wall, new Set(news)];
     this.#accepted = new Set(accepted.map(([name]) => name));
@@ -198,9 +206,32 @@ export class Submaps {
   }
 }
 
-/** Names and rows of the closures that are accepted. */
-function acceptedOf(closures: Float32Array, outcomes: readonly ClosureOutcome[]): (readonly [string, number])[] {
-  return outcomes.flatMap((outcome, row) => (FATE[outcome] === "accepted" ? [[nameOf(closures, row), row] as const] : []));
+function fatesOf(poses: Float32Array, closures: Float32Array, outcomes: readonly ClosureOutcome[]): Fate[] {
+  const way = wayTo(poses);
+  return outcomes.map((outcome, row) => {
+    if (FATE[outcome] !== "accepted") return FATE[outcome];
+    const at = row * CLOSURE_STRIDE;
+    const [old, next] = [closures[at + CLOSURE.old] ?? 0, closures[at + CLOSURE.new] ?? 0];
+    const [a, b] = [placeOf(poses, old), placeOf(poses, next)];
+    const apart = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    const between = (way[next] ?? NaN) - (way[old] ?? NaN);
+    return between < 2 * apart + 2 * LEAST_AWAY ? "neighbour" : "accepted";
+  });
+}
+
+/** How far it is to the beginning of each submap, along those before it, m. */
+function wayTo(poses: Float32Array): Float64Array {
+  const way = new Float64Array(poses.length / SUBMAP_STRIDE);
+  for (let i = 1; i < way.length; i += 1) {
+    const [from, to] = [placeOf(poses, i - 1), placeOf(poses, i)];
+    way[i] = (way[i - 1] ?? 0) + Math.hypot(to[0] - from[0], to[1] - from[1]);
+  }
+  return way;
+}
+
+/** Names and rows of the closures that are accepted and close a loop. */
+function loopsOf(closures: Float32Array, fates: readonly Fate[]): (readonly [string, number])[] {
+  return fates.flatMap((fate, row) => (fate === "accepted" ? [[nameOf(closures, row), row] as const] : []));
 }
 
 /** A closure by its two submaps. */

@@ -1,13 +1,15 @@
 // Loop closures: a line between two submaps for each place that was recognised, or might have been.
-// Solid: accepted; dotted: it waits; dashed: refused; dashed and dotted: revoked.
+// Solid: accepted; thin: neighbours on the way, which close no loop; dotted: it waits; dashed:
+// refused; dashed and dotted: revoked.
 
 import { CLOSURE, CLOSURE_STRIDE } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
-import { type Fate, FATE, type Submaps, within } from "../submaps.js";
+import { type Fate, type Submaps, within } from "../submaps.js";
 import { type Brush, disc, nearestSegment, type Pen, stroke } from "./layer.js";
 
 /** How each is drawn; those that matter most come last, on top. */
 export const CLOSURE_PENS: Readonly<Record<Fate, { readonly colour: PaletteName } & Omit<Pen, "colour">>> = {
+  neighbour: { colour: "ink", width: 1, alpha: 0.22, dash: [] },
   refused: { colour: "refused", width: 1.4, alpha: 0.65, dash: [7, 5] },
   revoked: { colour: "revoked", width: 1.8, alpha: 0.9, dash: [9, 4, 1.5, 4] },
   waiting: { colour: "waiting", width: 1.8, alpha: 0.9, dash: [1.5, 4] },
@@ -28,19 +30,20 @@ export function draw(brush: Brush): void {
     context.moveTo(lines[4 * row] ?? 0, lines[4 * row + 1] ?? 0);
     context.lineTo(lines[4 * row + 2] ?? 0, lines[4 * row + 3] ?? 0);
   };
-  const crowd = Math.max(FAINTEST, Math.min(1, Math.sqrt(FEW / submaps.outcomes.length)));
+  const loops = submaps.fates.filter((fate) => fate === "accepted").length;
+  const crowd = Math.max(FAINTEST, Math.min(1, Math.sqrt(FEW / loops)));
   for (const [fate, pen] of Object.entries(CLOSURE_PENS)) {
     const alpha = fate === "accepted" ? crowd : 1;
     const width = alpha < 1 ? 1 / camera.ratio : pen.width;
-    stroke(brush, { ...pen, width, alpha: alpha * (pen.alpha ?? 1), colour: css[pen.colour] }, () => submaps.outcomes.forEach((outcome, row) => FATE[outcome] === fate && add(row)));
+    stroke(brush, { ...pen, width, alpha: alpha * (pen.alpha ?? 1), colour: css[pen.colour] }, () => submaps.fates.forEach((each, row) => each === fate && add(row)));
   }
   const { rows, part } = submaps.fresh;
   if (part > 0) stroke(brush, { colour: css.accepted, width: 1.8 + FRESH_WIDTH * part, alpha: part }, () => rows.forEach(add));
   const row = thing?.kind === "closure" ? rowOf(submaps, thing.name) : null;
   if (row === null) return;
-  const outcome = submaps.outcomes[row];
-  if (!outcome) return;
-  const pen = CLOSURE_PENS[FATE[outcome]];
+  const fate = submaps.fates[row];
+  if (!fate) return;
+  const pen = CLOSURE_PENS[fate];
   stroke(brush, { colour: css.ink, width: 7 }, () => add(row));
   stroke(brush, { colour: css.free, width: 4.5 }, () => add(row));
   stroke(brush, { ...pen, colour: css[pen.colour], width: 3, alpha: 1 }, () => add(row));

@@ -9,6 +9,9 @@ import { type Brush, stroke } from "./layer.js";
 /** 95 % of a two-dimensional normal distribution: χ² with 2 degrees of freedom. */
 export const CHI2_95 = 5.991;
 const SIGMAS_95 = 1.96;
+/** The ellipse is filled less and less where it is longer than this, CSS pixels: a robot that was
+    lost would be drawn as a cloud over its whole map. */
+const FILLED = 150;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { status } } = brush;
@@ -49,7 +52,7 @@ function drawEllipse(brush: Brush, { x, y, covXx, covXy, covYy }: Status): void 
   const axes = ellipseOf(covXx, covXy, covYy);
   const breath = camera.px(1.2 + 0.8 * Math.sin(time * 2.2));
   const addEllipse = (): void => context.ellipse(x, y, axes.major + breath, axes.minor + breath, axes.angle, 0, 2 * Math.PI);
-  context.globalAlpha = 0.22;
+  context.globalAlpha = 0.22 * Math.min(1, camera.px(FILLED) / axes.major);
   context.beginPath();
   addEllipse();
   context.fill();
