@@ -23,6 +23,7 @@ mod saved_map;
 #[path = "shared/worth.rs"]
 mod worth;
 
+use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -56,8 +57,9 @@ struct Args {
     #[arg(long, default_value = "office")]
     world: String,
     /// Do the experiment of a link again, as the page copies it: the address, or what stands behind
-    /// its `#`. It fails where another state comes of it than the link says.
-    #[arg(long, value_name = "LINK", conflicts_with_all = ["world", "sensor", "seed", "mode", "goal", "method", "prior_map", "start", "kidnap", "settings", "preset", "go_on"])]
+    /// its `#`; or `@FILE`, a file with it. It fails where another state comes of it than the link
+    /// says.
+    #[arg(long, value_name = "LINK|@FILE", conflicts_with_all = ["world", "sensor", "seed", "mode", "goal", "method", "prior_map", "start", "kidnap", "settings", "preset", "go_on"])]
     link: Option<String>,
     /// Do a lesson: its run, with what `--method` and `--set` mend. Graded when its errand is over
     /// or its time is up; the exit status is 4 where a goal is missed.
@@ -165,10 +167,17 @@ fn linked(mut args: Args) -> Result<(Args, Option<Link>)> {
             args.max_seconds = lesson.seconds;
             mended.with_context(|| format!("--lesson {}", lesson.name))?
         }
-        (None, Some(text)) => Link::read(text).context("--link")?,
+        (None, Some(given)) => {
+            let text = match given.strip_prefix('@') {
+                Some(path) => {
+                    fs::read_to_string(path).with_context(|| format!("--link: {path}"))?
+                }
+                None => given.clone(),
+            };
+            Link::read(&text).context("--link")?
+        }
         (None, None) => return Ok((args, None)),
     };
-    args.world.clone_from(&link.world);
     (args.sensor, args.seed) = (Some(link.sensor), Some(link.seed));
     args.method = Some(link.method.name().to_owned());
     args.changes.settings.clone_from(&link.settings);
@@ -187,7 +196,10 @@ fn run(args: Args) -> Result<ExitCode> {
     written.extend(args.saved_map.written_paths());
     written.extend(options::given([("--truth", &args.truth)]));
     options::check(read, written)?;
-    let world = load_world(args)?;
+    let world = match &link {
+        Some(link) => link.world.load().context("--link")?,
+        None => load_world(args)?,
+    };
     let mode = match args.mode {
         Errand::Explore if args.goal.is_some() => bail!("--goal is for `--mode goto` only"),
         Errand::Explore => Mode::Explore,

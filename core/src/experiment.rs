@@ -38,7 +38,7 @@ use crate::slam::{EarlierMap, SlamError};
 pub use actions::{Action, AgainError, TimedAction, Untold};
 pub use config::ExperimentConfig;
 pub use figures::{Figures, Record, Sample};
-pub use link::{Link, LinkError};
+pub use link::{Link, LinkError, Place};
 
 /// Simulated time of one step, s: how often the pilot decides.
 pub const CONTROL_PERIOD: f64 = 0.05;
@@ -386,6 +386,7 @@ impl Experiment {
 
     /// Takes back the last change that was made by hand; `false` where there is none.
     pub fn undo_edit(&mut self) -> bool {
+        self.actions.fork();
         self.session.undo_edit()
     }
 
@@ -400,6 +401,7 @@ impl Experiment {
     /// Puts back the submap that was taken out last, and tells its number; `None` where there is
     /// none that can come back.
     pub fn undo_removal(&mut self) -> Option<usize> {
+        self.actions.fork();
         self.session.undo_removal()
     }
 

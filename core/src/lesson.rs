@@ -163,7 +163,7 @@ impl Lesson {
     pub fn check(&self, run: &Link) -> Result<(), NotOfLesson> {
         let asked = self.begin()?;
         let parts = [
-            ("world", asked.world.clone(), run.world.clone()),
+            ("world", asked.world.to_string(), run.world.to_string()),
             (
                 "sensor",
                 asked.sensor.name().into(),

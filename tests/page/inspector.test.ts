@@ -107,6 +107,56 @@ test('a wall has the line of the world, and what would flip its match', async ({
   expect((await lab.status()).mode, 'a click that drives would end the exploration').toBe(before.mode);
 });
 
+/** Steps through what lies at a place of the map until it is of this kind. */
+async function chooseAt(lab: Lab, kind: string, x: number, y: number): Promise<void> {
+  await lab.pointAt(x, y, false);
+  for (let more = 0; more < 9 && (await inside(lab, ({ thing }) => thing))?.kind !== kind; more += 1) await lab.at('inspect-next').click();
+  await expect(lab.at(`${kind}-title`)).toBeVisible();
+}
+
+test('a beam is held against the walls of the world, with its numbers in both sensor models', async ({ lab, page }) => {
+  await looked(lab);
+  await lab.at('inspect').click();
+  const hits = await page.evaluate(() => Array.from({ length: 400 }, (_, i) => (window as unknown as { slamlab: { hit(beam: number): [number, number] } }).slamlab.hit(i)).filter(([x]) => Number.isFinite(x)));
+  // On the wall to the right, which is 4.4 m from where the robot began, or else to the left.
+  const hit = hits.find(([x]) => Math.abs(x - 4.4) < 0.08) ?? hits.find(([x]) => Math.abs(x + 0.6) < 0.08);
+  if (!hit) throw new Error('no beam hit the wall');
+  await chooseAt(lab, 'beam', ...hit);
+  const { x, y } = (await lab.status()) as unknown as { x: number; y: number };
+  const away = Math.hypot(hit[0] - x, hit[1] - y);
+  expect(Math.abs((await figure(lab, 'beam-range')) - away), 'the range').toBeLessThan(0.15);
+  expect(Math.abs((await figure(lab, 'beam-expected')) - away), 'and that of the map').toBeLessThan(0.2);
+  const [z, expected, residual] = [await figure(lab, 'beam-range'), await figure(lab, 'beam-expected'), await figure(lab, 'beam-residual')];
+  expect(Math.abs(z - expected - residual)).toBeLessThan(0.012);
+  const d = await figure(lab, 'beam-nearest');
+  expect(d, 'the scan is part of the map').toBeLessThan(0.06);
+  expect(await figure(lab, 'beam-likelihood')).toBeGreaterThan(0.1);
+  await expect(lab.at('beam-fate')).toHaveText(/Agrees|Shorter|Longer/);
+  await expect(lab.at('formula')).toHaveCount(2);
+  await expect(lab.at('formula').nth(0)).toContainText('eq. (6.4)');
+  await expect(lab.at('formula').nth(1)).toContainText('table 6.3');
+});
+
+test('a door that stands open is open by the map, and one in front of which nobody looked is not known', async ({ lab, page }) => {
+  test.setTimeout(90_000);
+  await lab.open();
+  await lab.enter('doors', '4');
+  await lab.show('layers');
+  if (!(await lab.at('layer-truth').isChecked())) await lab.at('layer-truth').click();
+  await lab.watch((s) => s.explored, 'it has been through some').toBeGreaterThan(0.5);
+  await lab.pause();
+  await lab.at('inspect').click();
+  const doors = await page.evaluate(() => [...(window as unknown as { slamlab: { doors: number[] } }).slamlab.doors]);
+  const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN, open] = doors;
+  await chooseAt(lab, 'door', (x1 + x2) / 2, (y1 + y2) / 2);
+  await expect(lab.at('door-fate')).toHaveText(open === 1 ? 'Stands open' : 'Stands shut');
+  expect(await figure(lab, 'door-width')).toBeCloseTo(Math.hypot(x2 - x1, y2 - y1), 1);
+  const [p, sum] = [await figure(lab, 'leaf-open'), await figure(lab, 'leaf-sum')];
+  expect(Math.abs(p - 100 / (1 + Math.exp(sum)))).toBeLessThan(0.3);
+  expect(open === 1 ? p : 100 - p, 'the map agrees with the truth').toBeGreaterThan(90);
+  await expect(lab.at('formula').first()).toContainText('eq. (9.6)');
+});
+
 test('what was pointed at comes out from under the card', async ({ lab, page }) => {
   await looked(lab);
   const box = (await lab.at('map').boundingBox())!;

@@ -1,6 +1,15 @@
 // An experiment in a link: done again by somebody else, to the bit.
+import { readFile } from 'node:fs/promises';
+import { deflateRawSync, inflateRawSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
-import type { Lab } from './lab.ts';
+import { drop, type Lab } from './lab.ts';
+
+/** Of a run in a world that was drawn; `same_run.rs` does the same run again natively, and in the
+    browser without the page. */
+const DRAWN = (await readFile(new URL('../drawn_link.txt', import.meta.url), 'utf8')).trim();
+
+const notes = (lab: Lab): Promise<string[]> => lab.page.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
+const HOLDS = expect.stringContaining('the state is the same, to the bit');
 
 const copied = async (lab: Lab): Promise<string> => {
   const before = lab.page.url();
@@ -38,6 +47,62 @@ test('a run with all that was done in it is done again by its link, in another b
   await expect.poll(noted, { message: 'it comes to the same state', timeout: 60_000 }).toContainEqual(expect.stringContaining('the state is the same, to the bit'));
   await other.close();
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+});
+
+test('a run in a drawn world comes with its world, and to the state that it has natively', async ({ lab, page }) => {
+  await page.goto(`/#${DRAWN}`);
+  await expect.poll(() => notes(lab), { timeout: 60_000 }).toContainEqual(HOLDS);
+  const { world, worldJson } = (await lab.state()).setup as { world: string; worldJson: string };
+  expect(world).toBe('Studio & hall');
+  expect(JSON.parse(worldJson)).toMatchObject({ slamlab_world: 1, doors: [{ from: [4, 1.5], to: [4, 2.5] }] });
+});
+
+test('a world of one\'s own is given away with the run, as an address and as a file', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  const text = JSON.stringify({ slamlab_world: 1, name: 'cell', start: { x: 1, y: 1, heading: 0.3 }, obstacles: [{ shape: 'polyline', closed: true, points: [[0, 0], [5, 0], [5, 3.5], [0, 3.5]] }] });
+  await drop(page, 'cell.json', Buffer.from(text));
+  await expect.poll(async () => (await lab.state()).setup.world).toBe('cell.json');
+  await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(8);
+  await lab.pause();
+  const address = await copied(lab);
+  const letters = /&drawn=([\w-]+)$/.exec(address)?.[1] ?? '';
+  expect(inflateRawSync(Buffer.from(letters, 'base64url')).toString(), 'the file, letter for letter').toBe(text);
+  await lab.at('save').click();
+  await lab.at('saving-none').click();
+  await lab.at('saving-link').click();
+  const coming = page.waitForEvent('download');
+  await lab.at('saving-save').click();
+  const download = await coming;
+  expect(download.suggestedFilename()).toMatch(/\.url$/);
+  const file = await readFile(await download.path());
+  expect(file.toString()).toContain(`URL=${address}\r\n`);
+
+  await lab.enter('arena');
+  await drop(page, 'from-a-friend.url', file);
+  await expect.poll(() => notes(lab), { timeout: 60_000 }).toContainEqual(HOLDS);
+  expect((await lab.state()).setup.world).toBe('cell');
+});
+
+test('a link whose world is hostile is refused in words, and what was there stays', async ({ lab, page }) => {
+  await lab.open();
+  await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(3);
+  const of = (packed: string): string => `run&sensor=lidar&method=line-ekf&seed=7&drawn=${packed}`;
+  const packed = (text: string | Buffer): string => of(deflateRawSync(text).toString('base64url'));
+  for (const [link, words] of [
+    [DRAWN.slice(0, -9), 'damaged'],
+    [of('%%%'), 'damaged'],
+    [packed(Buffer.alloc(100_000_000, 0x20)), 'at most 1000000'],
+    [packed('{"a":1}'), 'world file, line 1'],
+    [`${DRAWN}&world=arena`, 'one of them'],
+    [of('A'.repeat(1_500_000)), 'bytes long'],
+  ] as const) {
+    await page.evaluate((link) => (location.hash = link), link);
+    await expect(lab.at('toast')).toContainText(words);
+    expect((await lab.state()).setup.world).toBe('office');
+  }
+  const { scans } = await lab.status();
+  await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
 });
 
 test('a link that is wrong is refused in words, and what was there stays', async ({ lab, page }) => {

@@ -5,7 +5,7 @@
 //! `same_run.txt`; the browser must then agree.
 #![allow(missing_docs, clippy::unwrap_used)] // a test binary has no public interface, and failing is its trade
 
-use slamlab_core::experiment::{Experiment, ExperimentConfig};
+use slamlab_core::experiment::{Experiment, ExperimentConfig, Link};
 use slamlab_core::format::carmen::CarmenLog;
 use slamlab_core::hash::StateHash;
 use slamlab_core::replay::{Log, Replay};
@@ -54,6 +54,22 @@ fn exploring_by_lidar_with_the_line_filter_is_the_same_run_everywhere() {
 fn exploring_by_lidar_with_scan_matching_is_the_same_run_everywhere() {
     let run = explore("office", SensorKind::Lidar, Method::ScanMatching);
     check("lidar-scan-matching", run.state_hash());
+}
+
+/// The link was made by the page, of a run in a world that it was given as a file; `link.test.ts`
+/// follows it there.
+#[test]
+fn a_run_in_a_drawn_world_is_done_again_by_its_link_everywhere() {
+    let link = Link::read(include_str!("../drawn_link.txt")).unwrap();
+    let (config, _) = link.config().unwrap();
+    assert_eq!(config.world.name, "Studio & hall");
+    let mut run = Experiment::new(config).unwrap();
+    run.follow(link.actions);
+    let (until, hash) = link.result.unwrap();
+    while run.periods() < until {
+        run.step().unwrap();
+    }
+    assert_eq!(format!("{:016x}", run.state_hash()), format!("{hash:016x}"));
 }
 
 #[test]

@@ -1,11 +1,14 @@
 //! One thing of the map, asked for when somebody points at it.
 
 use nalgebra::Point2;
-use slamlab_core::map::{CellFigures, CellState};
+use slamlab_core::geom::Segment;
+use slamlab_core::map::{CellFigures, CellState, beam_among};
+use slamlab_core::points::Beam;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-use crate::border::{CellRow, flat};
+use crate::border::{CellRow, ExaminedBeamRow, LeafRow, flat};
 use crate::run::WebRun;
+use crate::view::{hits_of, map_from_robot_at_scan};
 
 #[wasm_bindgen]
 impl WebRun {
@@ -14,6 +17,69 @@ impl WebRun {
     pub fn cell(&self, x: f64, y: f64) -> Vec<f64> {
         let figures = self.slam().layers().figures(Point2::new(x, y));
         flat([CellRow::from(figures)])
+    }
+
+    /// What the map has of a beam of the last scan, by its number, see `EXAMINED_BEAM`; nothing
+    /// where it hit nothing.
+    ///
+    /// Methods that find the robot in a prior map weigh a beam by the walls of that (likelihood
+    /// field); for all others it is held against the grid that is drawn.
+    #[must_use]
+    pub fn beam(&self, number: u32) -> Option<Vec<f64>> {
+        let mut hits = hits_of(self.slam());
+        let beam = hits.find(|beam| beam.beam_idx == number as usize)?;
+        Some(flat([self.beam_row(beam)]))
+    }
+
+    /// Whether a gap is open, by what the map shows of it, see `LEAF`. `ends`: x1 y1 x2 y2, map
+    /// frame, m; nothing where these are not four numbers.
+    #[must_use]
+    pub fn leaf(&self, ends: &[f64]) -> Option<Vec<f64>> {
+        let &[x1, y1, x2, y2] = ends else {
+            return None;
+        };
+        let posts = Segment::new(Point2::new(x1, y1), Point2::new(x2, y2));
+        let leaf = self.slam().layers().leaf(&posts);
+        Some(flat([LeafRow {
+            cells: leaf.cells as f64,
+            known: leaf.known as f64,
+            log_odds: leaf.log_odds,
+            open: leaf.open,
+        }]))
+    }
+}
+
+impl WebRun {
+    fn beam_row(&self, beam: &Beam) -> ExaminedBeamRow {
+        let slam = self.slam();
+        let map_from_robot = map_from_robot_at_scan(self.session());
+        let from = map_from_robot * beam.origin_in_robot;
+        let to = map_from_robot * beam.end_in_robot;
+        let prior = slam.view().prior_map_fit.map(|_| slam.config());
+        let told = match prior {
+            Some(config) => beam_among(&config.prior_map.faces, from, to),
+            None => slam.grid().beam(from, to),
+        };
+        // Of a cell a surface may be anywhere in it.
+        let of_map = match prior {
+            Some(config) => config.prior_map.sigma,
+            None => slam.grid().resolution() / 12.0_f64.sqrt(),
+        };
+        let of_beam = prior.map_or(beam.sigma, |config| config.particles.sigma);
+        ExaminedBeamRow {
+            from_x: from.x,
+            from_y: from.y,
+            x: to.x,
+            y: to.y,
+            range: beam.range,
+            sigma: beam.sigma,
+            quality: beam.quality.map_or(f64::NAN, f64::from),
+            expected: told.expected.unwrap_or(f64::NAN),
+            nearest: told.nearest.unwrap_or(f64::NAN),
+            field_sigma: of_beam.hypot(of_map),
+            random: prior.map_or(0.0, |config| config.particles.random_part),
+            walls: f64::from(u8::from(prior.is_some())),
+        }
     }
 }
 

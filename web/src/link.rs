@@ -1,7 +1,7 @@
 //! An experiment as a link, made and followed.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::experiment::{CONTROL_PERIOD, Experiment, Link, Untold};
+use slamlab_core::experiment::{CONTROL_PERIOD, Experiment, Link, Place, Untold};
 use slamlab_core::{pilot, sim};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -14,9 +14,6 @@ use crate::setup::{Setup, SetupError};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoLink {
-    /// The building is not built in.
-    #[error("a link can name only a world that is built in: `{0}` would have to be sent with it")]
-    World(String),
     /// A file of calibration pairs or a prior map.
     #[error("the run uses {0}, which does not fit into a link")]
     File(&'static str),
@@ -55,11 +52,16 @@ pub fn read_link(text: &str) -> Typed<LinkStart> {
 
 /// What a link begins with.
 ///
-/// # Errors    [`SetupError::Seed`].
-pub(crate) fn setup_of(link: Link) -> Result<Setup, SetupError> {
+/// # Errors    [`SetupError::Seed`], and what is wrong with a world that comes with it.
+pub(crate) fn setup_of(link: Link) -> Result<Setup, WebError> {
+    let name = link.world.load()?.name;
+    let (world, world_json) = match link.world {
+        Place::Builtin(world) => (world, None),
+        Place::Drawn(text) => (name, Some(text)),
+    };
     Ok(Setup {
-        world: link.world,
-        world_json: None,
+        world,
+        world_json,
         sensor: link.sensor.name().to_owned(),
         seed: u32::try_from(link.seed).map_err(|_| SetupError::Seed(link.seed))?,
         method: link.method.into(),
@@ -79,9 +81,6 @@ pub(crate) fn setup_of(link: Link) -> Result<Setup, SetupError> {
 ///
 /// # Errors    A sentence on what does not fit into one.
 pub(crate) fn link_of(setup: Setup) -> Result<Link, WebError> {
-    if setup.world_json.is_some() {
-        return Err(NoLink::World(setup.world).into());
-    }
     let file = [
         (setup.calibration.is_some(), "calibration pairs"),
         (setup.prior_map.is_some(), "a map to be found in"),
@@ -90,7 +89,10 @@ pub(crate) fn link_of(setup: Setup) -> Result<Link, WebError> {
         return Err(NoLink::File(what).into());
     }
     Ok(Link {
-        world: setup.world,
+        world: match setup.world_json {
+            Some(text) => Place::Drawn(text),
+            None => Place::Builtin(setup.world),
+        },
         sensor: setup.sensor.parse::<sim::SensorKind>()?,
         method: setup.method.0,
         seed: setup.seed.into(),

@@ -165,6 +165,7 @@ impl Simulated {
             truth_y: truth.y(),
             truth_heading: truth.heading(),
             contacts: f64::from(sim.contacts().total()),
+            by_hand: self.experiment.by_hand(),
             beam_half_angle: match sim.sensor() {
                 SensorModel::Sonar(model) => model.half_angle,
                 _ => 0.0,

@@ -104,6 +104,9 @@ pub struct RunStatus {
     pub map_particles: u32,
     /// Something was seen that the grid has no room for.
     pub map_full: bool,
+    /// How often somebody did something to a simulation that was not due to be done again; 0 of
+    /// other sources.
+    pub by_hand: u32,
     /// Who decides where to go.
     pub mode: Mode,
     /// What the pilot is doing; `null` for a recording.
@@ -281,6 +284,7 @@ impl RunStatus {
             effective_particles: slam.view().effective_particles.unwrap_or(f64::NAN),
             map_particles: map_particles(slam) as u32,
             map_full: slam.grid().is_whole().is_err(),
+            by_hand: 0,
             mode: (&pilot.mode()).into(),
             task: is_driven.then(|| Task::of(pilot)),
             finished: pilot.status().is_over(),

@@ -136,16 +136,24 @@ fn row_of(submap: &ShownSubmap<'_>, join: Option<Join>) -> SubmapRow {
         heading: pose.heading() as f32,
         loose: flag(submap.is_loose) as f32,
         keyframes: submap.keyframes as f32,
-        off_shift: figure(|join| join.residual.off.position().coords.norm()),
-        off_turn: figure(|join| join.residual.off.heading().abs()),
+        off_x: figure(|join| join.residual.off.x()),
+        off_y: figure(|join| join.residual.off.y()),
+        off_turn: figure(|join| join.residual.off.heading()),
         chi2: figure(|join| join.residual.chi2),
         join_shift: figure(|join| join.doubt.shift),
         join_turn: figure(|join| join.doubt.turn),
+        info_xx: figure(|join| join.residual.information[(0, 0)]),
+        info_xy: figure(|join| join.residual.information[(0, 1)]),
+        info_xt: figure(|join| join.residual.information[(0, 2)]),
+        info_yy: figure(|join| join.residual.information[(1, 1)]),
+        info_yt: figure(|join| join.residual.information[(1, 2)]),
+        info_tt: figure(|join| join.residual.information[(2, 2)]),
     }
 }
 
 fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
     let residual = matcher.residual(record);
+    let information = residual.information;
     let proof = record.proof;
     let figure = |value: Option<f64>| value.map_or(f32::NAN, |v| v as f32);
     ClosureRow {
@@ -154,8 +162,9 @@ fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
         x: record.motion.x() as f32,
         y: record.motion.y() as f32,
         heading: record.motion.heading() as f32,
-        off_shift: residual.off.position().coords.norm() as f32,
-        off_turn: residual.off.heading().abs() as f32,
+        off_x: residual.off.x() as f32,
+        off_y: residual.off.y() as f32,
+        off_turn: residual.off.heading() as f32,
         chi2: residual.chi2 as f32,
         doubt_shift: record.doubt.shift as f32,
         doubt_turn: record.doubt.turn as f32,
@@ -165,5 +174,11 @@ fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
         evidence: figure(proof.map(|p| p.evidence)),
         asked: figure(proof.map(|p| p.asked)),
         rival: figure(proof.map(|p| p.rival)),
+        info_xx: information[(0, 0)] as f32,
+        info_xy: information[(0, 1)] as f32,
+        info_xt: information[(0, 2)] as f32,
+        info_yy: information[(1, 1)] as f32,
+        info_yt: information[(1, 2)] as f32,
+        info_tt: information[(2, 2)] as f32,
     }
 }

@@ -253,10 +253,11 @@ fn beams(slam: &Slam) -> Float32Array {
         range: beam.range as f32,
         sigma: beam.sigma as f32,
         quality: beam.quality.map_or(f32::NAN, f32::from),
+        number: beam.beam_idx as f32,
     }))
 }
 
-fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
+pub(crate) fn hits_of(slam: &Slam) -> impl Iterator<Item = &Beam> {
     slam.points().into_iter().flat_map(Points::hits)
 }
 

@@ -5,7 +5,7 @@ import { hostOf, tokenOf } from "./bridge_address.js";
 import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
-import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Topics } from "./protocol.js";
+import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Question, type Topics } from "./protocol.js";
 import { SAMPLE } from "./protocol/sample.js";
 import { needsPriorMap } from "./protocol/methods.js";
 import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PosesAs, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
@@ -16,7 +16,7 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { isLink, isSharedWorld, linkIn } from "./link.js";
+import { addressOfLink, isLink, isSharedWorld, linkIn, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import type { WorldDesk } from "./world_desk.js";
@@ -25,9 +25,6 @@ import { t } from "./words.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
 const LEASE_MILLIS = 5000;
-
-/** What makes another run of a simulation that goes the same way again. */
-const FORKS: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto", "drive", "stop", "kidnap", "door", "cycle", "configure", "edit", "undo-edit", "remove-submap", "undo-removal"]);
 
 /** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
 const SOON_AGAIN_MILLIS = 10_000;
@@ -128,9 +125,8 @@ export class Client {
 
   /** The same, whatever diverts commands. */
   relay(command: Command, transfer: Transferable[] = []): void {
-    if (this.store.source === "sim" && FORKS.has(command.kind)) this.store.fork();
-    // Who does something here wants nothing else.
-    if (this.store.lastRun && (FORKS.has(command.kind) || BEGINS.has(command.kind))) this.store.set("last", { lastRun: null });
+    // Who begins something here wants nothing else.
+    if (this.store.lastRun && BEGINS.has(command.kind)) this.store.set("last", { lastRun: null });
     this.#worker.postMessage(command, transfer);
   }
 
@@ -396,10 +392,9 @@ export class Client {
 
   #examinedNumber = 0;
 
-  /** Asks the run what it knows of a place of the map, m, or of a wall there; older questions need
-      no answer any more. */
-  examine(x: number, y: number, wall: boolean): void {
-    this.send({ kind: "examine", number: (this.#examinedNumber += 1), x, y, wall });
+  /** Asks the run what it knows of something in the map; older questions need no answer any more. */
+  examine(question: Question): void {
+    this.send({ kind: "examine", number: (this.#examinedNumber += 1), ...question });
   }
 
   /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
@@ -521,9 +516,19 @@ export class Client {
   }
 
   async #giveLink(link: string): Promise<void> {
-    history.replaceState(null, "", `${location.pathname}${location.search}#${link}`);
+    const address = addressOfLink(link);
+    const letters = address.length;
+    if (link.length > MOST_ADDRESS) {
+      this.#warn(t`The link would have ${letters} letters, more than an address takes: the world in it is large. Save the run as a file instead: dropped onto this page it does the run again.`);
+      return;
+    }
+    history.replaceState(null, "", address);
     try {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(address);
+      if (letters > MOST_MESSAGE) {
+        this.#warn(t`The link is copied, but it has ${letters} letters, and many messengers cut a message at ${MOST_MESSAGE}. Saved as a file it can be sent as well: dropped onto this page it does the run again.`);
+        return;
+      }
       this.store.set("toast", { toast: { level: "good", text: "The link is copied: it does this run again, to the bit, with all that you did." } });
     } catch {
       // No clipboard without the right to it, or without TLS.

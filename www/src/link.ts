@@ -8,10 +8,19 @@ export function isLink(hash: string): boolean {
   return hash.startsWith("#run&");
 }
 
+/** Letters of the longest link that goes into an address, and of the longest that goes through
+    messengers: many cut a message there. */
+export const MOST_ADDRESS = 64_000;
+export const MOST_MESSAGE = 2_000;
+
+/** The address of a link. */
+export function addressOfLink(link: string): string {
+  return `${location.origin}${location.pathname}${location.search}#${link}`;
+}
+
 /** A file that opens this page at the experiment, as Windows, macOS and Linux know such files. */
 export function linkFile(name: string, link: string): SavedFile {
-  const { origin, pathname, search } = location;
-  return { name, mime: "application/internet-shortcut", bytes: new TextEncoder().encode(`${SHORTCUT}\r\nURL=${origin}${pathname}${search}#${link}\r\n`) };
+  return { name, mime: "application/internet-shortcut", bytes: new TextEncoder().encode(`${SHORTCUT}\r\nURL=${addressOfLink(link)}\r\n`) };
 }
 
 /** How such files begin. */

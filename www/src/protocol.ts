@@ -86,7 +86,7 @@ export type Command =
   | { kind: "configure"; settings: SettingValues }
   /** Asks what is known of a cell of the grid, map frame, m; with `wall` also why lines were
       matched. It is answered by `examined`, with the same number. */
-  | { kind: "examine"; number: number; x: number; y: number; wall: boolean }
+  | { kind: "examine"; number: number } & Question
   /** Asks for all settings of this run, with these changes. */
   | { kind: "settings"; settings: SettingValues }
   | { kind: "calibrate"; pairs: Pairs }
@@ -168,8 +168,24 @@ export interface Examined {
   readonly run: number;
   readonly number: number;
   readonly time: number;
+  /** See EXAMINED_BEAM; null where none was asked for or it hit nothing. */
+  readonly beam: Float64Array | null;
+  /** See LEAF; null where none was asked for. */
+  readonly leaf: Float64Array | null;
   readonly cell: Float64Array;
   readonly inspection: Inspection | null;
+}
+
+/** What is asked of a run: a cell by a place in it, and what else. */
+export interface Question {
+  readonly x: number;
+  readonly y: number;
+  /** Whether also why lines were matched. */
+  readonly wall?: boolean;
+  /** A beam of the last scan by its number. */
+  readonly beam?: number;
+  /** The posts of a gap, x1 y1 x2 y2, map frame, m. */
+  readonly leaf?: readonly number[];
 }
 
 /** What is done about each kind of message. */

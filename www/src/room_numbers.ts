@@ -2,7 +2,7 @@
 // size.
 
 import type { Rooms } from "./protocol/module.js";
-import { roomAt } from "./view/layers/rooms.js";
+import { roomAt } from "./view/things.js";
 
 type Regions = Pick<Rooms, "regions">;
 

@@ -262,6 +262,7 @@ export class Store {
   take(frame: Frame): void {
     const before = this.status;
     this.status = frame.status;
+    if (frame.status.byHand > (before?.byHand ?? 0)) this.#fork();
     this.furthest = Math.max(this.furthest, frame.status.time);
     this.seq = frame.seq;
     if (frame.samples) this.history.append(frame.samples);
@@ -319,8 +320,10 @@ export class Store {
     this.notify("log");
   }
 
-  /** Something is done here that was not done before: what came after is no longer to come. */
-  fork(): void {
+  /** Something was done that was not done before: what came after is no longer to come, and who does
+      something here wants nothing else. */
+  #fork(): void {
+    if (this.lastRun) this.set("last", { lastRun: null });
     const time = this.status?.time ?? 0;
     if (this.furthest <= time) return;
     this.furthest = time;

@@ -160,7 +160,7 @@ function simulated(act: (run: Run) => void): void {
   if (player.run?.kind === "sim") command(act);
 }
 
-/** `null` where there is none: a person did what no link tells. */
+/** `null` where there is none: a person did what no link tells, or the world in it is too large. */
 function linkOf({ module }: Run, setup: Setup): string | null {
   try {
     return module.link(setup);

@@ -53,6 +53,8 @@ pub(super) struct Actions {
     is_told: bool,
     /// Whether somebody did something before all was done that was due: it is another run since.
     has_forked: bool,
+    /// How often somebody did something that was not due.
+    by_hand: u32,
     /// What was done that no list of actions can tell.
     untold: Option<&'static str>,
     /// Settings that were chosen anew by `due`, until somebody asks.
@@ -79,7 +81,8 @@ impl Actions {
     }
 
     /// Somebody does something that is not due: what was to follow does not.
-    fn fork(&mut self) {
+    pub(super) fn fork(&mut self) {
+        self.by_hand += u32::from(!self.is_told);
         if !self.is_told && !self.due.is_empty() {
             self.due.clear();
             self.has_forked = true;
@@ -157,6 +160,13 @@ impl Experiment {
     #[must_use]
     pub fn has_forked(&self) -> bool {
         self.actions.has_forked
+    }
+
+    /// How often somebody did something to it that was not due. Whoever shows a run that began again
+    /// knows by this that it is another one since.
+    #[must_use]
+    pub fn by_hand(&self) -> u32 {
+        self.actions.by_hand
     }
 
     /// The settings that what is due has chosen since this was asked last. Whoever shows them does

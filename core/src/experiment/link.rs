@@ -8,6 +8,7 @@
 //! | field | |
 //! |---|---|
 //! | `world`, `sensor`, `method`, `seed` | by their names; all must be there |
+//! | `drawn` | in place of `world`: a world file that comes with the link, packed |
 //! | `mode` | what the robot does at first: `explore` (default) or `manual` |
 //! | `cycle` | `1`: it drives by the cycle |
 //! | `set` | settings other than their defaults, `KEY:NUMBER`, apart by `;` |
@@ -19,18 +20,24 @@
 //! their defaults. Lengths are in metres, angles in radians; a period is [`super::CONTROL_PERIOD`].
 //! What stands before a `#` is not read, so that a whole address is a link as well.
 
-use std::fmt::Write as _;
+mod drawing;
+
+use std::fmt::{self, Write as _};
 
 use nalgebra::Point2;
 
 use super::{Action, ExperimentConfig, TimedAction};
+use crate::format::world;
 use crate::pilot::Mode;
 use crate::settings::{Scope, SettingError, Settings, Source};
 use crate::sim::{SensorKind, World, worlds};
 use crate::slam::Method;
 
-/// Longer ones are not read, bytes; browsers take about as much.
+/// Longer ones are not read, bytes, a world that comes with them aside: what is done in a link
+/// takes many times as much room as its letters do.
 const MOST_BYTES: usize = 64_000;
+/// The same of the letters of a world that comes with it.
+const MOST_DRAWN: usize = 1_400_000;
 
 /// Why a text is no link, or an experiment cannot be one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -58,6 +65,15 @@ pub enum LinkError {
         /// What it should say.
         expected: &'static str,
     },
+    /// More world than is packed into a link, or unpacked from one.
+    #[error("the world of the link is {0} bytes long, at most {most}", most = drawing::MOST_TEXT)]
+    DrawingTooLong(usize),
+    /// A world that comes with the link and cannot be unpacked.
+    #[error("the world in the link is damaged: it was perhaps not copied as a whole")]
+    Damaged,
+    /// The same, unpacked, and no world that a robot can be in.
+    #[error("the world in the link: {0}")]
+    Drawing(String),
     /// No built-in world of that name.
     #[error("the link's world is `{0}`, expected one of {expected}", expected = worlds::NAMES.join(", "))]
     World(String),
@@ -66,11 +82,46 @@ pub enum LinkError {
     Setting(#[from] SettingError),
 }
 
+/// Where an experiment takes place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In a built-in world, by its name.
+    Builtin(String),
+    /// In one that comes with the link: the text of its file.
+    Drawn(String),
+}
+
+impl Place {
+    /// The world.
+    ///
+    /// # Errors    [`LinkError::World`], [`LinkError::Drawing`].
+    pub fn load(&self) -> Result<World, LinkError> {
+        match self {
+            Self::Builtin(name) => {
+                worlds::builtin(name).ok_or_else(|| LinkError::World(name.clone()))
+            }
+            Self::Drawn(text) => {
+                let read = world::read(text.as_bytes());
+                read.map_err(|fault| LinkError::Drawing(fault.to_string()))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Builtin(name) => name,
+            Self::Drawn(_) => "a world of its own",
+        })
+    }
+}
+
 /// An experiment that can be done again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// Name of a built-in world.
-    pub world: String,
+    /// Where.
+    pub world: Place,
     /// What the robot sees with.
     pub sensor: SensorKind,
     /// How it estimates.
@@ -94,17 +145,23 @@ impl Link {
     ///
     /// # Errors    [`LinkError`], naming the first field that is wrong.
     pub fn read(text: &str) -> Result<Self, LinkError> {
-        if text.len() > MOST_BYTES {
+        if text.len() > MOST_BYTES + MOST_DRAWN {
             return Err(LinkError::TooLong(text.len()));
         }
         let behind = text.split_once('#').map_or(text, |(_, behind)| behind);
         let fields = behind.trim().strip_prefix("run&");
         let fields = fields.ok_or(LinkError::NoLink)?;
+        // What is too long is told so first, whatever stands in it.
+        let drawn = fields.split("&drawn=").nth(1).unwrap_or_default();
+        let drawn = drawn.split('&').next().map_or(0, str::len);
+        if drawn > MOST_DRAWN || text.len() - drawn > MOST_BYTES {
+            return Err(LinkError::TooLong(text.len()));
+        }
         let mut given = Given::default();
         for field in fields.split('&').filter(|field| !field.is_empty()) {
             let (name, value) = field.split_once('=').unwrap_or((field, ""));
             let Some(at) = NAMES.iter().position(|known| *known == name) else {
-                return Err(LinkError::Field(name.to_owned()));
+                return Err(LinkError::Field(name.chars().take(SHOWN).collect()));
             };
             if let Some(place) = given.0.get_mut(at) {
                 *place = Some(value);
@@ -113,13 +170,17 @@ impl Link {
         given.link()
     }
 
-    /// The text of it.
+    /// The text of it. What an address can hold, and what a messenger lets through, is less than
+    /// what is read: whoever gives it away says so.
     ///
-    /// # Errors    [`LinkError::TooLong`].
+    /// # Errors    [`LinkError::TooLong`], [`LinkError::DrawingTooLong`].
     pub fn write(&self) -> Result<String, LinkError> {
-        let Self { world, seed, .. } = self;
-        let (sensor, method) = (self.sensor.name(), self.method.name());
-        let mut text = format!("run&world={world}&sensor={sensor}&method={method}&seed={seed}");
+        let (sensor, method, seed) = (self.sensor.name(), self.method.name(), self.seed);
+        let mut text = "run".to_owned();
+        if let Place::Builtin(name) = &self.world {
+            write!(text, "&world={name}").ok();
+        }
+        write!(text, "&sensor={sensor}&method={method}&seed={seed}").ok();
         if self.mode == Mode::Manual {
             text += "&mode=manual";
         }
@@ -144,16 +205,22 @@ impl Link {
         if text.len() > MOST_BYTES {
             return Err(LinkError::TooLong(text.len()));
         }
+        // At the end: of a link that was cut short it is the world that lacks something, and so it
+        // is noticed.
+        if let Place::Drawn(world) = &self.world {
+            text += "&drawn=";
+            text += &drawing::pack(world)?;
+        }
         Ok(text)
     }
 
     /// The run that it begins with, and its settings before any change.
     ///
-    /// # Errors    [`LinkError::World`], [`LinkError::Setting`].
+    /// # Errors    [`LinkError::World`], [`LinkError::Drawing`], [`LinkError::Setting`].
     pub fn config(&self) -> Result<(ExperimentConfig, Settings), LinkError> {
-        let world = self.load_world()?;
+        let world = self.world.load()?;
         let robot = world.robot.model();
-        let defaults = self.defaults()?;
+        let defaults = Settings::of(self.sensor.model(), &robot);
         let settings = self.changed(&defaults, self.settings.clone())?;
         let config = ExperimentConfig {
             method: self.method,
@@ -164,13 +231,8 @@ impl Link {
         Ok((config, defaults))
     }
 
-    fn load_world(&self) -> Result<World, LinkError> {
-        let world = worlds::builtin(&self.world);
-        world.ok_or_else(|| LinkError::World(self.world.clone()))
-    }
-
     fn defaults(&self) -> Result<Settings, LinkError> {
-        let robot = self.load_world()?.robot.model();
+        let robot = self.world.load()?.robot.model();
         Ok(Settings::of(self.sensor.model(), &robot))
     }
 
@@ -189,8 +251,8 @@ impl Link {
     }
 }
 
-const NAMES: [&str; 10] = [
-    "world", "sensor", "method", "seed", "mode", "cycle", "set", "do", "until", "hash",
+const NAMES: [&str; 11] = [
+    "world", "sensor", "method", "seed", "mode", "cycle", "set", "do", "until", "hash", "drawn",
 ];
 
 /// What a text says of each of [`NAMES`].
@@ -211,14 +273,22 @@ impl Given<'_> {
                 done,
                 until,
                 hash,
+                drawn,
             ],
         ) = *self;
-        let world = world.ok_or(LinkError::Missing("world"))?;
+        let world = match (world, drawn) {
+            (Some(name), None) => Place::Builtin(name.to_owned()),
+            (None, Some(letters)) => Place::Drawn(drawing::unpack(letters)?),
+            (None, None) => return Err(LinkError::Missing("world")),
+            (Some(_), Some(_)) => {
+                return Err(wrong("world", "both `world` and `drawn`", "one of them"));
+            }
+        };
         let sensor = sensor.ok_or(LinkError::Missing("sensor"))?;
         let method = method.ok_or(LinkError::Missing("method"))?;
         let seed = seed.ok_or(LinkError::Missing("seed"))?;
         let mut link = Link {
-            world: world.to_owned(),
+            world,
             sensor: (sensor.parse().ok())
                 .ok_or_else(|| wrong("sensor", sensor, "the name of a sensor"))?,
             method: (method.parse().ok())
@@ -355,8 +425,10 @@ fn whole(field: &'static str, text: &str) -> Result<u64, LinkError> {
     number.ok_or_else(|| wrong(field, text, "a whole number"))
 }
 
+/// Letters of what is wrong that are repeated.
+const SHOWN: usize = 60;
+
 fn wrong(field: &'static str, found: &str, expected: &'static str) -> LinkError {
-    const SHOWN: usize = 60;
     LinkError::Value {
         field,
         found: found.chars().take(SHOWN).collect(),

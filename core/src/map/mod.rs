@@ -1,6 +1,7 @@
 //! Maps: they own data, queries and insertion. They stand below association, registration and
 //! estimation, because matching reads the map that it later writes.
 
+mod beam;
 mod cell;
 mod distance;
 mod evidence;
@@ -19,6 +20,7 @@ mod topology;
 mod vector;
 mod wall_distance;
 
+pub use beam::{BeamFigures, LeafFigures, beam_among};
 pub use cell::{BlockIndex, CellIndex, CellRect, CellState};
 pub use distance::DistanceField;
 pub use evidence::{Evidence, EvidenceConfig};

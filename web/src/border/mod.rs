@@ -32,9 +32,9 @@ pub(crate) use names::names;
 pub use names::*;
 pub use rows::layout;
 pub(crate) use rows::{
-    BasinRow, BeamRow, CellRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, ExtentRow,
-    FlipRow, HypothesisRow, IterationRow, LandmarkRow, LineRow, PointRow, RefindingRow, SubmapRow,
-    TrackRow, TrailRow, TwinRow, flat,
+    BasinRow, BeamRow, CellRow, ClosureRow, CorrespondenceRow, DoorRow, EditRow, ExaminedBeamRow,
+    ExtentRow, FlipRow, HypothesisRow, IterationRow, LandmarkRow, LeafRow, LineRow, PointRow,
+    RefindingRow, SubmapRow, TrackRow, TrailRow, TwinRow, flat,
 };
 pub use values::SettingValues;
 

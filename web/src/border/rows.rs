@@ -46,6 +46,16 @@ rows! {
         col, row, resolution, log_odds, probability, state, of_sensor, of_sonars, hit, miss, limit, after_hit,
         after_miss,
     }
+    /// A beam of the last scan as the map has it: where it began and ended (map frame, m), its range
+    /// and σ, the range that the map would have it measure and how far from the nearest surface it
+    /// ended (m, NaN beyond a metre), σ of that, and the part of beams that are held for random; and
+    /// whether walls of a prior map were asked, 1, or cells of the grid, 0.
+    "EXAMINED_BEAM": ExaminedBeamRow of f64 {
+        from_x, from_y, x, y, range, sigma, quality, expected, nearest, field_sigma, random, walls,
+    }
+    /// Whether a gap between two posts is open, by the grid: cells between them, those of them that
+    /// are known, Σ of their log-odds, and the probability that it is open.
+    "LEAF": LeafRow of f64 { cells, known, log_odds, open }
     /// What would flip a match: by how much the sighting would have to lie elsewhere (rad or m),
     /// and the wall that explains it as well then, NaN where it only leaves its gate.
     "FLIP": FlipRow of f64 { shift, wall }
@@ -53,20 +63,23 @@ rows! {
     /// is known (0 for methods without), and when, s since the first.
     "TRAIL": TrailRow of f32 { truth_x, truth_y, odometry_x, odometry_y, x, y, submap, time }
     /// A submap: its pose in the map (m, rad), whether it is joined loosely to the one before, the
-    /// number of its keyframes, how far it lies from where that join has it (m, rad, χ²), and how
-    /// well the join is known (σ, m and rad); NaN where there is none.
+    /// number of its keyframes, how far it lies from where that join has it (m, rad, χ²), how well
+    /// the join is known (σ, m and rad), and its information Ω (over m and rad); NaN where there is
+    /// none.
     "SUBMAP": SubmapRow of f32 {
-        x, y, heading, loose, keyframes, off_shift, off_turn, chi2, join_shift, join_turn,
+        x, y, heading, loose, keyframes, off_x, off_y, off_turn, chi2, join_shift, join_turn,
+        info_xx, info_xy, info_xt, info_yy, info_yt, info_tt,
     }
     /// How far the surfaces of a submap reach along the axes of its frame, m, and how many it has.
     "EXTENT": ExtentRow of f32 { width, height, surfaces }
     /// A placement of a submap in an earlier one: which two, the pose of the new in the old as it
     /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before
     /// (σ, m and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and
-    /// evidence, what is asked for and the best rival's, in submaps; NaN where it was not judged.
+    /// evidence, what is asked for and the best rival's, in submaps; NaN where it was not judged;
+    /// the information Ω of the placement (over m and rad).
     "CLOSURE": ClosureRow of f32 {
-        old, new, x, y, heading, off_shift, off_turn, chi2, doubt_shift, doubt_turn, searched, overlap, part,
-        evidence, asked, rival,
+        old, new, x, y, heading, off_x, off_y, off_turn, chi2, doubt_shift, doubt_turn, searched,
+        overlap, part, evidence, asked, rival, info_xx, info_xy, info_xt, info_yy, info_yt, info_tt,
     }
     /// An iteration of a registration: the pose of the moving cloud before its step, how far it
     /// looks, the weighted residual (m, rad), and how many points have a partner.
@@ -76,8 +89,9 @@ rows! {
     /// A cell of a map of starts: its place row by row from the lower left, what became of it, and
     /// how far it ended from the right pose, m.
     "BASIN": BasinRow of f32 { index, outcome, error }
-    /// How a hit was read: range and σ in m, and the sensor's own quality; NaN where it tells none.
-    "BEAM": BeamRow of f32 { range, sigma, quality }
+    /// How a hit was read: range and σ in m, and the sensor's own quality, NaN where it tells none;
+    /// the number of its beam in the scan.
+    "BEAM": BeamRow of f32 { range, sigma, quality, number }
     /// A door of the simulated world: its ends, m, whether it is open, and whether it is to be: one
     /// that is to shut waits while somebody stands in it.
     "DOOR": DoorRow of f32 { x1, y1, x2, y2, open, ordered }
@@ -165,8 +179,9 @@ mod tests {
             range: 1.0,
             sigma: 2.0,
             quality: 3.0,
+            number: 4.0,
         };
         let numbers: Vec<f32> = flat([row, row]);
-        assert_eq!(numbers, [1.0, 2.0, 3.0, 1.0, 2.0, 3.0]);
+        assert_eq!(numbers, [1.0, 2.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0]);
     }
 }

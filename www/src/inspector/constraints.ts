@@ -2,7 +2,7 @@
 // two submaps that follow each other.
 
 import { degrees } from "../angle.js";
-import { CLOSURE, CLOSURE_STRIDE } from "../protocol/module.js";
+import { CLOSURE, CLOSURE_STRIDE, type SUBMAP } from "../protocol/module.js";
 import { equals, formula, id, op, row, sub, sup } from "../registration/formula.js";
 import { chi2Meaning, chi2Words } from "../ui/chi2.js";
 import { type Figures, WHY } from "../ui/closure_words.js";
@@ -11,7 +11,7 @@ import { type ClosureName, rowOf } from "../view/layers/closures.js";
 import type { Fate } from "../view/submaps.js";
 import { t } from "../words.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
-import { metres, number } from "./words.js";
+import { matrix, metres, number } from "./words.js";
 
 const FATES: Readonly<Record<Fate, string>> = { accepted: "Accepted", neighbour: "Accepted", waiting: "Waits", refused: "Refused", revoked: "Revoked" };
 const MATCHED = "Scans of the one are also in the other: the motion between the two was measured by matching.";
@@ -31,13 +31,13 @@ export function closure(name: ClosureName, { scene: { submaps } }: Known): Told 
     fate: FATES[fate],
     words: fate === "neighbour" ? `${t(WHY[outcome](f))} ${t(NEIGHBOUR)}` : WHY[outcome](f),
     figures: [
-      ["Off by now", shift(f.offShift, f.offTurn), "closure-off", "Between the place that was found and where the two submaps lie now"],
+      ["Off by now", shift(Math.hypot(f.offX, f.offY), Math.abs(f.offTurn)), "closure-off", "Between the place that was found and where the two submaps lie now"],
       ["Residual χ²", chi2Words(f.chi2), "closure-chi2", chi2Meaning],
       ["Known before to", `±${shift(f.doubtShift, f.doubtTurn)}`, "closure-doubt", "Standard deviation of the place before the two were compared"],
       ["Overlap", percent(f.overlap), "closure-overlap", "How much of the smaller submap lies on the other"],
       ["Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same"],
     ],
-    formulas: [residual(f.chi2)],
+    formulas: [residual((name) => f[name])],
     // Its layer draws it, with where the new one would lie.
     outline: [],
   };
@@ -54,19 +54,28 @@ export function join(later: number, { scene: { submaps } }: Known): Told {
   return {
     ...told,
     figures: [
-      ["Off by now", shift(at("offShift"), at("offTurn")), "join-off", "Between where the motion that was measured has the later submap and where it lies now: loop closures bend the way"],
+      ["Off by now", shift(Math.hypot(at("offX"), at("offY")), Math.abs(at("offTurn"))), "join-off", "Between where the motion that was measured has the later submap and where it lies now: loop closures bend the way"],
       ["Residual χ²", chi2Words(at("chi2")), "join-chi2", chi2Meaning],
       ["Known to", `±${shift(at("joinShift"), at("joinTurn"))}`, "join-known", "Standard deviation of the motion that was measured"],
     ],
-    formulas: [residual(at("chi2"))],
+    formulas: [residual(at)],
   };
 }
 
-function residual(chi2: number): Formula {
+/** What a constraint's residual is made of, as both kinds of them have it. */
+type Part = keyof typeof CLOSURE & keyof typeof SUBMAP;
+
+function residual(at: (name: Part) => number): Formula {
+  const e = [at("offX"), at("offY"), at("offTurn")];
+  const [xx, xy, xt, yy, yt, tt] = [at("infoXx"), at("infoXy"), at("infoXt"), at("infoYy"), at("infoYt"), at("infoTt")];
+  const omega = [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]];
   const x = (index: string): Element => sup(sub(id("x"), id(index)), "−1");
   return {
     general: formula(row(sup(id("χ"), "2"), equals(), sup(id("e"), "T"), id("Ω"), id("e"), op(","), id("e"), equals(), sup(id("z"), "−1"), x("i"), sub(id("x"), id("j")))),
-    numbers: formula(row(sup(id("χ"), "2"), equals(), number(chi2))),
-    source: "Kümmerle et al. 2011, edge of two poses: z the measured motion, Ω its information",
+    numbers: [
+      formula(row(id("e"), equals(), matrix(e.map((each) => [each])), op(","), id("Ω"), equals(), matrix(omega))),
+      formula(row(sup(id("χ"), "2"), equals(), sup(id("e"), "T"), id("Ω"), id("e"), equals(), number(at("chi2")))),
+    ],
+    source: "Kümmerle et al. 2011, edge of two poses: z the measured motion, e what the poses are off it (m, m, rad), Ω its information",
   };
 }

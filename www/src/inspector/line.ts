@@ -11,7 +11,7 @@ import { html, t } from "../words.js";
 import { segment } from "./outlines.js";
 import { times } from "./poses.js";
 import { type Formula, GONE, type Known, type Told } from "./told.js";
-import { angle, lineEquation, metres, number } from "./words.js";
+import { angle, lineEquation, matrix, metres, number } from "./words.js";
 
 export function line(wall: number, { store, scene: { lines, landmarks, status }, examined }: Known): Told {
   const first = rowOf(lines, LINE_STRIDE, LINE.id, wall);
@@ -66,25 +66,11 @@ const winnerOf = (wall: number, sighting: Sighting): Candidate | undefined => (s
 function matched(wall: number, inspection: Inspection | null): Formula[] {
   const own = inspection?.sightings.map((sighting) => winnerOf(wall, sighting)).find((candidate) => candidate !== undefined);
   if (!own || !inspection) return [];
-  const cell = (value: number): Element => {
-    const made = document.createElementNS("http://www.w3.org/1998/Math/MathML", "mtd");
-    made.append(number(value, 2));
-    return made;
-  };
-  const matrix = (...rows: number[][]): Element => {
-    const table = document.createElementNS("http://www.w3.org/1998/Math/MathML", "mtable");
-    for (const values of rows) {
-      const made = document.createElementNS("http://www.w3.org/1998/Math/MathML", "mtr");
-      made.append(...values.map(cell));
-      table.append(made);
-    }
-    return row(op("("), table, op(")"));
-  };
   const { deltaAlpha, deltaR, sigmaAlpha, sigmaR, covariance, d2 } = own;
   return [{
     general: formula(row(sup(id("d"), "2"), equals(), sup(id("v"), "T"), sup(id("Z"), "−1"), id("v"), op("≤"), sup(id("g"), "2"))),
     numbers: [
-      formula(row(id("v"), equals(), matrix([deltaAlpha], [deltaR]), op(","), id("Z"), equals(), matrix([sigmaAlpha ** 2, covariance], [covariance, sigmaR ** 2]))),
+      formula(row(id("v"), equals(), matrix([[deltaAlpha], [deltaR]]), op(","), id("Z"), equals(), matrix([[sigmaAlpha ** 2, covariance], [covariance, sigmaR ** 2]]))),
       formula(row(sup(id("d"), "2"), equals(), number(d2), op(d2 <= inspection.gate ? "≤" : ">"), number(inspection.gate))),
     ],
     source: "TDK 2016 eq. (3.10), (3.12), (3.13): the innovation v (rad, m) of the last scan, and its covariance Z",

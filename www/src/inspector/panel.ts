@@ -8,13 +8,17 @@ import { card } from "../ui/card.js";
 import { SlamElement } from "../ui/element.js";
 import { figure, figures } from "../ui/figures.js";
 import { icons } from "../ui/icons.js";
+import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
+import type { Question } from "../protocol.js";
 import type { Thing } from "../view/things.js";
 import { html } from "../words.js";
+import { beam } from "./beam.js";
 import { cell } from "./cell.js";
 import { closure, join } from "./constraints.js";
 import { line } from "./line.js";
 import { frontier, submap, torn, truth } from "./places.js";
 import { hypothesis, particles, point, robot, track } from "./poses.js";
+import { door, doorway, edit, room } from "./rooms.js";
 import type { Formula, Known, Told } from "./told.js";
 
 /** How often the run is asked again, wall milliseconds. */
@@ -35,6 +39,11 @@ const TELL: { readonly [Kind in Thing["kind"]]: (thing: Extract<Thing, { kind: K
   cell: ({ x, y }, known) => cell(x, y, known),
   submap: ({ number }, known) => submap(number, known),
   truth: ({ row }, known) => truth(row, known),
+  beam: ({ number }, known) => beam(number, known),
+  door: ({ number }, known) => door(number, known),
+  doorway: ({ posts }, known) => doorway(posts, known),
+  room: ({ x, y }, known) => room(x, y, known),
+  edit: ({ number }, known) => edit(number, known),
 };
 
 export class SlamInspector extends SlamElement {
@@ -75,8 +84,20 @@ export class SlamInspector extends SlamElement {
     const isDue = thing !== this.#asked || (playing && now - this.#askedAt >= AGAIN_MILLIS);
     if (!isDue) return;
     [this.#asked, this.#askedAt] = [thing, now];
-    if (thing.kind === "cell" || thing.kind === "frontier") this.client.examine(thing.x, thing.y, false);
-    else if (thing.kind === "line") this.client.examine(0, 0, true);
+    const question = this.#questionOf(thing);
+    if (question) this.client.examine(question);
+  }
+
+  /** What the run has to be asked of it; null where frames bring all. */
+  #questionOf(thing: Thing): Question | null {
+    switch (thing.kind) {
+      case "cell": case "frontier": return { x: thing.x, y: thing.y };
+      case "line": return { x: 0, y: 0, wall: true };
+      case "beam": return { x: 0, y: 0, beam: thing.number };
+      case "doorway": return { x: 0, y: 0, leaf: thing.posts };
+      case "door": return { x: 0, y: 0, leaf: [...this.scene.doors.subarray(thing.number * DOOR_STRIDE + DOOR.x1, thing.number * DOOR_STRIDE + DOOR.y2 + 1)] };
+      default: return null;
+    }
   }
 
   override render(): TemplateResult | typeof nothing {
@@ -114,7 +135,7 @@ export class SlamInspector extends SlamElement {
   /** What is not drawn is not told of. */
   #isHidden({ kind }: Thing): boolean {
     const { layers } = this.store;
-    const layer = ({ closure: "closures", join: "graph", torn: "torn", truth: "truth" } as const)[kind as "closure"];
+    const layer = ({ closure: "closures", join: "graph", torn: "torn", truth: "truth", door: "truth", doorway: "rooms", room: "rooms", beam: "scan" } as const)[kind as "closure"];
     return layer !== undefined && !layers[layer];
   }
 

@@ -84,6 +84,12 @@ export function submap(index: number, { scene: { submaps } }: Known): Told {
 
 const MATERIALS = ["Opaque", "Glass", "Dark"] as const;
 
+const OF_MATERIAL = [
+  "The truth, which only a simulator knows. Compare α and r with those of the wall in the map.",
+  "The truth, which only a simulator knows. Light goes through glass but where it meets it squarely: most beams end on what stands behind, and the map has no wall here. Sonars hear it.",
+  "The truth, which only a simulator knows. A dark wall sends little light back: from farther away it is not seen, and beams say nothing.",
+] as const;
+
 /** A wall of the world, by its row: a line as the map would have it, if it knew all. */
 export function truth(index: number, { scene: { truth: walls, materials } }: Known): Told {
   const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = walls.subarray(4 * index, 4 * index + 4);
@@ -95,7 +101,7 @@ export function truth(index: number, { scene: { truth: walls, materials } }: Kno
   return {
     title: "Wall of the world",
     fate: MATERIALS[materials[index] ?? 0] ?? "",
-    words: "The truth, which only a simulator knows. Compare α and r with those of the wall in the map.",
+    words: OF_MATERIAL[materials[index] ?? 0] ?? OF_MATERIAL[0],
     figures: [
       ["α", angle(alpha, 2), "truth-alpha", "Direction of its normal, map frame"],
       ["r", metres(r), "truth-r", "Distance from where the map begins"],

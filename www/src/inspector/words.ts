@@ -28,10 +28,23 @@ export function number(value: number, digits = 3): Element {
   return value < 0 ? row(op("−"), numeral(written)) : numeral(written);
 }
 
+/** Rows of numbers, in brackets. */
+export function matrix(rows: readonly (readonly number[])[], digits = 2): Element {
+  const element = (tag: string, children: readonly Element[]): Element => {
+    const made = document.createElementNS(MATHML, tag);
+    made.append(...children);
+    return made;
+  };
+  const table = element("mtable", rows.map((values) => element("mtr", values.map((value) => element("mtd", [number(value, digits)])))));
+  return row(op("("), table, op(")"));
+}
+
+const MATHML = "http://www.w3.org/1998/Math/MathML";
+
 const RAISED: Readonly<Record<string, string>> = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 function numeral(text: string): Element {
-  const made = document.createElementNS("http://www.w3.org/1998/Math/MathML", "mn");
+  const made = document.createElementNS(MATHML, "mn");
   made.append(text);
   return made;
 }

@@ -23,9 +23,14 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
     what === "saved-map" ? savedMap.files() : player.run ? presetFile(player.run.title, fitted) : [];
 
   return {
-    examine: ({ number, x, y, wall }) => {
+    examine: ({ number, x, y, wall = false, beam, leaf }) => {
       const { run } = player;
-      if (run) post({ kind: "examined", run: player.number, number, time: run.time, cell: run.module.cell(x, y), inspection: wall ? run.module.inspect(false) ?? null : null });
+      if (!run) return;
+      const { module, time } = run;
+      post({
+        kind: "examined", run: player.number, number, time, cell: module.cell(x, y), inspection: wall ? module.inspect(false) ?? null : null,
+        beam: beam === undefined ? null : module.beam(beam) ?? null, leaf: leaf === undefined ? null : module.leaf(Float64Array.from(leaf)) ?? null,
+      });
     },
     settings: ({ settings }) => {
       const { run } = player;

@@ -49,8 +49,8 @@ export function caption(store: Store): Caption {
 
 /** That its pose is not to be believed, which goes before what it is doing; empty where it is. */
 function doubtOf({ localisation, placed }: Status): string {
-  if (localisation === "lost") return "Lost: it searches the map for where it is";
-  if (localisation === "ambiguous") return "Not sure where it is";
+  if (localisation === "lost") return "Lost: it searches the map for where it is, and what it draws meanwhile is faint";
+  if (localisation === "ambiguous") return "Not sure where it is: what it draws meanwhile is faint";
   return placed ? "" : "Maps a piece of its own: its place in the saved map is not proved yet";
 }
 

@@ -3,7 +3,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Rooms } from "../protocol/module.js";
-import { roomAt } from "../view/layers/rooms.js";
+import { roomAt } from "../view/things.js";
 import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { fixed } from "./format.js";

@@ -24,19 +24,15 @@ import { CanvasBulk } from "./canvas_bulk.js";
 import { CanvasSurface } from "./canvas_surface.js";
 import { listenToGestures } from "./gestures.js";
 import { Graphics } from "./graphics.js";
-import { doorAt } from "./layers/doors.js";
-import { ruleStep } from "./layers/grid.js";
+import { isInDoubt, ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
-import { roomAt } from "./layers/rooms.js";
-import { readingAt } from "./layers/scan.js";
-import { wallAt } from "./layers/spot.js";
 import { type Palette, readPalette } from "./palette.js";
 import { drawSheet } from "./parts.js";
 import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
 import { Sheets } from "./sheets.js";
 import { SHEETS, type Surface } from "./surface.js";
-import { KEY_REACH, markAt, REACH, type Sight, type Thing, thingsAt } from "./things.js";
+import { hitAt, KEY_REACH, REACH, roomAt, type Sight, targetAt, type Thing, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
 import { fieldWords, metres, readingWords } from "./words.js";
 
@@ -325,9 +321,7 @@ export class SlamMap extends SlamElement {
       this.#inspect(x, y, isByKey ? KEY_REACH : REACH);
       return;
     }
-    const wall = this.#wallAt(x, y);
-    const door = this.#doorAt(x, y);
-    const mark = markAt(this.#sight, x, y);
+    const { mark, wall, door, room } = targetAt(this.#sight, x, y);
     this.#inspected = [x, y];
     this.store.choose(mark ? [mark] : []);
     if (mark?.kind === "torn") return;
@@ -335,7 +329,7 @@ export class SlamMap extends SlamElement {
     else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
     else if (mark) return;
-    else if (this.#roomAt(x, y) !== null) this.store.set("rooms", { roomSpot: [x, y] });
+    else if (room !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
   }
 
@@ -402,11 +396,8 @@ export class SlamMap extends SlamElement {
     const p = this.scene.tiles.probabilityAt(x, y);
     const what = p === null ? t("unknown") : p >= 0.5 ? t`${Math.round(p * 100)} % obstacle` : t`${Math.round((1 - p) * 100)} % free`;
     const readout = this.#element("hover");
-    const wall = this.#wallAt(x, y);
-    const door = this.#doorAt(x, y);
-    const room = this.#roomAt(x, y);
-    const mark = markAt(this.#sight, x, y);
-    const reading = this.store.layers.scan ? readingAt(this.scene.scan, this.scene.beams, x, y, this.camera.px(8)) : null;
+    const { mark, wall, door, room } = targetAt(this.#sight, x, y);
+    const reading = hitAt(this.#sight, x, y);
     const tiles = this.#tiles();
     const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
     const more = [
@@ -426,23 +417,6 @@ export class SlamMap extends SlamElement {
   #light(wall: number | null): void {
     this.#element("pad").classList.toggle("wall", wall !== null);
     if (wall !== (this.store.spot.hovered[0] ?? null)) this.store.point({ hovered: wall === null ? [] : [wall] });
-  }
-
-  /** The wall under a map point, while the filter's tab is open. */
-  #wallAt(x: number, y: number): number | null {
-    return this.store.tab === "filter" ? wallAt(this.scene.lines, x, y, this.camera.px(10)) : null;
-  }
-
-  /** The room under a map point, while rooms are shown and no goal is being chosen. */
-  #roomAt(x: number, y: number): number | null {
-    const { rooms, layers, aiming } = this.store;
-    return rooms && layers.rooms && !aiming ? roomAt(rooms, x, y) : null;
-  }
-
-  /** The door under a map point, while they are shown and no goal is being chosen. */
-  #doorAt(x: number, y: number): number | null {
-    const { layers, aiming, tab } = this.store;
-    return layers.truth && !aiming && tab !== "paths" ? doorAt(this.scene.doors, x, y, this.camera.px(10)) : null;
   }
 
   #isOpen(door: number): boolean {
@@ -563,7 +537,7 @@ export class SlamMap extends SlamElement {
     const lively = scene.submaps.isLively ? now : 0;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches ? now : 0;
     const drawn = this.#sheets?.draw(camera, now, {
-      ground: { view: `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length}`, content: `${tiles.version}`, within: () => tiles.takeChanged() },
+      ground: { view: `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length},${scene.status !== null && isInDoubt(scene.status)}`, content: `${tiles.version}`, within: () => tiles.takeChanged() },
       record: { view: `${view},${this.#spotVersion}`, content: `${scene.version},${lively}`, wait: scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS },
       overlays: { view: `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive}` },
     }, (sheet) => (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));

@@ -1,12 +1,11 @@
 // What lies at a place of the map: the one answer to "what did they point at?", for the read-out
 // under the pointer, for a click and for the inspector.
 
-import { HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, type Tear, TRACK, TRACK_STRIDE } from "../protocol/module.js";
+import { BEAM, BEAM_STRIDE, DOOR, DOOR_STRIDE, EDIT, EDIT_STRIDE, HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, LINE, LINE_STRIDE, type Rooms, type Tear, TRACK, TRACK_STRIDE } from "../protocol/module.js";
 import type { Store } from "../store.js";
 import { type ClosureName, closureAt } from "./layers/closures.js";
 import { joinAt } from "./layers/graph.js";
 import { nearestSegment } from "./layers/layer.js";
-import { wallAt } from "./layers/spot.js";
 import { MARK, tearAt } from "./layers/torn.js";
 import type { Scene } from "./scene.js";
 
@@ -22,6 +21,16 @@ export type Thing =
   /** One of those where the robot may be. */
   | { readonly kind: "hypothesis"; readonly x: number; readonly y: number }
   | { readonly kind: "particles" }
+  /** A beam of the last scan, by its number in it. */
+  | { readonly kind: "beam"; readonly number: number }
+  /** A door of the simulated world, by its number. */
+  | { readonly kind: "door"; readonly number: number }
+  /** A door that was found in the map, by its posts: x1 y1 x2 y2. */
+  | { readonly kind: "doorway"; readonly posts: readonly number[] }
+  /** The room or corridor that holds a place. */
+  | { readonly kind: "room"; readonly x: number; readonly y: number }
+  /** What a person drew into the map or took out of it, by its number. */
+  | { readonly kind: "edit"; readonly number: number }
   | { readonly kind: "frontier" | "cell"; readonly x: number; readonly y: number }
   | { readonly kind: "submap"; readonly number: number }
   /** A wall of the simulated world, by its row. */
@@ -29,8 +38,11 @@ export type Thing =
 
 /** Pixels within which something is found; a finger is wider than a pointer, and who comes by keys
     has the cross only. */
-export const REACH = matchMedia("(pointer: coarse)").matches ? 18 : 9;
+export const REACH = typeof matchMedia === "function" && matchMedia("(pointer: coarse)").matches ? 18 : 9;
 export const KEY_REACH = 40;
+/** The same of what a click does something to, and of a beam's end: they lie on other things. */
+const ACTS = 10;
+const BEAM_REACH = 8;
 
 /** What is looked at, and how long a pixel is there, m. */
 export interface Sight {
@@ -53,10 +65,36 @@ export function markAt({ store, scene, px }: Sight, x: number, y: number, reach 
   return submap === null ? null : { kind: "join", submap };
 }
 
+/** What a click there does something to, each where it is shown and no other choice is being made. */
+export interface Target {
+  readonly mark: Thing | null;
+  /** Number of a wall of the line map, while the filter's tab is open. */
+  readonly wall: number | null;
+  /** Number of a door of the world. */
+  readonly door: number | null;
+  /** Place of a region among the rooms. */
+  readonly room: number | null;
+}
+
+export function targetAt(sight: Sight, x: number, y: number): Target {
+  const { store: { layers, aiming, tab, rooms }, scene, px } = sight;
+  return {
+    mark: markAt(sight, x, y),
+    wall: tab === "filter" ? wallAt(scene.lines, x, y, px(ACTS)) : null,
+    door: layers.truth && !aiming && tab !== "paths" ? doorAt(scene.doors, x, y, px(ACTS)) : null,
+    room: rooms && layers.rooms && !aiming ? roomAt(rooms, x, y) : null,
+  };
+}
+
+/** How the hit there was read, while the scan is shown. */
+export function hitAt({ store: { layers }, scene: { scan, beams }, px }: Sight, x: number, y: number): Reading | null {
+  return layers.scan ? readingAt(scan, beams, x, y, px(BEAM_REACH)) : null;
+}
+
 /** All that is drawn there, what lies on top first; the cell of the grid is there always. */
 export function thingsAt(sight: Sight, x: number, y: number, reach = REACH): Thing[] {
-  const { store: { layers }, scene, px } = sight;
-  const { status, tracks, landmarks, hypotheses, particles, frontiers, lines, truth, submaps } = scene;
+  const { store: { layers, rooms }, scene, px } = sight;
+  const { status, tracks, landmarks, hypotheses, particles, frontiers, lines, truth, submaps, doors, edits } = scene;
   const found: (Thing | null)[] = [markAt(sight, x, y, reach)];
   const near = px(reach);
   if (layers.robot && status && Math.hypot(status.x - x, status.y - y) < Math.max(near, status.halfLength, px(9))) found.push({ kind: "robot" });
@@ -72,6 +110,14 @@ export function thingsAt(sight: Sight, x: number, y: number, reach = REACH): Thi
   }
   const wall = layers.lines || layers.walls ? wallAt(lines, x, y, near) : null;
   if (wall !== null) found.push({ kind: "line", id: wall });
+  const edit = nearestSegment(edits, EDIT_STRIDE, EDIT.x1, x, y, near);
+  if (edit !== null) found.push({ kind: "edit", number: edits[edit + EDIT.number] ?? NaN });
+  const hit = hitAt(sight, x, y);
+  if (hit) found.push({ kind: "beam", number: hit.number });
+  const doorway = layers.rooms ? rooms?.doors.find(({ posts }) => nearestSegment(Float32Array.from(posts), 4, 0, x, y, near) !== null) : undefined;
+  if (doorway) found.push({ kind: "doorway", posts: doorway.posts });
+  const door = layers.truth ? doorAt(doors, x, y, near) : null;
+  if (door !== null) found.push({ kind: "door", number: door });
   if (layers.frontiers) {
     const row = nearest(frontiers, 2, 0, x, y, Math.min(near, 0.2));
     if (row !== null) found.push({ kind: "frontier", x: frontiers[row] ?? NaN, y: frontiers[row + 1] ?? NaN });
@@ -81,6 +127,7 @@ export function thingsAt(sight: Sight, x: number, y: number, reach = REACH): Thi
     if (number !== undefined) found.push({ kind: "submap", number });
   }
   found.push({ kind: "cell", x, y });
+  if (layers.rooms && rooms && roomAt(rooms, x, y) !== null) found.push({ kind: "room", x, y });
   const row = layers.truth ? nearestSegment(truth, 4, 0, x, y, near) : null;
   if (row !== null) found.push({ kind: "truth", row: row / 4 });
   return found.filter((thing) => thing !== null);
@@ -99,4 +146,56 @@ function nearest(rows: Float32Array, stride: number, place: number, x: number, y
     if (distance < least && counts(row)) [least, found] = [distance, row];
   }
   return found;
+}
+
+/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
+    NaN where it reports none. */
+export interface Reading {
+  range: number;
+  sigma: number;
+  quality: number;
+  /** Of its beam in the scan. */
+  number: number;
+}
+
+/** The reading whose hit is nearest to a map point, if it is nearer than `reach`, m. */
+export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y: number, reach: number): Reading | null {
+  let [nearest, found] = [reach, -1];
+  for (let i = 0; i + 1 < scan.length; i += 2) {
+    const distance = Math.hypot((scan[i] ?? NaN) - x, (scan[i + 1] ?? NaN) - y);
+    if (distance < nearest) [nearest, found] = [distance, (i / 2) * BEAM_STRIDE];
+  }
+  if (found < 0) return null;
+  const at = (place: number): number => beams[found + place] ?? NaN;
+  return { range: at(BEAM.range), sigma: at(BEAM.sigma), quality: at(BEAM.quality), number: at(BEAM.number) };
+}
+
+/** The wall whose seen part is nearest to a map point, if it is nearer than `reach`, m. */
+export function wallAt(lines: Float64Array, x: number, y: number, reach: number): number | null {
+  const row = nearestSegment(lines, LINE_STRIDE, LINE.x1, x, y, reach);
+  return row === null ? null : (lines[row + LINE.id] ?? null);
+}
+
+/** The door whose leaf is nearest to a map point, if it is nearer than `reach`, m; its number. */
+export function doorAt(doors: Float32Array, x: number, y: number, reach: number): number | null {
+  const row = nearestSegment(doors, DOOR_STRIDE, DOOR.x1, x, y, reach);
+  return row === null ? null : row / DOOR_STRIDE;
+}
+
+/** The region that holds a map point; null outside of all. */
+export function roomAt({ regions }: Pick<Rooms, "regions">, x: number, y: number): number | null {
+  const room = regions.findIndex(({ outlines }) => outlines.reduce((count, ring) => count + crossings(ring, x, y), 0) % 2 === 1);
+  return room < 0 ? null : room;
+}
+
+/** How often a ray to the right crosses an outline. */
+function crossings(ring: Float32Array, x: number, y: number): number {
+  let count = 0;
+  let [ax = 0, ay = 0] = ring.slice(-2);
+  for (let i = 0; i + 1 < ring.length; i += 2) {
+    const [bx = 0, by = 0] = [ring[i], ring[i + 1]];
+    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) count += 1;
+    [ax, ay] = [bx, by];
+  }
+  return count;
 }

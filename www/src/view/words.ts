@@ -2,7 +2,7 @@
 
 import { fixed } from "../ui/format.js";
 import { t } from "../words.js";
-import type { Reading } from "./layers/scan.js";
+import type { Reading } from "./things.js";
 import type { GridView } from "./tiles.js";
 
 /** What a byte of a field says. */

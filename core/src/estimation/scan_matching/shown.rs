@@ -1,7 +1,7 @@
 //! The inside of the map, to look at: submaps, and how far joins and placements are from where
 //! these lie.
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Matrix3, Point2, Vector2};
 
 use super::super::pose_graph::Edge;
 use super::super::submap::{ClosedSubmap, Doubt};
@@ -29,6 +29,8 @@ pub struct Residual {
     pub off: Pose2,
     /// χ² of it: of 3 degrees of freedom if the placement is right and its information honest.
     pub chi2: f64,
+    /// Ω, the information of the motion: over x, y (m) and heading (rad) of `off`.
+    pub information: Matrix3<f64>,
 }
 
 /// What joins a submap to the one before: the motion measured on the way through that.
@@ -100,6 +102,7 @@ impl ScanMatcher {
         Residual {
             off: edge.motion.delta_to(&present),
             chi2: self.graph.chi2_of(edge),
+            information: edge.information,
         }
     }
 }

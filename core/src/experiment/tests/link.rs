@@ -9,7 +9,7 @@ use crate::slam::Method;
 
 fn link(world: &str) -> Link {
     Link {
-        world: world.to_owned(),
+        world: Place::Builtin(world.to_owned()),
         sensor: SensorKind::Lidar,
         method: Method::LineEkf,
         seed: 5,
@@ -88,6 +88,113 @@ fn what_is_done_again_is_the_same_to_the_bit() {
         alone.step().unwrap();
     }
     assert_ne!(alone.state_hash(), hash);
+}
+
+/// A world of nobody else's, with a heading that its file does not give back to the bit when it is
+/// written anew.
+const DRAWN: &str = r#"{ "slamlab_world": 1, "name": "Büro & Flur", "robot": "rp6",
+  "start": { "x": 1.0, "y": 1.0, "heading": 0.7300000000000001 },
+  "obstacles": [
+    { "shape": "polyline", "closed": true, "points": [[0, 0], [5, 0], [5, 4], [0, 4]] },
+    { "shape": "rectangle", "centre": [3.1, 2.2], "size": [0.5, 0.3], "angle": 0.4 }
+  ],
+  "doors": [ { "from": [5, 1], "to": [5, 2] } ] }"#;
+
+fn drawn(text: &str) -> Link {
+    Link {
+        world: Place::Drawn(text.to_owned()),
+        ..link("arena")
+    }
+}
+
+#[test]
+fn a_world_that_somebody_drew_comes_with_the_link_and_to_the_same_state() {
+    let mut original = drawn(DRAWN);
+    let (mut run, _) = begun(&original);
+    for _ in 0..40 {
+        run.step().unwrap();
+    }
+    run.set_door(0, true).unwrap();
+    for _ in 0..30 {
+        run.step().unwrap();
+    }
+    original.actions = run.actions().unwrap().to_vec();
+    original.result = Some((run.periods(), run.state_hash()));
+    let text = original.write().unwrap();
+    assert!(text.len() < 700, "{} letters: {text}", text.len());
+    assert!(
+        text.bytes().all(|b| b.is_ascii_graphic()),
+        "an address takes it: {text}"
+    );
+    let read = Link::read(&text).unwrap();
+    assert_eq!(read, original);
+    let (mut again, _) = begun(&read);
+    again.follow(read.actions.clone());
+    let (until, hash) = read.result.unwrap();
+    while again.periods() < until {
+        again.step().unwrap();
+    }
+    assert_eq!(again.state_hash(), hash);
+
+    // It is the world that makes it so.
+    let (mut elsewhere, _) = begun(&drawn(&DRAWN.replace("3.1, 2.2", "3.2, 2.2")));
+    elsewhere.follow(read.actions);
+    while elsewhere.periods() < until {
+        elsewhere.step().unwrap();
+    }
+    assert_ne!(elsewhere.state_hash(), hash);
+}
+
+#[test]
+fn a_link_with_a_world_that_was_cut_is_refused_wherever_it_was_cut() {
+    let text = drawn(DRAWN).write().unwrap();
+    for length in 4..text.len() {
+        let cut = Link::read(&text[..length]);
+        assert!(cut.is_err(), "{length} of {}: {cut:?}", text.len());
+    }
+}
+
+#[test]
+fn a_hostile_world_in_a_link_is_refused_in_words() {
+    let packed = |text: &[u8]| {
+        use std::io::Write as _;
+        let mut packer = flate2::write::DeflateEncoder::new(vec![], flate2::Compression::best());
+        packer.write_all(text).unwrap();
+        let packed = packer.finish().unwrap();
+        base64::Engine::encode(&base64::engine::general_purpose::URL_SAFE_NO_PAD, packed)
+    };
+    let begins = "run&sensor=lidar&method=line-ekf&seed=5&drawn=";
+    let bomb = packed(&vec![b' '; 200_000_000]);
+    assert!(bomb.len() < 300_000, "little that is much: {}", bomb.len());
+    for (drawn, words) in [
+        (String::new(), "damaged"),
+        ("%%%".to_owned(), "damaged"),
+        ("e30".to_owned(), "damaged"),
+        (packed(&[0xff, 0xfe]), "damaged"),
+        (bomb, "at most 1000000"),
+        (packed(b""), "the file is empty"),
+        (packed(b"{\"a\":1}"), "world file, line 1"),
+        (packed("[".repeat(100_000).as_bytes()), "world file, line 1"),
+        ("A".repeat(1_500_000), "bytes long"),
+    ] {
+        let said = Link::read(&format!("{begins}{drawn}"))
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let said = Link::read(&format!("{begins}e30&world=arena")).unwrap_err();
+    assert!(said.to_string().contains("one of them"), "{said}");
+    let long = " ".repeat(1_000_001);
+    assert_eq!(
+        drawn(&long).world.load().map(|_| ()).unwrap_err(),
+        LinkError::Drawing("world file: the file is empty, expected a JSON object".to_owned())
+    );
+    let said = drawing_refused(&(DRAWN.to_owned() + &long));
+    assert!(matches!(said, LinkError::DrawingTooLong(_)), "{said}");
+}
+
+fn drawing_refused(text: &str) -> LinkError {
+    drawn(text).write().unwrap_err()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 // a faint sill.
 
 import { DOOR, DOOR_STRIDE } from "../../protocol/module.js";
-import { addSegments, type Brush, disc, nearestSegment, stroke } from "./layer.js";
+import { addSegments, type Brush, disc, stroke } from "./layer.js";
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { doors } } = brush;
@@ -18,10 +18,4 @@ export function draw(brush: Brush): void {
     disc(brush, x1, y1, camera.px(3));
     disc(brush, x2, y2, camera.px(3));
   }
-}
-
-/** The door whose leaf is nearest to a map point, if it is nearer than `reach`, m; its number. */
-export function doorAt(doors: Float32Array, x: number, y: number, reach: number): number | null {
-  const row = nearestSegment(doors, DOOR_STRIDE, DOOR.x1, x, y, reach);
-  return row === null ? null : row / DOOR_STRIDE;
 }

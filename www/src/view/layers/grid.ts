@@ -1,9 +1,21 @@
 // The occupancy grid, and the metres that are ruled over it.
 
+import type { Status } from "../../protocol/frame.js";
 import type { Brush } from "./layer.js";
 
-export function draw({ bulk, tiles }: Brush): void {
+/** How much of the map is seen while nobody knows whether the robot is where it is drawn. */
+const IN_DOUBT = 0.35;
+
+/** A map that a robot draws which is lost, or takes one place for another, is one of a place where
+    it is not: it is drawn faintly until that is decided. */
+export function draw({ context, bulk, tiles, scene: { status } }: Brush): void {
+  context.globalAlpha = status && isInDoubt(status) ? IN_DOUBT : 1;
   bulk.tiles(tiles);
+  context.globalAlpha = 1;
+}
+
+export function isInDoubt({ localisation, placed }: Pick<Status, "localisation" | "placed">): boolean {
+  return localisation === "lost" || localisation === "ambiguous" || !placed;
 }
 
 /** How far beside the view is ruled, too, as a part of it: what is seen may move before it is drawn

@@ -87,21 +87,3 @@ function trace(path: PathPencil, outlines: Region["outlines"]): void {
     path.closePath();
   }
 }
-
-/** The region that holds a map point; null outside of all. */
-export function roomAt({ regions }: Pick<Rooms, "regions">, x: number, y: number): number | null {
-  const room = regions.findIndex(({ outlines }) => outlines.reduce((count, ring) => count + crossings(ring, x, y), 0) % 2 === 1);
-  return room < 0 ? null : room;
-}
-
-/** How often a ray to the right crosses an outline. */
-function crossings(ring: Float32Array, x: number, y: number): number {
-  let count = 0;
-  let [ax = 0, ay = 0] = ring.slice(-2);
-  for (let i = 0; i + 1 < ring.length; i += 2) {
-    const [bx = 0, by = 0] = [ring[i], ring[i + 1]];
-    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) count += 1;
-    [ax, ay] = [bx, by];
-  }
-  return count;
-}

@@ -1,29 +1,8 @@
 // What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no
 // more of the direction.
 
-import { BEAM, BEAM_STRIDE } from "../../protocol/module.js";
 import type { Pencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
-
-/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
-    NaN where it reports none. */
-export interface Reading {
-  range: number;
-  sigma: number;
-  quality: number;
-}
-
-/** The reading whose hit is nearest to a map point, if it is nearer than `reach`, m. */
-export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y: number, reach: number): Reading | null {
-  let [nearest, found] = [reach, -1];
-  for (let i = 0; i + 1 < scan.length; i += 2) {
-    const distance = Math.hypot((scan[i] ?? NaN) - x, (scan[i + 1] ?? NaN) - y);
-    if (distance < nearest) [nearest, found] = [distance, (i / 2) * BEAM_STRIDE];
-  }
-  if (found < 0) return null;
-  const at = (place: number): number => beams[found + place] ?? NaN;
-  return { range: at(BEAM.range), sigma: at(BEAM.sigma), quality: at(BEAM.quality) };
-}
 
 export function draw(brush: Brush): void {
   const { context, bulk, camera, palette, scene: { scan, status } } = brush;

@@ -3,7 +3,7 @@
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import { t } from "../../words.js";
-import { addSegments, type Brush, label, nearestSegment, stroke } from "./layer.js";
+import { addSegments, type Brush, label, stroke } from "./layer.js";
 import { writeName } from "./name.js";
 
 export function draw(brush: Brush): void {
@@ -31,10 +31,4 @@ export function wallEnds(lines: Float64Array, id: number): number[] | null {
     if (lines[i + LINE.id] === id) return [...lines.subarray(i + LINE.x1, i + LINE.y2 + 1)];
   }
   return null;
-}
-
-/** The wall whose seen part is nearest to a map point, if it is nearer than `reach`, m. */
-export function wallAt(lines: Float64Array, x: number, y: number, reach: number): number | null {
-  const row = nearestSegment(lines, LINE_STRIDE, LINE.x1, x, y, reach);
-  return row === null ? null : (lines[row + LINE.id] ?? null);
 }
