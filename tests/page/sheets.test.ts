@@ -36,8 +36,8 @@ test('a swipe up scrolls a sheet, a swipe down brings it back and then shuts it'
 test('a swipe down that nothing takes up does not reload the page', { tag: '@phone-only' }, async ({ lab, page }) => {
   await lab.open();
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(3);
-  // What a browser does with the rest of a swipe cannot be seen without its own frame: the page says
-  // that it is to do nothing.
+  // What a browser does with the rest of a swipe cannot be seen without its own frame: the page
+  // says that it is to do nothing.
   for (const part of ['html', 'body']) expect(await page.locator(part).evaluate((element) => getComputedStyle(element).overscrollBehaviorY), part).toBe('none');
   const touch = await page.context().newCDPSession(page);
   const { scans } = await lab.status();
@@ -64,6 +64,12 @@ test('sheets stand on what steers, and leave the map in sight', { tag: '@phone-o
     await lab.show(tab);
     await expect.poll(() => gap(page, panel), panel).toBeLessThanOrEqual(1);
   }
+  await page.setViewportSize({ width: 360, height: 844 });
+  await lab.show('run');
+  expect(await page.locator('#run-panel').evaluate((panel) => panel.scrollWidth - panel.clientWidth), 'nothing sticks out of it').toBe(0);
+  const [sheet, restart] = await Promise.all([page.locator('#run-panel'), lab.at('restart')].map((part) => part.boundingBox()));
+  expect(restart!.x + restart!.width, 'nor into its margin').toBeLessThanOrEqual(sheet!.x + sheet!.width - 15);
+  await lab.show('status');
   expect((await page.locator('#status-panel').boundingBox())!.y, 'a fifth of the height is map').toBeGreaterThan(54 + 844 / 5);
   await page.keyboard.press('4');
   await expect.poll(() => gap(page, '#status-panel'), 'in the cycle').toBeLessThanOrEqual(1);

@@ -128,7 +128,8 @@ export type Command =
   /** The grid, the walls as a floor plan, the trajectory, the log, what was fitted last as a
       preset, or the saved map that runs go on in. */
   | { kind: "save"; what: "fit" | "saved-map" }
-  /** The files of a kind for the list of what can be saved. It is answered by `collected`, in turn. */
+  /** The files of a kind for the list of what can be saved. It is answered by `collected`, in
+      turn. */
   | { kind: "collect"; what: SavedKind }
   /** Runs by scan matching go on in this saved map from the next one on; without bytes in none. */
   | { kind: "go-on"; name: string; bytes: ArrayBuffer | null }

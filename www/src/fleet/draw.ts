@@ -26,8 +26,8 @@ export interface Drawn {
 
 /** Radius of a robot's sign, CSS pixels: it is seen however far away the map is ... */
 export const SIGN = 9;
-/** ... but where robots stand close together on a small map it is no larger than that, or than this,
-    m. */
+/** ... but where robots stand close together on a small map it is no larger than that, or than
+    this, m. */
 const LEAST_SIGN = 5;
 const SIGN_METRES = 1.2;
 /** Names are written where there is room for them. */

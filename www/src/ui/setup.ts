@@ -46,6 +46,10 @@ export class SlamSetup extends SlamElement {
     .grid label:has(> select) { min-width: 0; }
     .seed { display: flex; gap: 6px; }
     .seed button:not(.icon), .seed select { flex: 1; min-width: 0; }
+    /* Beside two others there is room for the word alone. */
+    .seed .icon:not([hidden]) ~ button:not(.icon) { padding: 0 4px; }
+    .seed .icon:not([hidden]) ~ button:not(.icon) svg { display: none; }
+    @media (max-width: 400px) { .seed { gap: 4px; } }
     .files { display: grid; grid-template-columns: 1fr 1fr; gap: 8px; margin-top: 12px; }
     .files button { padding: 0 6px; }
     p.about { margin: 0; color: var(--muted); line-height: 1.4; }
