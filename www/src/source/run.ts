@@ -160,7 +160,8 @@ export class Run implements RunFacts {
   }
 
   status(): PacelessStatus {
-    const s = this.#status;
+    // What a person does while it waits counts at once.
+    const s = { ...this.#status, byHand: this.module.status().byHand };
     const finished = this.kind === "replay" ? this.finished : s.finished;
     return {
       ...s, finished, source: this.kind,
