@@ -125,8 +125,8 @@ fn whole(example: &str) -> Result<Command> {
     Ok(cargo)
 }
 
-/// The same with a router and a bucket that die, by the profile of the tests, as `router`: Zenoh and
-/// what the store stands on take minutes to compile.
+/// The same with a router and a bucket that die, by the profile of the tests, as `router`: Zenoh
+/// and what the store stands on take minutes to compile.
 fn torn(example: &str) -> Result<Command> {
     tools::run_cargo(TORN)?;
     let mut measurer = Command::new(tools::built(&format!("debug/examples/{example}")));

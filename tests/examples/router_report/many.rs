@@ -1,5 +1,5 @@
-//! A hundred simulated robots at a router, and what they cost the bridge whose page shows them; from
-//! three such measurements what a robot costs, and what of it gives way first when there are more.
+//! A hundred simulated robots at a router, and what they cost the bridge whose page shows them;
+//! from three such measurements what a robot costs, and what gives way first when there are more.
 //!
 //! A simulated robot has a session of its own, and says what a bridge that maps says of it: token,
 //! states, a pose five times a second, a heartbeat each second. It drives in a circle until it is
