@@ -43,6 +43,7 @@ import "./ui/prior_map.js";
 import "./ui/log.js";
 import "./ui/methods.js";
 import "./ui/moved.js";
+import "./ui/next.js";
 import "./ui/plots.js";
 import "./ui/pose_graph.js";
 import "./ui/quality.js";

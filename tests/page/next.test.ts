@@ -1,0 +1,39 @@
+// At the end of a run the page offers what next.
+import { expect, test } from './fixture.ts';
+import { record } from './recording.ts';
+
+test('at the end of a run the page offers what next, and does it', { tag: '@phone' }, async ({ lab, page }) => {
+  await lab.open();
+  const offer = lab.at('next');
+  await expect(offer, 'not while it explores').toHaveCount(0);
+  await lab.speed('Infinity');
+  await lab.watch((s) => s.finished, 'the building is explored', 90_000).toBe(true);
+  await expect(offer).toContainText('What next?');
+  const box = (await offer.boundingBox())!;
+  expect(box.x).toBeGreaterThanOrEqual(0);
+  expect(box.x + box.width).toBeLessThanOrEqual(page.viewportSize()!.width);
+  await lab.at('next-save').click();
+  await expect(lab.at('saving')).toBeVisible();
+  await expect(offer, 'it was taken').toHaveCount(0);
+  await page.keyboard.press('Escape');
+  const { world } = (await lab.state()).setup;
+  await page.keyboard.press('r');
+  await lab.watch((s) => s.finished, 'another run begins').toBe(false);
+  await lab.watch((s) => s.finished, 'the building is explored', 90_000).toBe(true);
+  await lab.at('next-world').click();
+  await expect.poll(async () => (await lab.state()).setup.world).not.toBe(world);
+  await lab.watch((s) => s.mode, 'it explores').toBe('explore');
+  await expect(offer).toHaveCount(0);
+});
+
+test('at the end of a recording there is no other building to offer, and an offer can be closed', async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('file').setInputFiles({ name: 'laps.log', mimeType: 'text/plain', buffer: Buffer.from(record(200).text) });
+  await expect.poll(async () => (await lab.state()).source).toBe('replay');
+  await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
+  await expect(lab.at('next-compare')).toBeVisible();
+  await expect(lab.at('next-world')).toHaveCount(0);
+  await page.getByRole('button', { name: 'Close the offer' }).click();
+  await expect(lab.at('next')).toHaveCount(0);
+});

@@ -1,0 +1,51 @@
+// What next: offered at the end of a run, until something is done or the offer is closed.
+
+import { css, nothing, type TemplateResult } from "lit";
+import { current as currentLesson } from "../lessons.js";
+import { html } from "../words.js";
+import { SlamElement } from "./element.js";
+import { icons } from "./icons.js";
+
+export class SlamNext extends SlamElement {
+  static override styles = css`
+    div { display: flex; flex-wrap: wrap; align-items: center; justify-content: center; gap: 6px; padding: 4px 4px 4px 16px; border-radius: 22px; max-width: calc(100vw - 24px); background: var(--ink); color: var(--surface); font-size: 13.5px; box-shadow: var(--shadow); animation: in .4s ease-out; }
+    button { border: 0; border-radius: 18px; min-height: 32px; padding: 0 12px; color: inherit; background: color-mix(in srgb, var(--surface) 16%, transparent); white-space: nowrap; }
+    button:hover { background: color-mix(in srgb, var(--surface) 30%, transparent); }
+    button.icon { width: 32px; padding: 0; background: transparent; }
+    @keyframes in { from { opacity: 0; transform: translateY(6px); } }
+  `;
+
+  protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit", "lesson"] as const;
+  #closed = false;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.store.on("run", () => (this.#closed = false));
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    const { status, source, tab, layers, editing, inspecting, tour, exhibit, offer: { worlds }, setup } = this.store;
+    // Those have a next step of their own, and a robot behind a bridge is told what to do by who
+    // drives it. On a phone what is open covers the map.
+    if (!status?.finished || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting) return nothing;
+    if (layers.rooms || tab === "paths" || (tab !== "" && matchMedia("(max-width: 760px)").matches)) return nothing;
+    const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];
+    return html`<div data-testid="next" role="group" aria-label="What next?"><span>What next?</span>
+      ${source === "sim" && world !== undefined ? html`<button data-testid="next-world" title="The robot maps a building that it has never seen" @click=${this.#do(() => this.client.start({ world, worldJson: null, mode: "explore" }))}>Another building</button>` : nothing}
+      <button data-testid="next-compare" title="Other methods or settings on the same run, side by side (C)" @click=${this.#do(() => dispatchEvent(new Event("show-race")))}>Compare methods</button>
+      <button data-testid="next-gallery" title="Experiments: runs in which one thing is seen (G)" @click=${this.#do(() => dispatchEvent(new Event("show-gallery")))}>Experiments</button>
+      <button data-testid="next-save" title="The map and all else that can be kept (Y)" @click=${this.#do(() => dispatchEvent(new Event("show-saving")))}>Save…</button>
+      <button class="icon" aria-label="Close the offer" @click=${this.#do(() => undefined)}>${icons.close}</button>
+    </div>`;
+  }
+
+  #do(act: () => void): (event: Event) => void {
+    return this.press(() => {
+      this.#closed = true;
+      this.requestUpdate();
+      act();
+    });
+  }
+}
+
+customElements.define("slam-next", SlamNext);
