@@ -10,14 +10,18 @@ test('what needs somebody comes first, and each is found by name @phone', async 
   Object.assign(fleet.robots[7]!.safety!, { emergency: true, armed: false, reason: 'emergency-stop' });
   Object.assign(fleet.robots[9]!, { heard: -5 });
   Object.assign(fleet.robots[11]!, { pose_state: 'lost' });
+  // Of a bridge that has just started the link came up; nobody was driving.
+  Object.assign(fleet.robots[1]!.safety!, { armed: false, reason: 'link', driver: '' });
+  Object.assign(fleet.robots[2]!.safety!, { armed: false, reason: 'link', driver: 'anna' });
   await fleet.serve(page);
   await page.goto('fleet.html');
   const rows = page.locator('li');
   await expect(rows).toHaveCount(12);
-  const names = await rows.evaluateAll((all) => all.slice(0, 6).map((one) => one.getAttribute('data-name')));
-  expect(names).toEqual(['robot-007', 'robot-005', 'robot-009', 'robot-003', 'robot-011', 'robot-000']);
+  const names = await rows.evaluateAll((all) => all.slice(0, 7).map((one) => one.getAttribute('data-name')));
+  expect(names).toEqual(['robot-007', 'robot-005', 'robot-009', 'robot-002', 'robot-003', 'robot-011', 'robot-000']);
+  await expect(page.locator('[data-name="robot-001"]')).toHaveAttribute('data-state', 'standing');
   await expect(page.locator('header')).toContainText('11 of 12 robots here');
-  await expect(page.locator('header')).toContainText('5 need attention');
+  await expect(page.locator('header')).toContainText('6 need attention');
   await page.getByRole('textbox', { name: 'Search by name' }).fill('-003');
   await expect(rows).toHaveCount(1);
   await rows.getByRole('button', { name: /robot-003/ }).first().click();

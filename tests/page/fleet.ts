@@ -27,7 +27,10 @@ export class SimulatedFleet {
         const pose = told.pose && [told.pose[0] + Math.cos(way), told.pose[1] + Math.sin(way), way + Math.PI / 2];
         return { ...told, pose, heard: told.heard < 0 ? now + 1e6 * told.heard : now, alert: told.alert && { ...told.alert, heard: now } };
       });
-      return route.fulfill({ json: { revision, now, left_out: 0, connected: true, robots } });
+      // Whoever drives is told in short, as a bridge does.
+      const isShort = this.moves && new URL(route.request().url()).searchParams.get('since') !== '0';
+      const moved = robots.map(({ name, heard, pose, pose_heard }) => ({ name, heard, pose, pose_heard }));
+      return route.fulfill({ json: { revision, now, left_out: 0, connected: true, robots: isShort ? [] : robots, moved: isShort ? moved : [] } });
     });
     await page.route('**/fleet/map/*', (route) => route.fulfill({
       json: { message: { Map: { revision: 1, cell: 0.1, corner: [-3, -3], width: 400, height: 400, runs: [4 * 400 + 2, 4 * 398 * 400 + 1, 4 * 400 + 2] } } },

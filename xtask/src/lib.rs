@@ -19,6 +19,7 @@ pub mod browser_cost;
 pub mod check;
 pub mod dist;
 pub mod firmware;
+pub mod fleet_report;
 pub mod measure;
 pub mod npm;
 #[cfg(unix)]

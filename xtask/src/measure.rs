@@ -1,9 +1,11 @@
 //! Measures what is promised of page and bridge: figures as JSON, and whether they hold.
 
+use std::process::Command;
+
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 
-use crate::{browser_cost, firmware, page_report, tools};
+use crate::{browser_cost, firmware, fleet_report, page_report, tools};
 
 /// What to measure, and for how long.
 #[derive(Debug, Args)]
@@ -18,6 +20,10 @@ pub struct Measurement {
     /// How often each fault is tried
     #[arg(long, default_value_t = 100)]
     trials: usize,
+    /// Measure faults, latency or soak of bridges at a Zenoh router and with a bucket for their
+    /// recordings, both of which die and come back all the time
+    #[arg(long)]
+    torn: bool,
 }
 
 /// What can be measured.
@@ -37,8 +43,9 @@ pub enum Promise {
     /// Three robots at a Zenoh router: one driven through it and stopped by others, the router
     /// killed and started again, certificates that are foreign, settings that cannot be
     Router,
-    /// Three bridges that see and stop each other through a router; 10, 30 and 100 simulated
-    /// robots, whose states are at most a second old, and all stop
+    /// Three bridges that see and stop each other through a router, by their pages too; 10, 30 and
+    /// 100 simulated robots, whose states are at most a second old, all stop, and are drawn 30 times
+    /// a second
     Fleet,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,
@@ -55,11 +62,22 @@ pub enum Promise {
     PageFrames,
 }
 
+const TORN: &str = "build --profile test --quiet --package slamlab-bridge --package slamlab-tests --package slamlab-storage-report \
+                    --features slamlab-bridge/zenoh,slamlab-bridge/storage,slamlab-tests/zenoh --bin slamlab-bridge \
+                    --bin slamlab-storage-report --example router_report --example bridge_report";
+
 /// Measures it; the bridge over sockets of this machine.
 ///
 /// # Errors
 /// If a figure does not hold.
 pub fn measure(what: &Measurement) -> Result<()> {
+    let can_be_torn = matches!(
+        what.promise,
+        Promise::Faults | Promise::Latency | Promise::Soak
+    );
+    if what.torn && !can_be_torn {
+        bail!("--torn goes with faults, latency and soak");
+    }
     let minutes = |default: f64| what.minutes.unwrap_or(default).to_string();
     let (example, words) = match what.promise {
         Promise::BrowserCost => return browser_cost::report(),
@@ -69,8 +87,8 @@ pub fn measure(what: &Measurement) -> Result<()> {
         Promise::Upload => {
             return tools::run_cargo("run --release --quiet --package slamlab-storage-report");
         }
-        Promise::Router => return router(&[]),
-        Promise::Fleet => return router(&["fleet"]),
+        Promise::Router => return fleet_report::router(),
+        Promise::Fleet => return fleet_report::report(),
         Promise::Fuzz => ("fuzz", vec![minutes(10.0)]),
         Promise::Soak => ("bridge_report", vec!["soak".to_owned(), minutes(30.0)]),
         Promise::Access => ("bridge_report", vec!["access".to_owned(), minutes(5.0)]),
@@ -80,34 +98,47 @@ pub fn measure(what: &Measurement) -> Result<()> {
             ("bridge_report", words)
         }
     };
-    let mut cargo = tools::cargo();
+    let mut measurer = match what.torn {
+        true => torn(example)?,
+        false => whole(example)?,
+    };
     if matches!(what.promise, Promise::Faults | Promise::Latency) {
         match firmware::build_simulator()? {
-            Some(robot) => _ = cargo.env("SLAMLAB_RP6_SIM", robot),
+            Some(robot) => _ = measurer.env("SLAMLAB_RP6_SIM", robot),
             // Latency is measured from an encoder's edge only where there is one.
             None if what.promise == Promise::Latency => (),
             None => bail!("the faults are measured at the registers of the real firmware"),
         }
     }
-    // Some want the bridge in a process of its own.
+    tools::run(measurer.args(words))
+}
+
+/// The measuring program, without its words. Some want the bridge in a process of its own.
+fn whole(example: &str) -> Result<Command> {
     tools::run_cargo("build --release --quiet --package slamlab-bridge")?;
     let run = "run --release --quiet --package slamlab-tests --example";
+    let mut cargo = tools::cargo();
     cargo
         .env("SLAMLAB_BRIDGE", tools::built("release/slamlab-bridge"))
         .args(run.split(' '))
-        .args([example, "--"])
-        .args(words);
-    tools::run(&mut cargo)
+        .args([example, "--"]);
+    Ok(cargo)
 }
 
-/// Apart from the others: what it measures is built with a feature that takes minutes to compile,
-/// and by the profile of the tests, which have compiled most of the rest.
-fn router(words: &[&str]) -> Result<()> {
-    let built = "--profile test --quiet --package slamlab-bridge --package slamlab-tests \
-                 --features slamlab-bridge/zenoh,slamlab-tests/zenoh";
-    let programs = "--bin slamlab-bridge --example router_report";
-    tools::run_cargo(&format!("build {built} {programs}"))?;
-    let mut report = std::process::Command::new(tools::built("debug/examples/router_report"));
-    report.env("SLAMLAB_BRIDGE", tools::built("debug/slamlab-bridge"));
-    tools::run(report.args(words))
+/// The same with a router and a bucket that die, by the profile of the tests, as `router`: Zenoh
+/// and what the store stands on take minutes to compile.
+fn torn(example: &str) -> Result<Command> {
+    tools::run_cargo(TORN)?;
+    let mut measurer = Command::new(tools::built(&format!("debug/examples/{example}")));
+    measurer
+        .env("SLAMLAB_BRIDGE", tools::built("debug/slamlab-bridge"))
+        .env(
+            "SLAMLAB_ROUTER",
+            tools::built("debug/examples/router_report"),
+        )
+        .env(
+            "SLAMLAB_STORE",
+            tools::built("debug/slamlab-storage-report"),
+        );
+    Ok(measurer)
 }

@@ -9,6 +9,7 @@
 //! | `page-frames` | time for 60 pictures a second while a recorded building plays at 50 times its speed |
 
 use std::fs;
+use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
@@ -36,9 +37,25 @@ pub fn frames() -> Result<()> {
     measured("page-frames", "frames.measure.ts", &[])
 }
 
-/// Builds the page, and runs one file of measurements, which leaves its figures in a file.
+/// Builds the page, runs one file of measurements, and prints its figures.
 fn measured(name: &str, file: &str, settings: &[(&str, &str)]) -> Result<()> {
     let bridge = page::build_with_bridge(Profile::Release, "build --package slamlab-bridge")?;
+    let (figures, judged) = figures(name, file, &bridge, settings)?;
+    println!("{figures}");
+    judged
+}
+
+/// Runs one file of measurements on the page that is built, which leaves its figures in a file:
+/// those, and whether they hold.
+///
+/// # Errors
+/// If it cannot be run, or leaves no figures.
+pub fn figures(
+    name: &str,
+    file: &str,
+    bridge: &Path,
+    settings: &[(&str, &str)],
+) -> Result<(String, Result<()>)> {
     let folder = tools::root().join("tests/page");
     page::install(&folder)?;
     let figures = tools::target_dir().join(format!("{name}.json"));
@@ -53,14 +70,13 @@ fn measured(name: &str, file: &str, settings: &[(&str, &str)]) -> Result<()> {
         .env("SLAMLAB_DATA", tools::data_folder())
         .env("SLAMLAB_FIGURES", &figures)
         .envs(settings.iter().copied());
-    let measured = tools::output(&mut npm);
+    let measured = tools::output(&mut npm).map(|_| ());
     match fs::read_to_string(&figures) {
-        Ok(figures) => println!("{figures}"),
+        Ok(figures) => Ok((figures, measured)),
         // What kept it from measuring says more.
         Err(error) => {
             measured?;
-            return Err(error).with_context(|| format!("no figures in {}", figures.display()));
+            Err(error).with_context(|| format!("no figures in {}", figures.display()))
         }
     }
-    measured.map(|_| ())
 }

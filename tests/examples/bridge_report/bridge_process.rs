@@ -8,6 +8,8 @@ use std::process::Stdio;
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 
+use crate::torn::{self, Torn};
+
 pub(crate) struct BridgeProcess {
     child: Child,
     pub(crate) address: SocketAddr,
@@ -18,30 +20,40 @@ pub(crate) struct BridgeProcess {
 
 impl BridgeProcess {
     /// Starts it; token and time step are in `folder`. Writes beyond a limit fail, as on a full
-    /// disk, and do not end it.
+    /// disk, and do not end it. Where there is a bucket it records into the folder of `recording`,
+    /// in which it stores what others finished.
     pub(crate) async fn start(
         program: &str,
         source: &str,
         folder: &Path,
         recording: PathBuf,
+        torn: Option<&Torn>,
     ) -> Self {
+        let stored = torn.map(|torn| {
+            let into = folder.join("recordings");
+            std::fs::create_dir_all(&into).unwrap();
+            (torn.settings(folder), torn::pieces(&into), into)
+        });
         let step = folder.join("step");
         std::fs::write(&step, 0_i64.to_le_bytes()).unwrap();
-        let mut child = Command::new("sh")
+        let mut command = Command::new("sh");
+        command
             .args(["-c", "trap '' XFSZ; exec \"$@\"", "sh", program])
             .args(["serve", "--port", "0", "--page"])
             .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../bridge/tests/page"))
             .args(["--source", source, "--token-file"])
             .arg(folder.join("token"))
             .arg("--record")
-            .arg(&recording)
+            .arg(stored.as_ref().map_or(&recording, |(.., into)| into))
             .env("LD_PRELOAD", clock_step(folder).await)
             .env("SLAMLAB_CLOCK_STEP", &step)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
-            .kill_on_drop(true)
-            .spawn()
-            .unwrap();
+            .kill_on_drop(true);
+        if let Some((settings, ..)) = &stored {
+            command.arg("--config").arg(settings);
+        }
+        let mut child = command.spawn().unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         let address = loop {
             let line = lines.next_line().await.unwrap();
@@ -53,6 +65,14 @@ impl BridgeProcess {
             }
         };
         tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} });
+        let recording = match stored {
+            None => recording,
+            // The one that was not there before.
+            Some((_, before, into)) => {
+                let mut now = torn::pieces(&into).into_iter();
+                now.find(|piece| !before.contains(piece)).unwrap()
+            }
+        };
         Self {
             child,
             address,

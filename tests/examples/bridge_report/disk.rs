@@ -22,7 +22,8 @@ pub(crate) async fn report() -> (bool, Value) {
     let folder = tempfile::tempdir().unwrap();
     let recording = folder.path().join("drive.mcap");
     let source = "sim:arena,lidar";
-    let bridge = BridgeProcess::start(&program, source, folder.path(), recording.clone()).await;
+    let path = recording.clone();
+    let bridge = BridgeProcess::start(&program, source, folder.path(), path, None).await;
     let token = std::fs::read_to_string(folder.path().join("token")).unwrap();
     let mut driver = Client::connect(bridge.address, "").await;
     assert!(driver.enter(Some(token.trim())).await);

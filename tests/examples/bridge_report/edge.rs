@@ -9,6 +9,7 @@
 //! is the rest, that of the bridge. A trial without an answer counts as one of [`LONGEST`], unless
 //! the simulator itself was kept waiting meanwhile; repeated trials are counted.
 
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use serde_json::{Value, json};
@@ -17,6 +18,7 @@ use slamlab_core::wire::message::{FromBridge, ToBridge};
 
 use crate::client::{Came, Client};
 use crate::stand::Stand;
+use crate::torn::Torn;
 
 const TRIALS: usize = 100;
 /// How long a trial is waited for.
@@ -25,10 +27,10 @@ const LONGEST: Duration = Duration::from_secs(2);
 const CALM: f64 = 0.01;
 
 /// `None` where the programs are not named.
-pub(crate) async fn measure() -> Option<Value> {
+pub(crate) async fn measure(torn: Option<Arc<Torn>>) -> Option<Value> {
     let bridge = std::env::var("SLAMLAB_BRIDGE").ok()?;
     let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
-    let mut stand = Stand::start(&bridge, &robot).await;
+    let mut stand = Stand::start(&bridge, &robot, torn).await;
     let mut driver = stand.driver().await;
     let (mut whole, mut robots, mut bridges) = (Vec::new(), Vec::new(), Vec::new());
     let (mut repeated, mut unanswered) = (0, 0);

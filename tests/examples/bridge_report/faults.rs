@@ -1,5 +1,6 @@
 //! From a fault to the order to stop at the robot, many times with random timing.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
@@ -7,6 +8,7 @@ use slamlab_core::wire::message::ToBridge;
 
 use crate::client::Bridge;
 use crate::robot::{Memory, with_robot};
+use crate::torn::Torn;
 
 const LIMIT: Duration = Duration::from_millis(250);
 
@@ -30,7 +32,7 @@ const ALL: [Fault; 6] = [
     Fault::BridgeTerminated,
 ];
 
-pub(crate) async fn report(trials: usize) -> (bool, Value) {
+pub(crate) async fn report(trials: usize, torn: Option<&Arc<Torn>>) -> (bool, Value) {
     let mut figures = Map::new();
     let mut holds = true;
     let mut numbers = slamlab_tests::numbers();
@@ -40,7 +42,8 @@ pub(crate) async fn report(trials: usize) -> (bool, Value) {
             // Eight robots at a time: nearly all of a trial is waiting.
             let delays: Vec<f64> = numbers.by_ref().take(8.min(trials - took.len())).collect();
             let trials = delays.into_iter().map(|delay| {
-                tokio::spawn(trial(fault, Duration::from_secs_f64(0.1 + 0.2 * delay)))
+                let delay = Duration::from_secs_f64(0.1 + 0.2 * delay);
+                tokio::spawn(trial(fault, delay, torn.cloned()))
             });
             for trial in trials.collect::<Vec<_>>() {
                 took.push(trial.await.unwrap());
@@ -53,9 +56,15 @@ pub(crate) async fn report(trials: usize) -> (bool, Value) {
     (holds, figures.into())
 }
 
-async fn trial(fault: Fault, delay: Duration) -> Duration {
-    let (config, memory) = with_robot();
+async fn trial(fault: Fault, delay: Duration, torn: Option<Arc<Torn>>) -> Duration {
+    let (mut config, memory) = with_robot();
+    if let Some(torn) = &torn {
+        config = torn.on(config);
+    }
     let bridge = Bridge::start(config).await;
+    if let Some(torn) = &torn {
+        torn.settle(bridge.address).await;
+    }
     let mut other = bridge.driver().await;
     let mut driver = bridge.armed().await;
     driver.drive_for(delay, 0.2).await;

@@ -15,6 +15,7 @@ use slamlab_core::wire::message::{FromBridge, ToBridge};
 use crate::bridge_process::BridgeProcess;
 use crate::client::{Bridge, Came, Client};
 use crate::robot::with_robot;
+use crate::torn::Torn;
 
 const MEASURED: Duration = Duration::from_secs(10);
 const MEDIAN_MS: f64 = 10.0;
@@ -22,17 +23,18 @@ const P99_MS: f64 = 25.0;
 const RELAYED: f64 = 10_000.0;
 const WATCHERS: usize = 50;
 
-pub(crate) async fn report() -> (bool, Value) {
-    let alone = measure(0).await;
-    let crowded = measure(WATCHERS).await;
+pub(crate) async fn report(torn: Option<&Arc<Torn>>) -> (bool, Value) {
+    let edge = edge(torn.cloned()).await;
+    let torn = torn.map(Arc::as_ref);
+    let alone = measure(0, torn).await;
+    let crowded = measure(WATCHERS, torn).await;
     let relayed = crowded["messages_a_second"].as_f64();
     let is_in_time = is_below(&alone) && is_below(&crowded);
-    let edge = edge().await;
     let of_it = &edge["of_it_bridge"];
     let is_in_time = is_in_time && is_below(of_it);
     let holds = is_in_time && relayed.is_some_and(|relayed| relayed >= RELAYED);
     let figures = json!({
-        "cost_of_50_watchers": cost().await, "encoder_edge_to_client": edge,
+        "cost_of_50_watchers": cost(torn).await, "encoder_edge_to_client": edge,
         "robot_to_client_alone": alone, "robot_to_client_beside_50_watchers": crowded,
         "limits_ms": { "median": MEDIAN_MS, "p99": P99_MS }, "least_messages_a_second": RELAYED,
     });
@@ -45,17 +47,23 @@ fn is_below(figures: &Value) -> bool {
 }
 
 /// `null` where the simulator of the firmware is not named: what was not measured does not hold.
-async fn edge() -> Value {
+async fn edge(torn: Option<Arc<Torn>>) -> Value {
     #[cfg(target_os = "linux")]
-    if let Some(figures) = crate::edge::measure().await {
+    if let Some(figures) = crate::edge::measure(torn).await {
         return figures;
     }
     Value::Null
 }
 
-async fn measure(watchers: usize) -> Value {
-    let (config, memory) = with_robot();
+async fn measure(watchers: usize, torn: Option<&Torn>) -> Value {
+    let (mut config, memory) = with_robot();
+    if let Some(torn) = torn {
+        config = torn.on(config);
+    }
     let bridge = Bridge::start(config).await;
+    if let Some(torn) = torn {
+        torn.settle(bridge.address).await;
+    }
     let (mut others, received) = (Vec::new(), Arc::new(AtomicU64::new(0)));
     for _ in 0..watchers {
         others.push(tokio::spawn(watch(
@@ -104,13 +112,13 @@ async fn watch(mut watcher: Client, received: Arc<AtomicU64>) {
 }
 
 /// `null` where there is no bridge in a process of its own, or no `/proc`.
-async fn cost() -> Value {
+async fn cost(torn: Option<&Torn>) -> Value {
     #[cfg(target_os = "linux")]
     if let Ok(program) = std::env::var("SLAMLAB_BRIDGE") {
         let folder = tempfile::tempdir().unwrap();
         let recording = folder.path().join("a.mcap");
         let source = "sim:arena,lidar";
-        let bridge = BridgeProcess::start(&program, source, folder.path(), recording).await;
+        let bridge = BridgeProcess::start(&program, source, folder.path(), recording, torn).await;
         let received = Arc::new(AtomicU64::new(0));
         let mut watchers = Vec::new();
         for _ in 0..WATCHERS {

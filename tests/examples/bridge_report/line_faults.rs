@@ -11,6 +11,7 @@
 //!    nothing, and is repeated.
 //! 5. Nearly all of a trial is waiting: [`STANDS`] run side by side.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
@@ -19,6 +20,7 @@ use tokio::task::JoinHandle;
 
 use crate::client::{Came, Client};
 use crate::stand::{Stand, turn};
+use crate::torn::Torn;
 
 const BRIDGE: f64 = 0.250;
 const FIRMWARE: f64 = 0.400;
@@ -79,12 +81,16 @@ struct Tally {
 
 /// Those `faults` only whose names stand there, all if none does; `None` where the programs are not
 /// named.
-pub(crate) async fn report(trials: usize, faults: &[String]) -> Option<(bool, Value)> {
+pub(crate) async fn report(
+    trials: usize,
+    faults: &[String],
+    torn: Option<&Arc<Torn>>,
+) -> Option<(bool, Value)> {
     let bridge = std::env::var("SLAMLAB_BRIDGE").ok()?;
     let robot = std::env::var("SLAMLAB_RP6_SIM").ok()?;
     let mut stands = Vec::new();
     for _ in 0..STANDS.min(trials) {
-        stands.push(Stand::start(&bridge, &robot).await);
+        stands.push(Stand::start(&bridge, &robot, torn.cloned()).await);
     }
     let (mut figures, mut holds, mut memory) = (Map::new(), true, Vec::new());
     let mut numbers = slamlab_tests::numbers();

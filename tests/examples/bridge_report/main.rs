@@ -3,6 +3,9 @@
 //!
 //! `cargo run --release -p slamlab-tests --example bridge_report -- faults [TRIALS]|line-faults
 //! [TRIALS [FAULT...]]|latency|access [MINUTES]|soak [MINUTES]`
+//!
+//! `faults`, `latency` and `soak` have a router and a bucket that die and come back where the
+//! programs of [`torn`] are named: `cargo xtask report soak --torn`.
 #![cfg(not(target_family = "wasm"))] // opens sockets
 #![allow(missing_docs, clippy::unwrap_used)] // a harness: failing is how it reports
 
@@ -16,6 +19,10 @@ mod rights_stand;
 #[allow(dead_code)]
 #[path = "../../tests/bridge_ws/robot.rs"]
 mod robot;
+
+#[allow(dead_code)]
+#[path = "../router_report/web.rs"]
+mod web;
 
 mod access;
 #[cfg(target_os = "linux")]
@@ -41,11 +48,13 @@ mod soak;
 mod soak_device;
 #[cfg(target_os = "linux")]
 mod stand;
+mod torn;
 #[cfg(target_os = "linux")]
 mod trend;
 mod words;
 
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -53,9 +62,13 @@ use serde_json::Value;
 #[tokio::main]
 async fn main() -> ExitCode {
     let name = std::env::args().nth(1).unwrap_or_default();
-    let (holds, report) = match name.as_str() {
-        "faults" => all_faults(number(100.0) as usize).await,
-        "latency" => latency::report().await,
+    let torn = match name.as_str() {
+        "faults" | "line-faults" | "latency" | "soak" => torn::Torn::start().await,
+        _ => None,
+    };
+    let (mut holds, mut report) = match name.as_str() {
+        "faults" => all_faults(number(100.0) as usize, torn.as_ref()).await,
+        "latency" => latency::report(torn.as_ref()).await,
         "access" => access::report(number(5.0)).await,
         #[cfg(target_os = "linux")]
         "hostile" => {
@@ -65,11 +78,11 @@ async fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         #[cfg(target_os = "linux")]
-        "line-faults" => line_faults::report(number(100.0) as usize, &names())
+        "line-faults" => line_faults::report(number(100.0) as usize, &names(), torn.as_ref())
             .await
             .expect("SLAMLAB_BRIDGE and SLAMLAB_RP6_SIM name the programs"),
         #[cfg(target_os = "linux")]
-        "soak" => soak::report(number(30.0)).await,
+        "soak" => soak::report(number(30.0), torn.as_deref()).await,
         _ => {
             eprintln!(
                 "expected one of: faults [TRIALS], line-faults [TRIALS [FAULT...]], latency, access [MINUTES], soak [MINUTES]"
@@ -77,6 +90,10 @@ async fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
+    if let Some(torn) = torn {
+        holds &= torn.was_torn();
+        report["router_and_bucket_torn_away"] = torn.figures();
+    }
     let whole = serde_json::json!({ "report": name, "holds": holds, "figures": report });
     println!("{}", serde_json::to_string_pretty(&whole).unwrap());
     if holds {
@@ -87,10 +104,10 @@ async fn main() -> ExitCode {
 }
 
 /// At the registers of the real firmware, where its simulator is named, and at the robot's source.
-async fn all_faults(trials: usize) -> (bool, Value) {
-    let at_the_source = faults::report(trials).await;
+async fn all_faults(trials: usize, torn: Option<&Arc<torn::Torn>>) -> (bool, Value) {
+    let at_the_source = faults::report(trials, torn).await;
     #[cfg(target_os = "linux")]
-    if let Some(at_the_registers) = line_faults::report(trials, &[]).await {
+    if let Some(at_the_registers) = line_faults::report(trials, &[], torn).await {
         return (
             at_the_source.0 && at_the_registers.0,
             serde_json::json!({ "at_the_registers": at_the_registers.1, "at_the_source": at_the_source.1 }),

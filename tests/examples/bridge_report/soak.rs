@@ -20,19 +20,20 @@ use tokio::task::JoinHandle;
 
 use crate::client::{Came, Client};
 use crate::soak_device as device;
+use crate::torn::{self, Torn};
 use crate::trend::{self, Trend};
 
 const LOOK: Duration = Duration::from_secs(10);
 const HOURS: u32 = 24;
 
-pub(crate) async fn report(minutes: f64) -> (bool, Value) {
+pub(crate) async fn report(minutes: f64, torn: Option<&Torn>) -> (bool, Value) {
     trend::check();
     let accelerated = tokio::task::spawn_blocking(|| {
         let report = device::run(HOURS);
         eprintln!("{HOURS} hours of a device: {}", report.1);
         report
     });
-    let real = real(Duration::from_secs_f64(60.0 * minutes)).await;
+    let real = real(Duration::from_secs_f64(60.0 * minutes), torn).await;
     eprintln!("{minutes} minutes of a bridge: {}", real.1);
     let accelerated = accelerated.await.unwrap();
     (
@@ -48,10 +49,11 @@ struct Process {
     folder: tempfile::TempDir,
 }
 
-async fn start() -> Process {
+async fn start(torn: Option<&Torn>) -> Process {
     let folder = tempfile::tempdir().unwrap();
     let program = std::env::var("SLAMLAB_BRIDGE").expect("SLAMLAB_BRIDGE names the program");
-    let mut child = Command::new(program)
+    let mut command = Command::new(program);
+    command
         .args([
             "serve",
             "--port",
@@ -64,11 +66,17 @@ async fn start() -> Process {
         .arg("--token-file")
         .arg(folder.path().join("token"))
         .arg("--record")
-        .arg(folder.path().join("soak.mcap"))
         .stdout(Stdio::piped())
-        .kill_on_drop(true)
-        .spawn()
-        .unwrap();
+        .kill_on_drop(true);
+    match torn {
+        None => command.arg(folder.path().join("soak.mcap")),
+        // Pieces so small that many are finished, and stored, meanwhile.
+        Some(torn) => command
+            .arg(recordings(&folder))
+            .args(["--record-piece-mib", "1", "--config"])
+            .arg(torn.settings(folder.path())),
+    };
+    let mut child = command.spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let address = loop {
         let line = lines
@@ -93,8 +101,18 @@ async fn start() -> Process {
     }
 }
 
-async fn real(time: Duration) -> (bool, Value) {
-    let bridge = start().await;
+/// Where pieces go that are stored.
+fn recordings(folder: &tempfile::TempDir) -> std::path::PathBuf {
+    let recordings = folder.path().join("recordings");
+    std::fs::create_dir_all(&recordings).unwrap();
+    recordings
+}
+
+async fn real(time: Duration, torn: Option<&Torn>) -> (bool, Value) {
+    let bridge = start(torn).await;
+    if let Some(torn) = torn {
+        torn.settle(bridge.address).await;
+    }
     let began = Instant::now();
     let until = began + time;
     let address = bridge.address;
@@ -125,10 +143,17 @@ async fn real(time: Duration) -> (bool, Value) {
     for other in others {
         other.await.unwrap();
     }
-    let recorded = std::fs::metadata(bridge.folder.path().join("soak.mcap"))
-        .unwrap()
-        .len();
-    let (holds, mut figures) = judge(&samples);
+    let (mut holds, mut figures) = judge(&samples);
+    let mut recorded = vec![bridge.folder.path().join("soak.mcap")];
+    if let Some(torn) = torn {
+        let recordings = recordings(&bridge.folder);
+        let (is_mended, mended) = torn.mends(bridge.address, &recordings).await;
+        holds &= is_mended;
+        figures.insert("router_and_bucket_are_back".into(), mended);
+        recorded = torn::pieces(&recordings);
+    }
+    let bytes = |file: &std::path::PathBuf| std::fs::metadata(file).unwrap().len();
+    let recorded: u64 = recorded.iter().map(bytes).sum();
     figures.insert("minutes".into(), json!(time.as_secs_f64() / 60.0));
     figures.insert("samples".into(), json!(samples.len()));
     figures.insert("recorded_bytes".into(), json!(recorded));

@@ -7,6 +7,7 @@
 //! The programs are named by `SLAMLAB_BRIDGE` and `SLAMLAB_RP6_SIM`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -18,6 +19,7 @@ use tokio::process::{Child, ChildStdin, ChildStdout, Command};
 
 use crate::bridge_process::BridgeProcess;
 use crate::client::Client;
+use crate::torn::Torn;
 
 /// Whatever is waited for comes sooner, or never.
 const NEVER: Duration = Duration::from_secs(60);
@@ -90,16 +92,18 @@ pub(crate) struct Stand {
     folder: tempfile::TempDir,
     bridges: u32,
     bridge: Option<BridgeProcess>,
+    torn: Option<Arc<Torn>>,
 }
 
 impl Stand {
-    pub(crate) async fn start(bridge: &str, robot: &str) -> Self {
+    pub(crate) async fn start(bridge: &str, robot: &str, torn: Option<Arc<Torn>>) -> Self {
         Self {
             robot: Robot::start(robot).await,
             program: bridge.to_owned(),
             folder: tempfile::tempdir().unwrap(),
             bridges: 0,
             bridge: None,
+            torn,
         }
     }
 
@@ -109,7 +113,11 @@ impl Stand {
         let folder = self.folder.path();
         let recording = folder.join(format!("{}.mcap", self.bridges));
         let source = format!("rp6:{}", self.robot.port);
-        let bridge = BridgeProcess::start(&self.program, &source, folder, recording).await;
+        let torn = self.torn.as_deref();
+        let bridge = BridgeProcess::start(&self.program, &source, folder, recording, torn).await;
+        if let Some(torn) = torn {
+            torn.settle(bridge.address).await;
+        }
         self.bridge = Some(bridge);
         // Of bridges that are gone nobody wants to know any more.
         let _ = old.map(std::fs::remove_file);

@@ -13,6 +13,7 @@
 mod client;
 
 mod drive;
+mod driver;
 mod fleet;
 mod lost;
 mod many;
@@ -41,6 +42,12 @@ async fn main() -> ExitCode {
         && word == "robots"
     {
         many::be_robots(endpoint, count.parse().unwrap()).await;
+        return ExitCode::SUCCESS;
+    }
+    if let [word, endpoint, robot, token] = words.as_slice()
+        && word == "driver"
+    {
+        driver::be_driver(endpoint, robot, token).await;
         return ExitCode::SUCCESS;
     }
     let holds = match words.as_slice() {

@@ -1,8 +1,12 @@
-//! A hundred simulated robots at a router, and what they cost the bridge whose page shows them.
+//! A hundred simulated robots at a router, and what they cost the bridge whose page shows them;
+//! from three such measurements what a robot costs, and what gives way first when there are more.
 //!
 //! A simulated robot has a session of its own, and says what a bridge that maps says of it: token,
 //! states, a pose five times a second, a heartbeat each second. It drives in a circle until it is
 //! stopped. Scans and odometry, which the fleet does not listen to, are left out.
+//!
+//! Zenoh is compiled here by the profile of the tests, without optimisation: what is shipped takes
+//! less of the processor, and as many bytes.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -21,6 +25,14 @@ use crate::{remote, web};
 
 /// Robots of each measurement.
 const COUNTS: [usize; 3] = [10, 30, 100];
+/// How many there are in the fleet that is asked for.
+const MANY: f64 = 10_000.0;
+/// What there is for them: cores for a bridge, bytes a second to a page (100 Mbit/s), MB for a
+/// bridge; and slots, `MOST` of the bridge's table.
+const CORES: f64 = 1.0;
+const LINK: f64 = 12.5e6;
+const MEMORY: f64 = 1000.0;
+const SLOTS: f64 = 4096.0;
 /// How long each takes.
 const WATCHED: Duration = Duration::from_secs(10);
 /// As often as the page asks.
@@ -152,7 +164,65 @@ pub(crate) async fn report() -> (bool, Value) {
         holds &= one_holds;
         figures.push(figure);
     }
-    (holds, figures.into())
+    let cost = cost(&figures);
+    (holds, json!({ "measured": figures, "cost": cost }))
+}
+
+/// What a robot costs, by straight lines through what was measured, and for how many there is room.
+fn cost(figures: &[Value]) -> Value {
+    let mut room = vec![("slots_of_the_table", SLOTS)];
+    let mut all = serde_json::Map::new();
+    for (name, limit) in [
+        ("cpu_of_the_bridge_share_of_a_core", CORES),
+        ("bytes_a_second_to_a_page", LINK),
+        ("memory_of_the_bridge_mb", MEMORY),
+    ] {
+        let number = |figure: &Value, key: &str| figure[key].as_f64().unwrap();
+        let points = figures
+            .iter()
+            .map(|figure| (number(figure, "robots"), number(figure, name)));
+        let Line { fixed, each, worst } = Line::through(&points.collect::<Vec<_>>());
+        let most = ((limit - fixed) / each).floor();
+        // A cost that does not grow leaves room for any number.
+        if each > 0.0 {
+            room.push((name, most));
+        }
+        let figure = json!({
+            "fixed": fixed, "a_robot": each, "farthest_from_the_line": worst, "limit": limit,
+            "robots_at_the_limit": most, "at_10000_robots": fixed + MANY * each,
+        });
+        all.insert(name.to_owned(), figure);
+    }
+    room.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+    let room = room.into_iter();
+    let order: Vec<Value> = room.map(|(name, most)| json!([name, most])).collect();
+    json!({ "of": all, "gives_way_at_so_many_robots": order })
+}
+
+/// A straight line by least squares.
+struct Line {
+    fixed: f64,
+    each: f64,
+    /// The greatest distance of a point from it.
+    worst: f64,
+}
+
+impl Line {
+    fn through(points: &[(f64, f64)]) -> Self {
+        let count = points.len() as f64;
+        let mean = |pick: fn(&(f64, f64)) -> f64| points.iter().map(pick).sum::<f64>() / count;
+        let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+        let (mut xy, mut xx) = (0.0, 0.0);
+        for point in points {
+            xy += (point.0 - x) * (point.1 - y);
+            xx += (point.0 - x).powi(2);
+        }
+        let each = xy / xx;
+        let fixed = y - each * x;
+        let away = |(x, y): &(f64, f64)| (y - fixed - each * x).abs();
+        let worst = points.iter().map(away).fold(0.0, f64::max);
+        Self { fixed, each, worst }
+    }
 }
 
 async fn measure(count: usize) -> (bool, Value) {
@@ -187,7 +257,8 @@ async fn measure(count: usize) -> (bool, Value) {
         asked += 1;
         sleep(ASK.saturating_sub(question.elapsed())).await;
     }
-    let cpu = (cpu(bridge.id()) - before) / watched.elapsed().as_secs_f64();
+    let seconds = watched.elapsed().as_secs_f64();
+    let cpu = (cpu(bridge.id()) - before) / seconds;
     let memory = memory_mb(bridge.id());
     let stop = Instant::now();
     let (status, _) = web::ask(bridge.address, "POST", "/fleet/stop", None).await;
@@ -204,7 +275,7 @@ async fn measure(count: usize) -> (bool, Value) {
     let figure = json!({
         "robots": count, "least_seen": least, "all_seen_after_ms": crate::millis(all_after),
         "oldest_pose_on_the_page_s": oldest_on_page, "slowest_answer_ms": crate::millis(slowest),
-        "bytes_an_answer": bytes / asked.max(1), "cpu_of_the_bridge_share_of_a_core": cpu,
+        "bytes_an_answer": bytes / asked.max(1), "bytes_a_second_to_a_page": bytes as f64 / seconds, "cpu_of_the_bridge_share_of_a_core": cpu,
         "memory_of_the_bridge_mb": memory, "still_armed_after_stop_all": armed,
         "all_seen_stopped_after_ms": crate::millis(stopped_after),
         "limits": { "oldest_s": OLDEST },
@@ -214,7 +285,8 @@ async fn measure(count: usize) -> (bool, Value) {
 
 /// When the pose of each simulated robot was heard, µs.
 fn poses(fleet: &Value) -> Vec<(String, f64)> {
-    let robots = web::here(fleet).into_iter();
+    let moved = fleet["moved"].as_array().unwrap().iter();
+    let robots = web::here(fleet).into_iter().chain(moved);
     let posed = robots.filter(|robot| robot["pose"].is_array());
     posed
         .map(|robot| {

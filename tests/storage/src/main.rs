@@ -14,7 +14,7 @@ mod store;
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -48,6 +48,12 @@ struct Flags {
     /// How often the link breaks
     #[arg(long, default_value_t = 20)]
     breaks: u64,
+    /// Serve the buckets in this folder at --port until the end, and report nothing
+    #[arg(long, requires = "port")]
+    serve: Option<PathBuf>,
+    /// Where to serve them, on this machine
+    #[arg(long, requires = "serve")]
+    port: Option<u16>,
 }
 
 /// What came of it.
@@ -86,6 +92,9 @@ struct Listed {
 #[tokio::main]
 async fn main() -> ExitCode {
     let flags = Flags::parse();
+    if let (Some(folder), Some(port)) = (&flags.serve, flags.port) {
+        return serve(folder, port).await;
+    }
     match report(&flags).await {
         Ok(report) => {
             println!(
@@ -96,6 +105,20 @@ async fn main() -> ExitCode {
                 true => ExitCode::SUCCESS,
                 false => ExitCode::FAILURE,
             }
+        }
+        Err(error) => {
+            eprintln!("{error:?}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// For reports that start and kill a store.
+async fn serve(folder: &Path, port: u16) -> ExitCode {
+    match store::start(folder, port).await {
+        Ok(_) => {
+            println!("there");
+            std::future::pending().await
         }
         Err(error) => {
             eprintln!("{error:?}");
@@ -238,7 +261,7 @@ async fn report(flags: &Flags) -> Result<Report> {
         std::fs::create_dir(path(name))?;
     }
     let sums = make_pieces(&path("recordings"), flags.mib)?;
-    let server = store::start(&path("buckets")).await?;
+    let server = store::start(&path("buckets"), 0).await?;
     let mut failed = vec![];
 
     // What is wrong with a store is said, and the bridge serves.

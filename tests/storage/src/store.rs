@@ -14,13 +14,13 @@ use tokio::net::TcpListener;
 /// Who may.
 pub(crate) const KEY: (&str, &str) = ("slamlab", "a-secret-of-the-report");
 
-/// Begins to serve the buckets in `root`; its address.
-pub(crate) async fn start(root: &Path) -> Result<SocketAddr> {
+/// Begins to serve the buckets in `root`, at this port or, for 0, at a free one; its address.
+pub(crate) async fn start(root: &Path, port: u16) -> Result<SocketAddr> {
     let files = FileSystem::new(root).map_err(|error| anyhow!("{error:?}"))?;
     let mut service = S3ServiceBuilder::new(files);
     service.set_auth(SimpleAuth::from_single(KEY.0, KEY.1));
     let service = service.build();
-    let listener = TcpListener::bind(("127.0.0.1", 0)).await?;
+    let listener = TcpListener::bind(("127.0.0.1", port)).await?;
     let address = listener.local_addr()?;
     tokio::spawn(async move {
         while let Ok((socket, _)) = listener.accept().await {

@@ -182,7 +182,7 @@ export class SlamFleet extends LitElement {
 
   #take(changes: Changes): void {
     const now = performance.now();
-    for (const { name, pose } of changes.robots) {
+    for (const { name, pose } of [...changes.robots, ...changes.moved]) {
       const before = this.#ways.get(name);
       if (!pose) this.#ways.delete(name);
       else if (!before || pose.some((number, n) => number !== before.to[n])) this.#ways.set(name, { from: before ? between(before, now) : pose, to: pose, since: now });

@@ -18,12 +18,16 @@ export interface Robot {
   readonly page: string | null;
 }
 
+/** Of a robot that only drove: what changed of its slot. */
+export type Moved = Pick<Robot, "name" | "heard" | "pose" | "pose_heard">;
+
 export interface Changes {
   readonly revision: number;
   readonly now: number;
   readonly left_out: number;
   readonly connected: boolean;
   readonly robots: readonly Robot[];
+  readonly moved: readonly Moved[];
 }
 
 /** How a robot does, the most urgent first. */
@@ -37,6 +41,10 @@ const FRESH = 60;
 const MICROS = 1e6;
 /** Reasons that somebody has to look after, whoever is there. */
 const TROUBLE: ReadonlySet<DisarmReasonName> = new Set(["link", "silence", "bumper", "battery", "stall", "runaway", "geofence"]);
+
+/** Whether somebody has to look after a robot that was disarmed so. The link also comes up when a
+    bridge starts, which nobody drove meanwhile: of it only who was driving has to know. */
+const isTrouble = ({ armed, reason, driver }: NonNullable<Robot["safety"]>): boolean => !armed && TROUBLE.has(reason) && (reason !== "link" || driver !== "");
 
 /** Robots whose poses are drawn together. */
 export interface Frame {
@@ -58,6 +66,10 @@ export class Fleet {
     // The bridge was started again, and knows nothing of who was there before.
     if (changes.revision < this.revision) this.robots.clear();
     for (const robot of changes.robots) this.robots.set(robot.name, robot);
+    for (const moved of changes.moved) {
+      const known = this.robots.get(moved.name);
+      if (known) this.robots.set(moved.name, { ...known, ...moved });
+    }
     this.revision = changes.revision;
     this.leftOut = changes.left_out;
     this.connected = changes.connected;
@@ -74,7 +86,7 @@ export class Fleet {
     if (safety?.emergency) return "emergency";
     if (!robot.here) return "away";
     if (this.age(robot.heard, now) > SILENT) return "silent";
-    if ((alert && this.age(alert.heard, now) < FRESH) || (safety && !safety.armed && TROUBLE.has(safety.reason))) return "alert";
+    if ((alert && this.age(alert.heard, now) < FRESH) || (safety && isTrouble(safety))) return "alert";
     if (robot.pose_state === "lost" || robot.pose_state === "ambiguous") return "lost";
     return safety?.armed ? "driving" : "standing";
   }

@@ -57,6 +57,12 @@ const FEATURES: &[&str] = &[
 ];
 const GRID: &[&str] = &["core/src/geom", "core/src/map"];
 const BRIDGE: &[&str] = &["core/src/device", "core/src/wire", "bridge/src"];
+const FLEET: &[&str] = &[
+    "core/src/device",
+    "core/src/wire",
+    "bridge/src",
+    "www/src/fleet",
+];
 const FIRMWARE: &[&str] = &[
     "core/src/device",
     "core/src/wire",
@@ -133,7 +139,7 @@ pub(super) const TABLE: &[Entry] = &[
         "Who has no right to the robot is refused, and keeps nobody else from it."),
     entry("router", Promise, Slow, BRIDGE,
         "Robots at a Zenoh router are driven and stopped through it, and stop when it goes."),
-    entry("fleet", Promise, Slow, BRIDGE,
+    entry("fleet", Promise, Slow, FLEET,
         "Whoever is at a Zenoh router is seen by every bridge there within a second, and stopped from it."),
     entry("soak", Promise, Slow, BRIDGE,
         "Nothing grows with time."),
