@@ -2554,7 +2554,6 @@ export const HEARD: Heard = {
   "Wall {0} turned out to be a part of wall {1}: one wall from now on": "Stěna {0} se ukázala být částí stěny {1}: odteď jedna stěna",
   "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .smap, .svg or a world as .json": "`{0}` není budova; očekává se .yaml s .pgm nebo .png, OGmap.txt, .smap, .svg nebo svět jako .json",
   "`{0}` is one half of a map; expected its YAML and its image (.pgm or .png) together": "`{0}` je jedna polovina mapy; očekává se její YAML a obrázek (.pgm nebo .png) společně",
-  "a link can name only a world that is built in: `{0}` would have to be sent with it": "odkaz může jmenovat jen vestavěný svět: `{0}` by se musel poslat s ním",
   "a number of at most {0}": "číslo velikosti nejvýše {0}",
   "a scale of {0} m a unit, expected a finite number above 0": "měřítko {0} m na jednotku, očekává se konečné číslo větší než 0",
   "all is explored, drives home, {0}": "vše je prozkoumáno, jede domů, {0}",

@@ -2554,7 +2554,6 @@ export const HEARD: Heard = {
   "Wall {0} turned out to be a part of wall {1}: one wall from now on": "A(z) {0}. falról kiderült, hogy a(z) {1}. fal része: innentől egy fal",
   "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .smap, .svg or a world as .json": "`{0}` nem épület; .yaml fájlt vár .pgm-mel vagy .png-vel, OGmap.txt-t, .smap-et, .svg-t vagy egy világot .json-ként",
   "`{0}` is one half of a map; expected its YAML and its image (.pgm or .png) together": "`{0}` egy térkép egyik fele; a YAML-ját és a képét (.pgm vagy .png) együtt várja",
-  "a link can name only a world that is built in: `{0}` would have to be sent with it": "a hivatkozás csak beépített világot nevezhet meg: ezt vele kellene küldeni: `{0}`",
   "a number of at most {0}": "legfeljebb {0} nagyságú szám",
   "a scale of {0} m a unit, expected a finite number above 0": "egységenként {0} m lépték, 0-nál nagyobb véges számot vár",
   "all is explored, drives home, {0}": "minden felderítve, hazamegy, {0}",

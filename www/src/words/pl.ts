@@ -2554,7 +2554,6 @@ export const HEARD: Heard = {
   "Wall {0} turned out to be a part of wall {1}: one wall from now on": "Ściana {0} okazała się częścią ściany {1}: odtąd to jedna ściana",
   "`{0}` is no building; expected .yaml with .pgm or .png, OGmap.txt, .smap, .svg or a world as .json": "`{0}` nie jest budynkiem; oczekiwano .yaml z .pgm lub .png, OGmap.txt, .smap, .svg albo świata jako .json",
   "`{0}` is one half of a map; expected its YAML and its image (.pgm or .png) together": "`{0}` to połowa mapy; oczekiwano jej YAML i obrazu (.pgm lub .png) razem",
-  "a link can name only a world that is built in: `{0}` would have to be sent with it": "odnośnik może wskazać tylko świat wbudowany: `{0}` trzeba by wysłać razem z nim",
   "a number of at most {0}": "liczba o wielkości najwyżej {0}",
   "a scale of {0} m a unit, expected a finite number above 0": "skala {0} m na jednostkę, oczekiwano liczby skończonej większej od 0",
   "all is explored, drives home, {0}": "wszystko zbadane, wraca, {0}",
