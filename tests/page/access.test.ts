@@ -2,6 +2,7 @@
 // phone.
 import { AxeBuilder } from '@axe-core/playwright';
 import { expect, test } from './fixture.ts';
+import { pressAt } from './hands.ts';
 
 const REACHED = [
   'theme', 'help', 'map', 'play', 'step', 'speed', 'mode-manual', 'mode-goto', 'mode-explore', 'stop', 'layer-grid', 'layer-tree', 'world', 'sensor',
@@ -50,6 +51,8 @@ test('the keyboard alone plays, aims, drives and saves', async ({ lab, page }) =
   expect((await lab.status()).mode, 'closing the help does not stop the robot').toBe('explore');
   const saved = page.waitForEvent('download');
   await page.keyboard.press('m');
+  await expect(lab.at('saving-save'), 'the map is ticked').toBeEnabled();
+  await pressAt(page, 'saving-save');
   await saved;
 });
 

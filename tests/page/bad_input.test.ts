@@ -125,14 +125,13 @@ test('files written for other programs are recognised, and files that are no bui
   await lab.show('run');
   const { setup } = await lab.state();
   const contents: Readonly<Record<string, string>> = {
-    geojson: '{ "type": "FeatureCollection", "features": [] }', tum: '# seconds x y z qx qy qz qw\n1.5 0 0 0 0 0 0 1\n', svg: '<svg/>', yaml: 'image: a.pgm\n', pgm: 'P2 1 1', txt: '3 2 0.1 0 0\n',
+    geojson: '{ "type": "FeatureCollection", "features": [] }', svg: '<svg/>', yaml: 'image: a.pgm\n', pgm: 'P2 1 1', txt: '3 2 0.1 0 0\n',
   };
   // What it holds counts, and not its name.
-  const file = (name: string) => ({ name: `x-${name.replace(/\.(?:dxf|geojson|tum)$/, '')}`, mimeType: '', buffer: Buffer.from(contents[/\.(\w+)$/.exec(name)?.[1] ?? ''] ?? '0\nSECTION\n') });
+  const file = (name: string) => ({ name: `x-${name.replace(/\.(?:dxf|geojson)$/, '')}`, mimeType: '', buffer: Buffer.from(contents[/\.(\w+)$/.exec(name)?.[1] ?? ''] ?? '0\nSECTION\n') });
   const cases: readonly [names: string[], says: RegExp][] = [
     [['office.dxf'], /x-office is for other programs.*does not read it.*DXF.*\.svg/],
     [['office.geojson'], /x-office is for other programs.*GeoJSON.*\.svg/],
-    [['office.tum'], /x-office is for other programs.*TUM.*evaluate/],
     [['office.svg', 'office.dxf', 'office.geojson'], /These are 3 files/],
     [['office.yaml', 'office.pgm', 'OGmap.txt'], /These are 3 files/],
     [['office.yaml', 'other.yaml'], /These are 2 files/],

@@ -36,13 +36,14 @@ export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; f
     // As at an address that is neither https nor this computer's own.
     if (!isKept) await page.addInitScript(() => Object.defineProperty(navigator, 'serviceWorker', { value: undefined }));
     const problems: string[] = [];
+    // Who leaves a page leaves its icon, which browsers fetch last.
+    const isIcon = (url: string): boolean => url.endsWith('/icon.svg');
     page.on('console', (message) => {
-      if (message.type() === 'error') problems.push(`console: ${message.text()}`);
+      if (message.type() === 'error' && !isIcon(message.location().url)) problems.push(`console: ${message.text()}`);
     });
     page.on('pageerror', (error) => problems.push(`exception: ${error.stack ?? error.message}`));
     page.on('requestfailed', (request) => {
-      // Who leaves a page leaves its icon, which browsers fetch last.
-      if (request.url().endsWith('/icon.svg') && request.failure()?.errorText === 'net::ERR_ABORTED') return;
+      if (isIcon(request.url()) && /ERR_(?:ABORTED|FAILED)/.test(request.failure()?.errorText ?? '')) return;
       problems.push(`request: ${request.url()} ${request.failure()?.errorText}`);
     });
     page.on('response', (response) => {

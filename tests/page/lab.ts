@@ -127,8 +127,10 @@ export class Lab {
 
   /** Pauses, and waits until the last frame has come. */
   async pause(): Promise<void> {
-    if ((await this.state()).playing) await this.at('play').click();
-    await expect.poll(async () => (await this.state()).playing).toBe(false);
+    // A run that has ended meanwhile stands still, and cannot be paused.
+    const ended = async (): Promise<boolean> => (await this.status()).finished;
+    if ((await this.state()).playing && !(await ended())) await this.at('play').click();
+    await expect.poll(async () => !(await this.state()).playing || (await ended())).toBe(true);
   }
 
   /** Clicks or taps the place of the map at which the point lies, map frame, m. */

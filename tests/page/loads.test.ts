@@ -35,7 +35,7 @@ test('nothing sticks out sideways', { tag: '@phone' }, async ({ page }) => {
 
 test('every kind of file that is opened is named, to see and to hear', async ({ lab, page }) => {
   await lab.open();
-  const hint = page.locator('slam-setup p.muted');
+  const hint = page.locator('slam-setup details.muted');
   for (const ending of ['.bag', '.mcap', '.clf', '.log', '.csv', '.txt', '.gz', '.slamlab', '.g2o', '.json', '.svg', '.smap', 'OGmap.txt', '.yaml', '.pgm', '.png']) {
     await expect(hint).toContainText(ending);
     expect(await lab.at('file').getAttribute('aria-label')).toContain(ending);

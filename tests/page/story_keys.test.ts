@@ -78,5 +78,7 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await lab.watch((s) => s.scans, 'it runs').toBeGreaterThan(1);
   const saved = page.waitForEvent('download');
   await page.keyboard.press('m');
-  expect((await saved).suggestedFilename()).toMatch(/\.(?:pgm|yaml)$/);
+  await expect(lab.at('saving-save'), 'the map is ticked').toBeEnabled();
+  await pressAt(page, 'saving-save');
+  expect((await saved).suggestedFilename(), 'its picture and its sheet').toMatch(/\.zip$/);
 });

@@ -301,10 +301,14 @@ fn what_is_wrong_is_named() {
         (&format!("{whole}&until=5"), "no `hash`"),
         (&format!("{whole}&until=5&hash=xyz"), "`hash` is `xyz`"),
         (&format!("{whole}&until=x&hash=0"), "`until` is `x`"),
-        (&"x".repeat(70_000), "70000 bytes long"),
+        (&"x".repeat(70_000), "no link to an experiment"),
+        (
+            &format!("{whole}&set={}", "x".repeat(70_000)),
+            "bytes long, at most 64000",
+        ),
     ] {
         let said = refused(text);
-        assert!(said.contains(words), "{text}: {said}");
+        assert!(said.contains(words), "{words}: {said}");
     }
 }
 
