@@ -3,7 +3,7 @@
 import { apart } from '../../www/src/compared.ts';
 import { type Figures, WHY } from '../../www/src/ui/closure_words.ts';
 import type { SubmapsChange } from '../../www/src/protocol/frame.ts';
-import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome } from '../../www/src/protocol/module.ts';
+import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, SUBMAP, SUBMAP_STRIDE } from '../../www/src/protocol/module.ts';
 import { Submaps } from '../../www/src/view/submaps.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -168,7 +168,11 @@ test('ways are compared at the same times, as long as both go', () => {
 /** Submaps at these places, x y heading. */
 function placed(...poses: [number, number, number][]): SubmapsChange {
   const none = new Float32Array(0);
-  return { version: 0, poses: Float32Array.from(poses.flatMap((pose) => [...pose, 0, 1, NaN, NaN, NaN, NaN, NaN])), lengths: new Uint32Array(0), surfaces: none, extents: none, removable: 0, undoable: undefined, closures: none, outcomes: [], renumbered: [] };
+  return { version: 0, poses: Float32Array.from(poses.flatMap(([x, y, heading]) => {
+    const row = new Array<number>(SUBMAP_STRIDE).fill(NaN);
+    [row[SUBMAP.x], row[SUBMAP.y], row[SUBMAP.heading], row[SUBMAP.loose], row[SUBMAP.keyframes]] = [x, y, heading, 0, 1];
+    return row;
+  })), lengths: new Uint32Array(0), surfaces: none, extents: none, removable: 0, undoable: undefined, closures: none, outcomes: [], renumbered: [] };
 }
 
 test('submaps glide from where they were drawn, and a new one comes along', () => {

@@ -1,12 +1,12 @@
 // A map as large as is promised, in place of a run: what stands in for the page's worker says that
 // a run has begun and sends one frame. All that draws it is the page's own.
 import type { Page } from '@playwright/test';
-import { LANDMARK_STRIDE, LINE_STRIDE } from '../../www/pkg/layout.ts';
+import { BEAM_STRIDE, LANDMARK_STRIDE, LINE_STRIDE } from '../../www/pkg/layout.ts';
 
 export const LARGE = { cells: 4000, points: 100_000, features: 1000 } as const;
 
 /** What the worker would be; it runs there, so it knows nothing of this file but its arguments. */
-function worker({ cells, points, features, lineStride, landmarkStride }: { cells: number; points: number; features: number; lineStride: number; landmarkStride: number }): void {
+function worker({ cells, points, features, beamStride, lineStride, landmarkStride }: Readonly<Record<'cells' | 'points' | 'features' | 'beamStride' | 'lineStride' | 'landmarkStride', number>>): void {
   const resolution = 0.05;
   const blockCells = 64;
   const side = Math.ceil(cells / blockCells);
@@ -41,7 +41,7 @@ function worker({ cells, points, features, lineStride, landmarkStride }: { cells
   const frame = {
     kind: 'frame', run: 1, seq: 1, clock: { wall: performance.timeOrigin + performance.now(), time: 100, rate: 0 }, status, gridReset: false, inCycle: false, trailReset: false, twinReset: false,
     ...Object.fromEntries(absent.map((name) => [name, null])),
-    grid: { resolution, blockCells, index, cells: grid }, lines, landmarks, scan: Float32Array.from({ length: 2 * points }, place), beams: new Float32Array(3 * points).fill(1),
+    grid: { resolution, blockCells, index, cells: grid }, lines, landmarks, scan: Float32Array.from({ length: 2 * points }, place), beams: new Float32Array(beamStride * points).fill(1),
   };
   postMessage({ kind: 'ready', worlds: [], sensors: [], methods: [{ name: 'line-ekf', title: 'Line EKF-SLAM', meaning: '' }], devices: [], presets: [], lessons: [], dataSheet: '' });
   // The page asks for a run, and gets this one.
@@ -56,7 +56,7 @@ function worker({ cells, points, features, lineStride, landmarkStride }: { cells
 
 /** The page gets this map in place of a run. */
 export async function putLargeScene(page: Page): Promise<void> {
-  const given = { ...LARGE, lineStride: LINE_STRIDE, landmarkStride: LANDMARK_STRIDE };
+  const given = { ...LARGE, beamStride: BEAM_STRIDE, lineStride: LINE_STRIDE, landmarkStride: LANDMARK_STRIDE };
   await page.route('**/worker.js', async (route) => {
     // With the headers of the server, or the page may not load it.
     const response = await route.fetch();
