@@ -381,8 +381,8 @@ impl Replay {
         poses
     }
 
-    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and where
-    /// that tells nothing.
+    /// Where the robot truly is at the scan taken last, map frame; `None` without a truth, and
+    /// where that tells nothing.
     #[must_use]
     pub fn truth(&self) -> Option<Pose2> {
         self.truth.as_ref()?.at(self.used.last()?.seconds)

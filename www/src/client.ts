@@ -392,7 +392,8 @@ export class Client {
 
   #examinedNumber = 0;
 
-  /** Asks the run what it knows of something in the map; older questions need no answer any more. */
+  /** Asks the run what it knows of something in the map; older questions need no answer any
+      more. */
   examine(question: Question): void {
     this.send({ kind: "examine", number: (this.#examinedNumber += 1), ...question });
   }

@@ -320,8 +320,8 @@ export class Store {
     this.notify("log");
   }
 
-  /** Something was done that was not done before: what came after is no longer to come, and who does
-      something here wants nothing else. */
+  /** Something was done that was not done before: what came after is no longer to come, and who
+      does something here wants nothing else. */
   #fork(): void {
     if (this.lastRun) this.set("last", { lastRun: null });
     const time = this.status?.time ?? 0;

@@ -44,8 +44,8 @@ pub enum Promise {
     /// killed and started again, certificates that are foreign, settings that cannot be
     Router,
     /// Three bridges that see and stop each other through a router, by their pages too; 10, 30 and
-    /// 100 simulated robots, whose states are at most a second old, all stop, and are drawn 30 times
-    /// a second
+    /// 100 simulated robots, whose states are at most a second old, all stop, and are drawn 30
+    /// times a second
     Fleet,
     /// Nothing grows: 24 simulated hours of a device, and a bridge in real time
     Soak,

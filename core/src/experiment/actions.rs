@@ -162,8 +162,8 @@ impl Experiment {
         self.actions.has_forked
     }
 
-    /// How often somebody did something to it that was not due. Whoever shows a run that began again
-    /// knows by this that it is another one since.
+    /// How often somebody did something to it that was not due. Whoever shows a run that began
+    /// again knows by this that it is another one since.
     #[must_use]
     pub fn by_hand(&self) -> u32 {
         self.actions.by_hand

@@ -8,10 +8,10 @@
 //!    quaternion. Others are passed over. Fields are apart by tabs, semicolons, commas or blanks,
 //!    whichever the header has; a comma in a number is a decimal point where it is not what parts
 //!    the fields.
-//! 3. A unit is the end of a name: `time_ms`, `x [mm]`, `yaw (deg)`. Without one, times are seconds,
-//!    lengths metres and angles radians.
-//! 4. Heights, roll and pitch are dropped: the heading is where the robot's x axis points, seen from
-//!    above.
+//! 3. A unit is the end of a name: `time_ms`, `x [mm]`, `yaw (deg)`. Without one, times are
+//!    seconds, lengths metres and angles radians.
+//! 4. Heights, roll and pitch are dropped: the heading is where the robot's x axis points, seen
+//!    from above.
 //!
 //! Times must not run backwards. Of several poses at one time the first counts, and how many were
 //! left out is told.

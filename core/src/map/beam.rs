@@ -127,7 +127,8 @@ mod tests {
     use crate::geom::Pose2;
     use crate::map::{Evidence, GridConfig, Layer};
 
-    /// A wall along x = 2, 4 m long, with a gap from y = 1 to y = 2, seen often by beams from x = 0.
+    /// A wall along x = 2, 4 m long, with a gap from y = 1 to y = 2, seen often by beams
+    /// from x = 0.
     fn walled() -> Grid {
         let mut grid = Grid::new(GridConfig::default()).unwrap();
         for i in 0..160 {

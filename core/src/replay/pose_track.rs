@@ -1,7 +1,7 @@
 //! Where a robot was at any time, by poses from another file.
 //!
-//! In: stamped poses of a [`PosesFile`], and times of scans on the same clock. Out: the pose at such
-//! a time, or that the file does not tell.
+//! In: stamped poses of a [`PosesFile`], and times of scans on the same clock. Out: the pose at
+//! such a time, or that the file does not tell.
 //!
 //! Between two poses the robot moved along an arc of constant speed and turn rate. Where two poses
 //! are too far apart in time nobody knows what happened between them: nothing is said of that time.

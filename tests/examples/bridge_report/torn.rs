@@ -160,8 +160,8 @@ impl Torn {
         }
     }
 
-    /// Lets both live on, and waits until the bridge is at the router and all that it finished is in
-    /// the bucket, byte for byte.
+    /// Lets both live on, and waits until the bridge is at the router and all that it finished is
+    /// in the bucket, byte for byte.
     pub(crate) async fn mends(&self, bridge: SocketAddr, recordings: &Path) -> (bool, Value) {
         self.is_torn.send_replace(false);
         let begun = Instant::now();

@@ -134,7 +134,8 @@ async fn becomes(bridge: &Bridge, is: impl Fn(&Value) -> bool) -> bool {
 async fn refused(bridge: &Bridge) -> [u16; 4] {
     let at = bridge.address;
     let (foreign, _) = web::ask(at, "POST", "/fleet/stop", Some("https://evil.example")).await;
-    // Private is taken only with a router that asks for certificates; that none is there is all one.
+    // Private is taken only with a router that asks for certificates; that none is there is all
+    // one.
     let folder = tempfile::tempdir().unwrap();
     let ours = Authority::make(folder.path(), "our");
     let [cert, key] = ours.sign(folder.path(), "dora");

@@ -1,5 +1,5 @@
-// Rooms and doors: those that were found in the map, doors of the simulated world, and what a person
-// drew into the map.
+// Rooms and doors: those that were found in the map, doors of the simulated world, and what a
+// person drew into the map.
 
 import { DOOR, DOOR_STRIDE, EDIT, EDIT_STRIDE, LEAF } from "../protocol/module.js";
 import { equals, formula, fraction, id, op, row, sub, sum, sup } from "../registration/formula.js";
@@ -31,7 +31,8 @@ export function door(index: number, { scene: { doors }, examined }: Known): Told
 /** A door that was found in the map, by its posts. */
 export function doorway(posts: readonly number[], { store: { rooms, roomNumbers }, examined }: Known): Told {
   const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = posts;
-  // The map is read again and again: of the doors now, the one whose middle is where its middle was.
+  // The map is read again and again: of the doors now, the one whose middle is where its middle
+  // was.
   const away = ([x, y]: readonly [number, number]): number => Math.hypot(x - (x1 + x2) / 2, y - (y1 + y2) / 2);
   const found = rooms?.doors.find(({ middle }) => away(middle) < 0.3);
   if (!rooms || !found) return { title: "Doorway", words: GONE, figures: [], outline: [] };

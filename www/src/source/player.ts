@@ -203,8 +203,8 @@ export class Player {
     return false;
   }
 
-  /** Of a recording that is held against true poses: what all of it is off by, now that all of it is
-      known. */
+  /** Of a recording that is held against true poses: what all of it is off by, now that all of it
+      is known. */
   #tellTruthErrors(run: Run): void {
     const errors = run.module.truth_curve();
     if (!errors) return;

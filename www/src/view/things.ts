@@ -65,7 +65,8 @@ export function markAt({ store, scene, px }: Sight, x: number, y: number, reach 
   return submap === null ? null : { kind: "join", submap };
 }
 
-/** What a click there does something to, each where it is shown and no other choice is being made. */
+/** What a click there does something to, each where it is shown and no other choice is being
+    made. */
 export interface Target {
   readonly mark: Thing | null;
   /** Number of a wall of the line map, while the filter's tab is open. */
