@@ -48,8 +48,8 @@ rows! {
     }
     /// A beam of the last scan as the map has it: where it began and ended (map frame, m), its
     /// range and σ, the range that the map would have it measure and how far from the nearest
-    /// surface it ended (m, NaN beyond a metre), σ of that, and the part of beams that are held for random;
-    /// and whether walls of a prior map were asked, 1, or cells of the grid, 0.
+    /// surface it ended (m, NaN beyond a metre), σ of that, and the part of beams that are held for
+    /// random; and whether walls of a prior map were asked, 1, or cells of the grid, 0.
     "EXAMINED_BEAM": ExaminedBeamRow of f64 {
         from_x, from_y, x, y, range, sigma, quality, expected, nearest, field_sigma, random, walls,
     }
