@@ -84,44 +84,43 @@ test('a world of one\'s own is given away with the run, as an address and as a f
   expect((await lab.state()).setup.world).toBe('cell');
 });
 
-test('a link whose world is hostile is refused in words, and what was there stays', async ({ lab, page }) => {
+/** Each link is refused in these words; the world stays, and the run goes on. */
+async function refuses(lab: Lab, cases: readonly (readonly [link: string, words: string])[]): Promise<void> {
+  for (const [link, words] of cases) {
+    await lab.page.evaluate((link) => (location.hash = link), link);
+    await expect(lab.at('toast')).toContainText(words);
+    expect((await lab.state()).setup.world).toBe('office');
+  }
+  const { scans } = await lab.status();
+  await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
+}
+
+test('a link whose world is hostile is refused in words, and what was there stays', async ({ lab }) => {
   await lab.open();
   await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(3);
   const of = (packed: string): string => `run&sensor=lidar&method=line-ekf&seed=7&drawn=${packed}`;
   const packed = (text: string | Buffer): string => of(deflateRawSync(text).toString('base64url'));
-  for (const [link, words] of [
+  await refuses(lab, [
     [DRAWN.slice(0, -9), 'damaged'],
     [of('%%%'), 'damaged'],
     [packed(Buffer.alloc(100_000_000, 0x20)), 'at most 1000000'],
     [packed('{"a":1}'), 'world file, line 1'],
     [`${DRAWN}&world=arena`, 'one of them'],
     [of('A'.repeat(1_500_000)), 'bytes long'],
-  ] as const) {
-    await page.evaluate((link) => (location.hash = link), link);
-    await expect(lab.at('toast')).toContainText(words);
-    expect((await lab.state()).setup.world).toBe('office');
-  }
-  const { scans } = await lab.status();
-  await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
+  ]);
 });
 
-test('a link that is wrong is refused in words, and what was there stays', async ({ lab, page }) => {
+test('a link that is wrong is refused in words, and what was there stays', async ({ lab }) => {
   await lab.open();
   await lab.watch((s) => s.scans, 'it explores').toBeGreaterThan(3);
-  for (const [link, words] of [
+  await refuses(lab, [
     ['run&world=moon&sensor=lidar&method=line-ekf&seed=7', 'world is `moon`'],
     ['run&world=office', 'no `sensor`'],
     ['run&world=%3Cimg%20src=x%20onerror=alert(1)%3E&sensor=lidar&method=line-ekf&seed=7', 'expected one of'],
     [`run&world=office&sensor=lidar&method=line-ekf&seed=7&do=1:${'goto,1'.repeat(20)}`, '`do` is'],
     [`run&${'x'.repeat(70_000)}`, 'bytes long'],
     ['run&world=office&sensor=lidar&method=line-ekf&seed=99999999999', 'at most 4294967295'],
-  ] as const) {
-    await page.evaluate((link) => (location.hash = link), link);
-    await expect(lab.at('toast')).toContainText(words);
-    expect((await lab.state()).setup.world).toBe('office');
-  }
-  const { scans } = await lab.status();
-  await lab.watch((s) => s.scans, 'it goes on').toBeGreaterThan(scans);
+  ]);
 });
 
 test('a page that is opened by a link that is wrong says so, and has a robot all the same', async ({ lab, page }) => {
