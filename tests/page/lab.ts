@@ -130,7 +130,9 @@ export class Lab {
     // A run that has ended meanwhile stands still, and cannot be paused.
     const ended = async (): Promise<boolean> => (await this.status()).finished;
     if ((await this.state()).playing && !(await ended())) await this.at('play').click();
-    await expect.poll(async () => !(await this.state()).playing || (await ended())).toBe(true);
+    // A picture that was made while it stands tells no pace: no scan comes after it.
+    const stands = async (): Promise<boolean> => !(await this.state()).playing && Number.isNaN((await this.status()).realTimeFactor);
+    await expect.poll(async () => (await stands()) || (await ended())).toBe(true);
   }
 
   /** Clicks or taps the place of the map at which the point lies, map frame, m. */
