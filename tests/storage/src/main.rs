@@ -30,7 +30,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
 use link::Link;
-use store::KEY;
+use store::{KEY, Refusal, Store};
 
 const MIB: u64 = 1 << 20;
 /// Smaller than by default, so that a break costs little of a report that takes minutes.
@@ -72,6 +72,9 @@ struct Report {
     handed_out_equal: bool,
     unknown_key: String,
     no_bucket: String,
+    /// A full bucket, and one that the key may not write to: what was said of each, before the
+    /// piece was stored after all.
+    refusals: Vec<String>,
     failed: Vec<String>,
 }
 
@@ -115,7 +118,7 @@ async fn main() -> ExitCode {
 
 /// For reports that start and kill a store.
 async fn serve(folder: &Path, port: u16) -> ExitCode {
-    match store::start(folder, port).await {
+    match Store::start(folder, port).await {
         Ok(_) => {
             println!("there");
             std::future::pending().await
@@ -254,14 +257,50 @@ fn make_pieces(folder: &Path, mib: u64) -> Result<BTreeMap<String, String>> {
     Ok(sums)
 }
 
+/// A store that refuses a piece, and then takes it: what the bridge said of it.
+async fn refused(scene: &Path, store: &Store, refusal: Refusal) -> Result<String> {
+    const PIECE: &str = "slamlab-2026-01-02T00-00-00Z.mcap";
+    const BUCKET: &str = "refusing";
+    let folder = tempfile::tempdir_in(scene)?;
+    let bytes = format!("a piece that meets {refusal:?}");
+    std::fs::write(folder.path().join(PIECE), &bytes)?;
+    store.refuse(Some(refusal));
+    let config = storage(store.address, BUCKET, KEY.1);
+    let bridge = Bridge::start(folder.path(), config).await?;
+    let list = bridge
+        .until("a refusal", |list| list.fault.is_some())
+        .await?;
+    store.refuse(None);
+    bridge
+        .until("a store that takes it", |list| {
+            let mut found = list.recordings.iter();
+            list.fault.is_none() && found.any(|one| one.name == PIECE && one.stored)
+        })
+        .await?;
+    bridge.end().await?;
+    let kept = scene.join("buckets").join(BUCKET).join("robot").join(PIECE);
+    let stored = std::fs::read(&kept).with_context(|| kept.display().to_string())?;
+    if stored != bytes.as_bytes() {
+        bail!("after {refusal:?} another piece is stored");
+    }
+    Ok(list.fault.unwrap_or_default())
+}
+
 async fn report(flags: &Flags) -> Result<Report> {
     let scene = tempfile::tempdir()?;
     let path = |name: &str| scene.path().join(name);
-    for name in ["buckets", "buckets/drives", "recordings", "other"] {
+    for name in [
+        "buckets",
+        "buckets/drives",
+        "buckets/refusing",
+        "recordings",
+        "other",
+    ] {
         std::fs::create_dir(path(name))?;
     }
     let sums = make_pieces(&path("recordings"), flags.mib)?;
-    let server = store::start(&path("buckets"), 0).await?;
+    let store = Store::start(&path("buckets"), 0).await?;
+    let server = store.address;
     let mut failed = vec![];
 
     // What is wrong with a store is said, and the bridge serves.
@@ -280,6 +319,18 @@ async fn report(flags: &Flags) -> Result<Report> {
     }
     if !no_bucket.contains("s3://nowhere/robot") || !no_bucket.contains("is not there") {
         failed.push(format!("a missing bucket is called: {no_bucket}"));
+    }
+
+    let mut refusals = vec![];
+    for (refusal, expected) in [
+        (Refusal::FULL, "the bucket is full"),
+        (Refusal::DENIED, "the store denies it"),
+    ] {
+        let told = refused(scene.path(), &store, refusal).await?;
+        if !told.contains("s3://refusing/robot") || !told.contains(expected) {
+            failed.push(format!("{refusal:?} is called: {told}"));
+        }
+        refusals.push(told);
     }
 
     let all: u64 = flags.mib * MIB;
@@ -359,6 +410,7 @@ async fn report(flags: &Flags) -> Result<Report> {
         handed_out_equal,
         unknown_key,
         no_bucket,
+        refusals,
         failed,
     })
 }
