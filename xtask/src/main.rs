@@ -39,6 +39,9 @@ enum Command {
         /// Computer that it is for; this one where none is named
         #[arg(long, value_enum, default_value_t = xtask::package::Target::this_machine())]
         target: xtask::package::Target,
+        /// What else the program can, each of which makes it larger
+        #[arg(long, value_enum, value_delimiter = ',')]
+        features: Vec<xtask::package::Feature>,
     },
     /// Fill a folder with the page, for any web server, under any path and without special headers
     Dist {
@@ -109,7 +112,7 @@ fn obey(command: Command) -> anyhow::Result<()> {
         }
         Command::Build { speed } => page::build(speed.profile()),
         #[cfg(unix)]
-        Command::Package { target } => xtask::package::package(target),
+        Command::Package { target, features } => xtask::package::package(target, &features),
         Command::Dist { out } => {
             println!("{}", dist::fill(out)?.display());
             Ok(())

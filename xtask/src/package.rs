@@ -16,7 +16,7 @@ mod smoke;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
 
 use crate::report::Report;
@@ -81,16 +81,42 @@ impl Target {
     }
 }
 
+/// What is not in every program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Feature {
+    /// Recordings in object storage
+    Storage,
+    /// Robots at a Zenoh router, also for tools of ROS 2
+    Zenoh,
+}
+
+impl Feature {
+    /// As Cargo calls it.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Storage => "storage",
+            Self::Zenoh => "zenoh",
+        }
+    }
+}
+
+/// Bytes that a package without features may have, for whoever updates a robot by a slow link.
+const MOST_BYTES: u64 = 3_800_000;
+
 /// Builds the package for `target` and tries it out.
 ///
 /// # Errors
 /// If a tool is missing without which there is no package, or a step fails.
-pub fn package(target: Target) -> Result<()> {
+pub fn package(target: Target, features: &[Feature]) -> Result<()> {
+    let mut features = features.to_vec();
+    features.sort();
+    features.dedup();
     page::build(Profile::Release)?;
-    let program = build(target, &tools::root().join("www/dist"))?;
-    let package = deb::build(target, &program)?;
+    let program = build(target, &features, &tools::root().join("www/dist"))?;
+    let package = deb::build(target, &features, &program)?;
     skips::begin()?;
     let mut report = Report::default();
+    report.step("its size", || say_size(&features, &program, &package));
     report.step("the packaged program runs", || {
         smoke::test(target, &package)
     });
@@ -102,7 +128,7 @@ pub fn package(target: Target) -> Result<()> {
 }
 
 /// Compiles the bridge with the page of this folder in it.
-fn build(target: Target, page: &Path) -> Result<PathBuf> {
+fn build(target: Target, features: &[Feature], page: &Path) -> Result<PathBuf> {
     let triple = target.triple();
     tools::need_target(&triple)?;
     let suffix = triple.replace('-', "_");
@@ -116,7 +142,8 @@ fn build(target: Target, page: &Path) -> Result<PathBuf> {
             "-ffreestanding -DRING_CORE_NOSTDLIBINC=1",
         )
         .args("rustc --release --package slamlab-bridge --bin slamlab-bridge".split(' '))
-        .args(["--target", &triple, "--", "-C", "strip=symbols"]);
+        .args(["--target", &triple, "--features", &names(features, ",")])
+        .args(["--", "-C", "strip=symbols"]);
     tools::run(&mut cargo)?;
     let program = tools::target_dir()
         .join(triple)
@@ -125,6 +152,22 @@ fn build(target: Target, page: &Path) -> Result<PathBuf> {
         bail!("{} was not made", program.display());
     }
     Ok(program)
+}
+
+fn names(features: &[Feature], between: &str) -> String {
+    let names = features.iter().map(|feature| feature.name());
+    names.collect::<Vec<_>>().join(between)
+}
+
+fn say_size(features: &[Feature], program: &Path, package: &Path) -> Result<()> {
+    let bytes = |file: &Path| std::fs::metadata(file).map(|known| known.len());
+    let (program, package) = (bytes(program)?, bytes(package)?);
+    eprintln!("  the program has {program} bytes, the package {package}");
+    ensure!(
+        !features.is_empty() || package <= MOST_BYTES,
+        "a package without features may have {MOST_BYTES} bytes"
+    );
+    Ok(())
 }
 
 /// Lets systemd read the unit, with a program in it that is there.

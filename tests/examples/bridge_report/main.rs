@@ -20,6 +20,8 @@ mod rights_stand;
 #[path = "../../tests/bridge_ws/robot.rs"]
 mod robot;
 
+#[path = "../router_report/started.rs"]
+mod started;
 #[allow(dead_code)]
 #[path = "../router_report/web.rs"]
 mod web;

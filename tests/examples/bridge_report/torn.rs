@@ -12,7 +12,6 @@
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -22,12 +21,12 @@ use slamlab_bridge::record::{Keep, MEBIBYTE};
 use slamlab_bridge::zenoh::ZenohConfig;
 use slamlab_bridge::{Config, StorageConfig};
 use tempfile::TempDir;
-use tokio::io::{AsyncBufReadExt, BufReader};
-use tokio::process::{Child, Command};
+use tokio::process::Child;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tokio::time::{sleep, timeout};
+use tokio::time::sleep;
 
+use crate::started::{self, free_port};
 use crate::web;
 
 /// Each is there for so long, and then away for so long.
@@ -276,11 +275,7 @@ async fn kill_router(
     mut is_torn: watch::Receiver<bool>,
 ) {
     loop {
-        lives(THERE, &mut is_torn).await;
-        child.kill().await.unwrap();
-        deaths.router.fetch_add(1, Ordering::Relaxed);
-        sleep(AWAY).await;
-        child = program.start().await;
+        program.dies(&mut child, &deaths.router, &mut is_torn).await;
     }
 }
 
@@ -294,11 +289,7 @@ async fn kill_store(
 ) {
     let (bucket, gone) = (buckets.join(BUCKET), buckets.with_file_name("gone"));
     loop {
-        lives(THERE, &mut is_torn).await;
-        child.kill().await.unwrap();
-        deaths.store.fetch_add(1, Ordering::Relaxed);
-        sleep(AWAY).await;
-        child = program.start().await;
+        program.dies(&mut child, &deaths.store, &mut is_torn).await;
         lives(THERE, &mut is_torn).await;
         std::fs::rename(&bucket, &gone).unwrap();
         deaths.bucket.fetch_add(1, Ordering::Relaxed);
@@ -319,23 +310,16 @@ async fn lives(time: Duration, is_torn: &mut watch::Receiver<bool>) {
 struct Program(String, Vec<String>);
 
 impl Program {
-    /// Once it has said that it is there; until it is dropped.
     async fn start(&self) -> Child {
-        let mut child = Command::new(&self.0)
-            .args(&self.1)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::inherit())
-            .kill_on_drop(true)
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let line = timeout(Duration::from_secs(30), lines.next_line()).await;
-        assert_eq!(line.unwrap().unwrap().as_deref(), Some("there"));
-        child
+        started::start(&self.0, &self.1).await
     }
-}
 
-fn free_port() -> u16 {
-    let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
-    listener.local_addr().unwrap().port()
+    /// It lives, dies, and comes back.
+    async fn dies(&self, child: &mut Child, deaths: &AtomicU64, torn: &mut watch::Receiver<bool>) {
+        lives(THERE, torn).await;
+        child.kill().await.unwrap();
+        deaths.fetch_add(1, Ordering::Relaxed);
+        sleep(AWAY).await;
+        *child = self.start().await;
+    }
 }

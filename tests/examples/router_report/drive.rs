@@ -9,8 +9,9 @@ use tokio::task::JoinHandle;
 use tokio::time::sleep;
 
 use crate::client::{self, Client};
-use crate::process::{Bridge, Router, free_port};
+use crate::process::{Bridge, Router};
 use crate::remote::{self, Came, Remote};
+use crate::started::free_port;
 use crate::{part, spread};
 
 const NAMES: [&str; 3] = ["anna", "berta", "clara"];

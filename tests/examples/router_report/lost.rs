@@ -9,8 +9,9 @@ use tokio::time::sleep;
 
 use crate::client::Client;
 use crate::millis;
-use crate::process::{Bridge, Router, free_port};
+use crate::process::{Bridge, Router};
 use crate::remote::{self, Remote};
+use crate::started::free_port;
 
 const NAME: &str = "doris";
 const TRIALS: u64 = 5;

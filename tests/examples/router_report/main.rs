@@ -20,6 +20,7 @@ mod many;
 mod process;
 mod remote;
 mod slow;
+mod started;
 mod trust;
 mod web;
 mod words;

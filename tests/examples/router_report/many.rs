@@ -20,7 +20,8 @@ use slamlab_core::wire::message::{
 };
 use tokio::time::{interval, sleep};
 
-use crate::process::{Bridge, NEVER, Router, free_port, start_own};
+use crate::process::{Bridge, NEVER, Router, start_own};
+use crate::started::free_port;
 use crate::{remote, web};
 
 /// Robots of each measurement.

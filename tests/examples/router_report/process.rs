@@ -12,6 +12,8 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::time::{Instant, sleep, timeout};
 
+use crate::started;
+
 /// Whatever is waited for comes sooner, or never.
 pub(crate) const NEVER: Duration = Duration::from_secs(30);
 
@@ -41,17 +43,7 @@ pub(crate) struct Router {
 
 /// This program once more, in another part, once it has said that it is there; until it is dropped.
 pub(crate) async fn start_own(part: &[&str]) -> Child {
-    let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(part)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::inherit())
-        .kill_on_drop(true)
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let line = timeout(NEVER, lines.next_line()).await;
-    assert_eq!(line.unwrap().unwrap().as_deref(), Some("there"));
-    child
+    started::start(std::env::current_exe().unwrap(), part).await
 }
 
 impl Router {
@@ -75,12 +67,6 @@ impl Router {
     pub(crate) async fn kill(mut self) {
         self.child.kill().await.unwrap();
     }
-}
-
-/// A port of this machine that was free a moment ago.
-pub(crate) fn free_port() -> u16 {
-    let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
-    listener.local_addr().unwrap().port()
 }
 
 /// A bridge with a simulated robot.

@@ -12,8 +12,9 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::sleep;
 
 use crate::client::Client;
-use crate::process::{Bridge, Router, free_port};
+use crate::process::{Bridge, Router};
 use crate::remote;
+use crate::started::free_port;
 use crate::{part, spread};
 
 const NAME: &str = "emma";

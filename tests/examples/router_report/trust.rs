@@ -7,8 +7,9 @@ use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
 use serde_json::{Value, json};
 
 use crate::client::Client;
-use crate::process::{Bridge, Router, free_port};
+use crate::process::{Bridge, Router};
 use crate::remote;
+use crate::started::free_port;
 
 /// An authority in a folder of its own.
 pub(crate) struct Authority {

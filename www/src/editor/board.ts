@@ -28,7 +28,8 @@ export class EditorBoard extends LitElement {
   model!: EditorModel;
   readonly camera = new Camera();
   #colours: Colours | null = null;
-  #isFitted = false;
+  /** The view has all of the drawing, until somebody moves it. */
+  #isWhole = true;
   #last: Point | null = null;
   readonly #resized = new ResizeObserver(() => this.#resize());
 
@@ -73,10 +74,11 @@ export class EditorBoard extends LitElement {
 
   override disconnectedCallback(): void {
     super.disconnectedCallback();
-    this.#isFitted = false;
+    this.#isWhole = true;
   }
 
   #look(change: () => void): void {
+    this.#isWhole = false;
     change();
     this.draw();
   }
@@ -88,6 +90,7 @@ export class EditorBoard extends LitElement {
 
   /** Shows the whole drawing. */
   fit(): void {
+    this.#isWhole = true;
     const { minX, minY, maxX, maxY } = boxOf(this.model.drawing);
     const margin = 0.06 * Math.max(maxX - minX, maxY - minY);
     Object.assign(this.camera, this.camera.fitted({ minX: minX - margin, minY: minY - margin, maxX: maxX + margin, maxY: maxY + margin }, 120));
@@ -106,9 +109,8 @@ export class EditorBoard extends LitElement {
     const ratio = Math.min(devicePixelRatio, 2);
     Object.assign(this.camera, { width, height, ratio });
     Object.assign(this.canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
-    if (!this.#isFitted) this.fit();
-    this.#isFitted = true;
-    this.draw();
+    if (this.#isWhole) this.fit();
+    else this.draw();
   }
 
   draw(): void {

@@ -30,8 +30,10 @@ export const SIGN = 9;
     this, m. */
 const LEAST_SIGN = 5;
 const SIGN_METRES = 1.2;
-/** Names are written where there is room for them. */
-const MOST_NAMES = 20;
+/** Names are written where there is room for them, and no more than these: a frame is short. */
+const MOST_NAMES = 60;
+/** Height of a name, CSS pixels. */
+const NAME = 15;
 const MOST_CELLS = 64_000_000;
 
 /** Null of a map without a cell. */
@@ -73,7 +75,6 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
     context.drawImage(grid.image, left, top, right - left, bottom - top);
   }
   const sign = Math.min(SIGN, Math.max(LEAST_SIGN, SIGN_METRES * camera.scale));
-  const named = robots.length <= MOST_NAMES;
   context.font = "500 12px sans-serif";
   context.textBaseline = "middle";
   for (const robot of robots) {
@@ -107,15 +108,35 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
       context.strokeStyle = palette.css.ink;
       context.stroke();
     }
-    if (named || robot.chosen) {
-      context.lineWidth = 3;
-      context.strokeStyle = palette.css.free;
-      context.fillStyle = palette.css.ink;
-      context.strokeText(robot.name, 1.6 * sign, -1.6 * sign);
-      context.fillText(robot.name, 1.6 * sign, -1.6 * sign);
-    }
     context.restore();
   }
+  write(context, camera, robots, sign, palette);
+}
+
+/** Names beside their robots, none over another: that of the chosen one first. */
+function write(context: CanvasRenderingContext2D, camera: Camera, robots: readonly Drawn[], sign: number, palette: Palette): void {
+  context.lineWidth = 3;
+  context.strokeStyle = palette.css.free;
+  context.fillStyle = palette.css.ink;
+  const taken: Box[] = [];
+  for (const robot of [...robots.filter(({ chosen }) => chosen), ...robots.filter(({ chosen }) => !chosen)]) {
+    if (taken.length >= MOST_NAMES) break;
+    const [x, y] = camera.toScreen(robot.pose[0], robot.pose[1]);
+    if (x < 0 || y < 0 || x > camera.width || y > camera.height) continue;
+    const { width } = context.measureText(robot.name);
+    const off = 1.6 * sign;
+    const places = [[off, -off], [off, off], [-off - width, -off], [-off - width, off]] as const;
+    const boxes = places.map(([right, down]): Box => ({ minX: x + right, maxX: x + right + width, minY: y + down - NAME / 2, maxY: y + down + NAME / 2 }));
+    const box = boxes.find((box) => !taken.some((other) => overlap(box, other))) ?? (robot.chosen ? boxes[0] : undefined);
+    if (!box) continue;
+    taken.push(box);
+    context.strokeText(robot.name, box.minX, (box.minY + box.maxY) / 2);
+    context.fillText(robot.name, box.minX, (box.minY + box.maxY) / 2);
+  }
+}
+
+function overlap(a: Box, b: Box): boolean {
+  return a.minX < b.maxX && b.minX < a.maxX && a.minY < b.maxY && b.minY < a.maxY;
 }
 
 /** Corners of each state's shape, and the first of them, rad: not everyone can tell colours

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result};
 
-use super::Target;
+use super::{Feature, Target, names};
 use crate::tools;
 
 /// Where files of the repository come to stand: from, to.
@@ -21,9 +21,14 @@ const FILES: [(&str, &str); 5] = [
 const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
 
 /// Makes the package in `target/package`.
-pub(super) fn build(target: Target, program: &Path) -> Result<PathBuf> {
+pub(super) fn build(target: Target, features: &[Feature], program: &Path) -> Result<PathBuf> {
     let dpkg = tools::dpkg_deb()?;
-    let version = env!("CARGO_PKG_VERSION");
+    // What it can more is part of its version: either kind can take the other's place.
+    let version = match features {
+        [] => env!("CARGO_PKG_VERSION").to_owned(),
+        _ => concat!(env!("CARGO_PKG_VERSION"), "+").to_owned() + &names(features, "."),
+    };
+    let version = version.as_str();
     let folder = tools::target_dir().join("package");
     let name = format!("slamlab-bridge_{version}_{}", target.architecture());
     let tree = folder.join(&name);

@@ -1,12 +1,13 @@
-//! Runs the program of a package as a person would first meet it: does it serve its page, and does
-//! the doctor speak?
+//! Runs the program of a package as a person would first meet it: does it serve its page, does the
+//! doctor speak, and does it map, with how much memory?
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -15,6 +16,8 @@ use crate::tools;
 
 /// An emulated processor on a loaded machine may take its time.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// It maps for so long, until its memory is looked at.
+const MAPPING: Duration = Duration::from_secs(20);
 
 /// Unpacks the package and runs its program; skipped by name where the other processor cannot be
 /// emulated.
@@ -34,6 +37,7 @@ pub(super) fn test(target: Target, package: &Path) -> Result<()> {
     installed.settings_are_read()?;
     installed.doctor_names_a_port_that_is_not_there()?;
     installed.page_is_served()?;
+    installed.robot_is_mapped()?;
     fs::remove_dir_all(&installed.folder)?;
     Ok(())
 }
@@ -57,6 +61,18 @@ impl Installed {
         // Away from the repository, whose www/dist must not be what is served.
         command.current_dir(&self.folder).stdin(Stdio::null());
         command
+    }
+
+    /// A bridge with a simulated robot, and its address.
+    fn serving(&self, more: &str) -> Result<(Running, String)> {
+        let words = format!("serve --port 0 --source sim:arena,lidar --token-file token {more}");
+        let mut command = self.program();
+        command
+            .args(words.split_whitespace())
+            .stdout(Stdio::piped());
+        let mut bridge = Running(command.spawn().context("the program does not start")?);
+        let address = bridge.address()?;
+        Ok((bridge, address))
     }
 
     /// Whether it succeeds, and what it prints.
@@ -86,11 +102,7 @@ impl Installed {
     }
 
     fn page_is_served(&self) -> Result<()> {
-        let words = "serve --port 0 --source sim:arena,lidar --token-file token";
-        let mut command = self.program();
-        command.args(words.split(' ')).stdout(Stdio::piped());
-        let mut bridge = Running(command.spawn().context("the program does not start")?);
-        let address = bridge.address()?;
+        let (bridge, address) = self.serving("")?;
         let dist = tools::root().join("www/dist");
         for (path, file, kind) in [
             ("", "index.html", "text/html"),
@@ -129,6 +141,43 @@ impl Installed {
         );
         bridge.stop()
     }
+
+    /// A robot that stands sees the room around it. Under an emulator the memory is that of both.
+    fn robot_is_mapped(&self) -> Result<()> {
+        let (bridge, address) = self.serving("--map house.slamlab")?;
+        let begun = Instant::now();
+        let image = loop {
+            let (head, body) = get(&address, "/map.pgm")?;
+            if head.contains("http/1.1 200") {
+                break body;
+            }
+            ensure!(begun.elapsed() < PATIENCE, "nothing is mapped: {head}");
+            thread::sleep(Duration::from_millis(100));
+        };
+        let seconds = begun.elapsed().as_secs_f64();
+        thread::sleep(MAPPING);
+        let memory = most_memory(bridge.0.id())?;
+        bridge.stop()?;
+        ensure!(image.starts_with(b"P5"), "/map.pgm is no image");
+        let kept = fs::metadata(self.folder.join("house.slamlab"));
+        let kept = kept.context("the map is not kept")?.len();
+        ensure!(kept > 0, "the map that is kept is empty");
+        eprintln!(
+            "  it maps: the first map after {seconds:.1} s, kept at the end in {kept} bytes; {memory} kB of memory at most"
+        );
+        Ok(())
+    }
+}
+
+/// Memory of a process at its most, kB.
+///
+/// Source: proc_pid_status(5), `VmHWM`.
+fn most_memory(id: u32) -> Result<u64> {
+    let status = fs::read_to_string(format!("/proc/{id}/status"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = line.and_then(|rest| rest.split_whitespace().next());
+    let number = number.context("the system does not tell what memory a process has")?;
+    Ok(number.parse()?)
 }
 
 /// The program, ended when this is dropped.
