@@ -49,6 +49,13 @@ test('poses that are odometry take its place', async ({ lab, page }) => {
   expect(status.odometryX).toBeCloseTo(0.05 * (SCANS - 1), 2);
   await lab.show('log');
   await expect(page.locator('#log-panel')).toContainText('how the robot moved is told by the poses of another file');
+
+  // They are kept with the recording: who comes back has the same.
+  await expect.poll(() => page.evaluate(() => localStorage.getItem('slamlab-last-run') ?? ''), { timeout: 30_000 }).toContain('drive.log');
+  await page.reload();
+  await lab.at('go-on').click();
+  await mapped(lab);
+  expect((await lab.status()).odometryX).toBeCloseTo(0.05 * (SCANS - 1), 2);
 });
 
 test('poses that are true give error curves, which are saved', async ({ lab, page }) => {

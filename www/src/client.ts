@@ -2,13 +2,13 @@
 
 import { degrees } from "./angle.js";
 import { hostOf, tokenOf } from "./bridge_address.js";
-import { chosen, type Content } from "./chosen.js";
 import { type Compared, shownRun } from "./compared.js";
 import { faultOf } from "./fault.js";
-import { type Answer, type Command, type GivenBytes, handle, type Handlers, type LiveSetup, type Question, type Topics } from "./protocol.js";
+import { Files } from "./files.js";
+import { type Answer, type Command, handle, type Handlers, type LiveSetup, type Question } from "./protocol.js";
 import { SAMPLE } from "./protocol/sample.js";
 import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PosesAs, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
@@ -16,10 +16,9 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isSharedWorld, linkIn, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
+import { addressOfLink, isLink, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
-import type { WorldDesk } from "./world_desk.js";
 import { LEAST_MOVE } from "./view/submaps.js";
 import { t } from "./words.js";
 
@@ -28,12 +27,6 @@ const LEASE_MILLIS = 5000;
 
 /** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
 const SOON_AGAIN_MILLIS = 10_000;
-
-/** A file of poses, and what they are to a recording. */
-export interface PosesOf {
-  readonly file: File;
-  readonly are: PosesAs;
-}
 
 /** Files of one kind; without any, why there are none. */
 export interface Collected {
@@ -50,14 +43,6 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
-  /** The recording that is shown, and the one that is being read. */
-  #recording: File | null = null;
-  #opening: File | null = null;
-  #topics: Topics | null = null;
-  #openingTopics: Topics | null = null;
-  /** Poses that came with them. */
-  #poses: PosesOf | null = null;
-  #openingPoses: PosesOf | null = null;
   /** What a building that is about to start was read without. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
@@ -65,16 +50,13 @@ export class Client {
   readonly #ports = new SerialPorts((text) => {
     // The mapper gets no more readings.
     this.send({ kind: "unplug" });
-    this.#warn(text);
+    this.warn(text);
   });
-  /** The world editor, while it is open: what is read then is drawn on, and not driven in. */
-  desk: WorldDesk | null = null;
+  readonly files: Files;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
   /** Called where there is no run and will be none: none could begin, or the worker is gone. */
   onLost: () => void = () => {};
-  /** A ZIP archive is to be opened. */
-  onArchive: (file: File) => void = () => {};
   /** Called where another worker goes on for one that broke: it knows nothing yet. */
   onRestart: () => void = () => {};
   /** Called with each command; where it returns true, somebody else sees to it. */
@@ -85,6 +67,7 @@ export class Client {
 
   /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
+    this.files = new Files(this, store);
   }
 
   #startWorker(): Worker {
@@ -101,7 +84,7 @@ export class Client {
     this.#worker.terminate();
     for (const give of this.#collecting.splice(0)) give({ files: [], error: why });
     if (this.isBeside || breaksAgain) {
-      this.#warn(t`The simulation stopped: ${why}. Reload the page.`);
+      this.warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
       return;
     }
@@ -116,7 +99,7 @@ export class Client {
       this.start(this.store.started);
       this.store.set("last", { lastRun: lastRun() });
     }
-    this.#warn(t`The simulation broke off by a fault of the program: ${why}. It was started anew.`);
+    this.warn(t`The simulation broke off by a fault of the program: ${why}. It was started anew.`);
   }
 
   send(command: Command, transfer: Transferable[] = []): void {
@@ -265,7 +248,7 @@ export class Client {
       exhibit(this.store, this, found);
       return true;
     }
-    this.#warn(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
+    this.warn(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
     return false;
   }
 
@@ -278,7 +261,7 @@ export class Client {
     }
     const lesson = lessons.find((each) => each.name === name);
     if (lesson) return teach(this.store, this, lesson);
-    this.#warn(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
+    this.warn(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
     if (this.#run === 0) this.start();
   }
 
@@ -296,7 +279,7 @@ export class Client {
     } catch (error) {
       // The person closed the dialog: there is nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.#warn(t`The port cannot be used: ${faultOf(error).text}`);
+      this.warn(t`The port cannot be used: ${faultOf(error).text}`);
     }
   }
 
@@ -341,27 +324,6 @@ export class Client {
     store.set("run", { savedMap: { ...store.savedMap, start } });
     this.send({ kind: "begin-at", start });
     this.again("scan-matching");
-  }
-
-  /** Joins a saved map to the one that there is. */
-  async mergeMap(files: readonly File[]): Promise<void> {
-    const [file] = files;
-    if (!file) return;
-    await this.#reading(file.name, async () => {
-      const bytes = await file.arrayBuffer();
-      this.store.set("run", { loading: file.name });
-      this.send({ kind: "merge-map", name: file.name, bytes }, [bytes]);
-    });
-  }
-
-  /** Opens a map beside the run, to be laid on what is drawn. */
-  async loadMap(files: readonly File[]): Promise<void> {
-    for (const file of files) {
-      await this.#reading(file.name, async () => {
-        const bytes = await file.arrayBuffer();
-        this.send({ kind: "load-map", name: file.name, bytes }, [bytes]);
-      });
-    }
   }
 
   /** Looks again where a loaded map lies. */
@@ -499,11 +461,6 @@ export class Client {
     if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
-  /** The recording that is shown, and which of its topics are meant. */
-  get recording(): { file: File; topics: Topics | null; poses: PosesOf | null } | null {
-    return this.#recording && { file: this.#recording, topics: this.#topics, poses: this.#poses };
-  }
-
   /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
   follow(link: string, until: number | null = null): void {
     this.store.set("run", { loading: "the experiment" });
@@ -520,14 +477,14 @@ export class Client {
     const address = addressOfLink(link);
     const letters = address.length;
     if (link.length > MOST_ADDRESS) {
-      this.#warn(t`The link would have ${letters} letters, more than an address takes: the world in it is large. Save the run as a file instead: dropped onto this page it does the run again.`);
+      this.warn(t`The link would have ${letters} letters, more than an address takes: the world in it is large. Save the run as a file instead: dropped onto this page it does the run again.`);
       return;
     }
     history.replaceState(null, "", address);
     try {
       await navigator.clipboard.writeText(address);
       if (letters > MOST_MESSAGE) {
-        this.#warn(t`The link is copied, but it has ${letters} letters, and many messengers cut a message at ${MOST_MESSAGE}. Saved as a file it can be sent as well: dropped onto this page it does the run again.`);
+        this.warn(t`The link is copied, but it has ${letters} letters, and many messengers cut a message at ${MOST_MESSAGE}. Saved as a file it can be sent as well: dropped onto this page it does the run again.`);
         return;
       }
       this.store.set("toast", { toast: { level: "good", text: "The link is copied: it does this run again, to the bit, with all that you did." } });
@@ -542,31 +499,12 @@ export class Client {
     const { store } = this;
     if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
-    else if (store.source === "replay" && this.#recording) void this.open(this.#recording, method ?? store.method, this.#topics, this.#poses);
+    else if (store.source === "replay" && this.files.recording) void this.files.open(this.files.recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
-  /** Files that were dropped or chosen together. */
-  async openAll(files: readonly File[]): Promise<void> {
-    const given = await chosen(files);
-    if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "building") await this.#read("build", given.name, given.files);
-    else if (given.kind === "archive") this.onArchive(given.file);
-    else if (given.kind === "poses") await this.#openPoses(given.poses, given.log);
-    else if (given.kind === "file") await this.#openAs(given.content, given.file);
-  }
-
-  /** Restarts the run with a prior map, which may also be a world. */
-  async openKnown(files: readonly File[]): Promise<void> {
-    const given = await chosen(files);
-    if (given.kind === "refused") this.#warn(given.text);
-    else if (given.kind === "archive") this.#warn(t`${given.file.name} is an archive: unpack it, and give the map that is in it.`);
-    else if (given.kind === "poses") this.#warn(t`${given.poses.name} holds poses: nothing can be found by them. Give a map.`);
-    else if (given.kind === "building") await this.#read("read-prior-map", given.name, given.files);
-    else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
-  }
-
-  #warn(text: string): void {
+  /** A note that is read at once. */
+  warn(text: string): void {
     this.store.set("toast", { toast: { level: "warn", text } });
   }
 
@@ -580,92 +518,6 @@ export class Client {
     const { store } = this;
     store.set("run", { setup: { ...store.setup, priorMap } });
     this.again(method ?? (needsPriorMap(store.method) ? store.method : "prior-map"));
-  }
-
-  async #read(kind: "build" | "read-prior-map", name: string, files: readonly File[]): Promise<void> {
-    await this.#reading(name, async () => {
-      const given = files.map(async (file): Promise<GivenBytes> => ({ name: file.name, bytes: await file.arrayBuffer() }));
-      this.send({ kind, name, files: await Promise.all(given) });
-    });
-  }
-
-  /** Files may have gone since they were chosen. */
-  async #reading(name: string, work: () => Promise<void>): Promise<void> {
-    this.store.set("toast", { toast: null });
-    try {
-      await work();
-    } catch (error) {
-      this.#warn(t`${name} could not be read: ${faultOf(error).text}`);
-    }
-  }
-
-  async #openAs(content: Content, file: File): Promise<void> {
-    if (content === "log") return this.open(file);
-    if (content === "link") return this.#openLink(file);
-    await this.#reading(file.name, async () => {
-      const { name } = file;
-      const bytes = await file.arrayBuffer();
-      if (content === "world" && this.desk) this.desk.open(name, new TextDecoder().decode(bytes), []);
-      else if (content === "world") this.start({ world: name, worldJson: new TextDecoder().decode(bytes), mode: "explore" });
-      else if (content === "preset") this.send({ kind: "preset", name, bytes }, [bytes]);
-      else if (content === "graph") this.send({ kind: "solve-graph", name, bytes }, [bytes]);
-      else this.send({ kind: "go-on", name, bytes }, [bytes]);
-    });
-  }
-
-  /** Poses alone are a path beside the run, unless it is of a recording: then they may be its
-      odometry or its truth, as with the log that they came with. */
-  async #openPoses(poses: File, log: File | null): Promise<void> {
-    if (log || (this.store.source === "replay" && this.#recording)) this.store.set("run", { posesAsked: { poses, log } });
-    else await this.#openPath(poses);
-  }
-
-  /** The poses that were given are these. */
-  async posesAre(are: PosesAs | "path"): Promise<void> {
-    const { posesAsked, method } = this.store;
-    this.store.set("run", { posesAsked: null });
-    if (!posesAsked) return;
-    const { poses, log } = posesAsked;
-    if (are === "path") await this.#openPath(poses);
-    else if (log) await this.open(log, "scan-matching", null, { file: poses, are });
-    else if (this.#recording) await this.open(this.#recording, method, this.#topics, { file: poses, are });
-  }
-
-  async #openPath(file: File): Promise<void> {
-    await this.#reading(file.name, async () => {
-      const bytes = await file.arrayBuffer();
-      this.send({ kind: "load-path", name: file.name, bytes }, [bytes]);
-    });
-  }
-
-  async #openLink(file: File): Promise<void> {
-    await this.#reading(file.name, async () => {
-      const link = linkIn(await file.text());
-      if (link === null) this.#warn(t`${file.name} leads to another page: there is no experiment in it.`);
-      else this.follow(link);
-    });
-  }
-
-  /** Maps a recorded log. `topics`: those of a recording of ROS that are meant; null: they are
-      asked for where it has several. `given`: poses from another file. */
-  async open(file: File, method: MethodName = "scan-matching", topics: Topics | null = null, given: PosesOf | null = null): Promise<void> {
-    await this.#reading(file.name, async () => {
-      const { setup, tuning } = this.store;
-      const { name } = file;
-      const bytes = await file.arrayBuffer();
-      const poses = given && { name: given.file.name, are: given.are, bytes: new Uint8Array(await given.file.arrayBuffer()) };
-      this.store.set("run", { reading: { name, done: 0 } });
-      this.send({ kind: "replay", name, bytes, topics, method, settings: setup.settings, twin: tuning.twin, priorMap: setup.priorMap, poses }, [bytes]);
-      this.#opening = file;
-      this.#openingTopics = topics;
-      this.#openingPoses = given;
-    });
-  }
-
-  /** The recording whose topics were asked for is mapped by these. */
-  openTopics(topics: Topics): void {
-    this.store.set("run", { asked: null });
-    if (this.#opening) void this.open(this.#opening, "scan-matching", topics, this.#openingPoses);
   }
 
   /** The last frame is on the screen: the worker may send another. */
@@ -698,9 +550,7 @@ export class Client {
       this.#answered(start.setup !== null);
       this.#run = start.run;
       if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
-      const isSameLog = start.source === "replay" && this.store.source === "replay" && this.#recording === this.#opening;
-      this.store.compared = isSameLog ? this.#comparedWith(start.method) : [];
-      if (start.source === "replay") [this.#recording, this.#topics, this.#poses] = [this.#opening, this.#openingTopics, this.#openingPoses];
+      this.store.compared = this.files.begins(start.source) ? this.#comparedWith(start.method) : [];
       // On the way to an earlier moment the view stays, and so does the speed.
       if (!start.isAgain) this.#pace(start.source);
       this.scene.clear();
@@ -711,7 +561,7 @@ export class Client {
       this.#until = null;
       if (this.#skipped === "") return;
       this.store.note({ time: 0, level: "warn", text: this.#skipped });
-      this.#warn(this.#skipped);
+      this.warn(this.#skipped);
       this.#skipped = "";
     },
     frame: (frame) => {
@@ -776,10 +626,10 @@ export class Client {
       if (examined.run === this.#run && examined.number === this.#examinedNumber) this.store.set("chosen", { examined });
     },
     bridge: ({ state, walls }) => this.store.set("bridge", { bridge: state, bridgeWalls: walls ?? this.store.bridgeWalls }),
-    "world-file": ({ world, text }) => this.desk?.open(world, text, []),
-    "world-checked": ({ number, fault }) => this.desk?.judge(number, fault),
+    "world-file": ({ world, text }) => this.files.desk?.open(world, text, []),
+    "world-checked": ({ number, fault }) => this.files.desk?.judge(number, fault),
     built: ({ name, worldJson, skipped }) => {
-      if (this.desk) return this.desk.open(name, worldJson, skipped);
+      if (this.files.desk) return this.files.desk.open(name, worldJson, skipped);
       this.start({ world: name, worldJson, mode: "explore" });
       this.#leaveOut(name, skipped);
     },
@@ -828,7 +678,7 @@ export class Client {
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });
       this.#note("warn", text);
-      this.#warn(text);
+      this.warn(text);
       // A link that is wrong leaves nothing to look at.
       if (this.#run === 0) this.onLost();
       if (this.isBeside || this.#run !== 0 || !isLink(location.hash)) return;

@@ -2,7 +2,7 @@
 // visit. A simulation is kept as the link that does it again, a recording with its file.
 
 import type { Client } from "./client.js";
-import type { Topics } from "./protocol.js";
+import type { Recording } from "./files.js";
 import type { MethodName, SettingValues, Setup } from "./protocol/module.js";
 import { ifAllowed } from "./storage.js";
 import type { Store } from "./store.js";
@@ -22,7 +22,7 @@ const MOST_BYTES = 256e6;
 interface Told { readonly title: string; readonly method: MethodName; /** s of the run. */ readonly time: number }
 /** `link` is null where none can tell what was done: then it begins again from `setup`. */
 export type LastSimulation = Told & { readonly kind: "sim"; readonly link: string | null; readonly setup: Setup };
-export type LastRecording = Told & { readonly kind: "replay"; readonly topics: Topics | null; readonly settings: SettingValues };
+export type LastRecording = Told & { readonly kind: "replay"; readonly settings: SettingValues };
 export type LastRun = LastSimulation | LastRecording;
 
 /** What was left, if somebody left something. */
@@ -39,21 +39,21 @@ export function lastRun(): LastRun | null {
 
 /** Keeps what runs from here on; not while what was left before is still offered. */
 export function keepLastRun(store: Store, client: Client): void {
-  let [kept, isKept] = [null as File | null, false];
+  let [kept, isKept] = [null as Recording | null, false];
   setInterval(() => {
     const { source, status, lastRun: offered } = store;
     if (offered || !status || status.time < LEAST_SECONDS) return;
     if (source === "sim") client.send({ kind: "keep", setup: store.started });
-    const { recording } = client;
+    const { recording } = client.files;
     if (source !== "replay" || !recording) return;
-    if (recording.file !== kept) {
-      [kept, isKept] = [recording.file, false];
-      void keepFile(recording.file).then(() => (isKept = true));
+    if (recording !== kept) {
+      [kept, isKept] = [recording, false];
+      void keepRecording(recording).then(() => (isKept = true));
     }
     // What is offered is there.
     if (!isKept) return;
     const { title, method, setup: { settings } } = store;
-    keep({ kind: "replay", title, method, time: status.time, topics: recording.topics, settings });
+    keep({ kind: "replay", title, method, time: status.time, settings });
   }, KEEPS_EVERY);
 }
 
@@ -68,27 +68,27 @@ export async function goOn(store: Store, client: Client): Promise<void> {
   store.set("last", { lastRun: null });
   if (last?.kind === "sim") return last.link === null ? client.start(last.setup) : client.follow(last.link, last.time);
   if (last?.kind !== "replay") return;
-  const file = await keptFile();
-  if (!file) {
+  const recording = await keptRecording();
+  if (!recording) {
     store.set("toast", { toast: { level: "warn", text: t`The browser did not keep ${last.title}: open it again.` } });
     return;
   }
   store.set("settings", { setup: { ...store.setup, settings: last.settings } });
-  await client.open(new File([file], last.title), last.method, last.topics);
+  await client.files.open(recording, last.method);
 }
 
 function keep(last: LastRun): void {
   ifAllowed(() => localStorage.setItem(KEY, JSON.stringify(last)));
 }
 
-async function keepFile(file: File): Promise<void> {
-  if (file.size > MOST_BYTES) return;
+async function keepRecording(recording: Recording): Promise<void> {
+  if (recording.file.size + (recording.poses?.file.size ?? 0) > MOST_BYTES) return;
   // A browser that has no room for it keeps nothing, and says so when it is asked for.
-  await inFiles("readwrite", (files) => files.put(file, RECORDING)).catch(() => {});
+  await inFiles("readwrite", (files) => files.put(recording, RECORDING)).catch(() => {});
 }
 
-const keptFile = (): Promise<Blob | null> =>
-  inFiles<unknown>("readonly", (files) => files.get(RECORDING)).then((file) => (file instanceof Blob ? file : null), () => null);
+const keptRecording = (): Promise<Recording | null> =>
+  inFiles<Recording | undefined>("readonly", (files) => files.get(RECORDING)).then((kept) => (kept?.file instanceof File ? kept : null), () => null);
 
 function inFiles<T>(mode: IDBTransactionMode, ask: (files: IDBObjectStore) => IDBRequest<T>): Promise<T> {
   return new Promise((resolve, reject) => {

@@ -213,7 +213,7 @@ async function showSaving(): Promise<void> {
   if (!saving.shown) saving.show();
 }
 let archive: SlamArchive | null = null;
-client.onArchive = (file) => void openArchive(file);
+client.files.onArchive = (file) => void openArchive(file);
 async function openArchive(file: File): Promise<void> {
   if (!archive) {
     if (!(await bundle(store, "archive.js", "The part that opens archives"))) return;

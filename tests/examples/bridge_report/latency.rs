@@ -1,6 +1,6 @@
 //! From the robot's thread to a client in the same process, over a socket of this machine: 200
-//! readings a second and the scans of a lidar, alone and beside 50 watchers: delays, and messages a
-//! second to all of them. Then what 50 watchers cost a bridge in a process of its own, which
+//! readings a second and the scans of a lidar, alone, beside 50 watchers, and beside them of a
+//! bridge that maps: delays, and messages a second to all of them. Then what 50 watchers cost a bridge in a process of its own, which
 //! simulates its robot and records: part of one core, and its own memory. And from an encoder's
 //! edge: [`crate::edge`].
 
@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+use slamlab_bridge::MapConfig;
 use slamlab_core::wire::message::{FromBridge, ToBridge};
 
 #[cfg(target_os = "linux")]
@@ -16,6 +17,7 @@ use crate::bridge_process::BridgeProcess;
 use crate::client::{Bridge, Came, Client};
 use crate::robot::with_robot;
 use crate::torn::Torn;
+use crate::web;
 
 const MEASURED: Duration = Duration::from_secs(10);
 const MEDIAN_MS: f64 = 10.0;
@@ -26,16 +28,18 @@ const WATCHERS: usize = 50;
 pub(crate) async fn report(torn: Option<&Arc<Torn>>) -> (bool, Value) {
     let edge = edge(torn.cloned()).await;
     let torn = torn.map(Arc::as_ref);
-    let alone = measure(0, torn).await;
-    let crowded = measure(WATCHERS, torn).await;
+    let alone = measure(0, None, torn).await;
+    let crowded = measure(WATCHERS, None, torn).await;
+    let mapping = measure(WATCHERS, Some(MapConfig::default()), torn).await;
     let relayed = crowded["messages_a_second"].as_f64();
-    let is_in_time = is_below(&alone) && is_below(&crowded);
+    let is_in_time = is_below(&alone) && is_below(&crowded) && is_below(&mapping);
     let of_it = &edge["of_it_bridge"];
     let is_in_time = is_in_time && is_below(of_it);
     let holds = is_in_time && relayed.is_some_and(|relayed| relayed >= RELAYED);
     let figures = json!({
         "cost_of_50_watchers": cost(torn).await, "encoder_edge_to_client": edge,
         "robot_to_client_alone": alone, "robot_to_client_beside_50_watchers": crowded,
+        "the_same_of_a_bridge_that_maps": mapping,
         "limits_ms": { "median": MEDIAN_MS, "p99": P99_MS }, "least_messages_a_second": RELAYED,
     });
     (holds, figures)
@@ -55,8 +59,10 @@ async fn edge(torn: Option<Arc<Torn>>) -> Value {
     Value::Null
 }
 
-async fn measure(watchers: usize, torn: Option<&Torn>) -> Value {
+async fn measure(watchers: usize, map: Option<MapConfig>, torn: Option<&Torn>) -> Value {
     let (mut config, memory) = with_robot();
+    let is_mapping = map.is_some();
+    config.map = map;
     if let Some(torn) = torn {
         config = torn.on(config);
     }
@@ -88,6 +94,10 @@ async fn measure(watchers: usize, torn: Option<&Torn>) -> Value {
     }
     let rate = (received.load(Ordering::Relaxed) + took.len() as u64) as f64
         / start.elapsed().as_secs_f64();
+    if is_mapping {
+        let (status, body) = web::ask(bridge.address, "GET", "/map.yaml", None).await;
+        assert_eq!(status, 200, "{body}");
+    }
     bridge.stop().await;
     for other in others {
         other.await.unwrap();

@@ -66,7 +66,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", t("World editor"));
     this.tabIndex = -1;
-    this.client.desk = this;
+    this.client.files.desk = this;
     this.#asksToEnd = false;
     if (!this.#isBegun) this.#listen();
     this.#isBegun = true;
@@ -79,7 +79,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.store.on("theme", () => this.#board?.recolour());
     this.addEventListener("keydown", (event) => this.#key(event));
     this.addEventListener("keyup", (event) => event.key === "Alt" && this.#holdOff(false));
-    takeDrops(this, (files) => void this.client.openAll(files));
+    takeDrops(this, (files) => void this.client.files.openAll(files));
   }
 
   /** Until it is there nothing can be drawn that it would sweep away. */
@@ -96,7 +96,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   override disconnectedCallback(): void {
     super.disconnectedCallback();
     document.removeEventListener("keydown", this.#keyOfNobody);
-    if (this.client.desk === this) this.client.desk = null;
+    if (this.client.files.desk === this) this.client.files.desk = null;
   }
 
   /** Draws on the world of a link. */
@@ -343,7 +343,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
             </select>
           </label>
           <div class="row">
-            <label class="file"><input type="file" data-testid="editor-file" multiple aria-label="Open a world (.json), a floor plan (.svg) or a map" @change=${(e: Event) => void this.client.openAll(filesOf(e))}><span class="button">${icons.open} Open…</span></label>
+            <label class="file"><input type="file" data-testid="editor-file" multiple aria-label="Open a world (.json), a floor plan (.svg) or a map" @change=${(e: Event) => void this.client.files.openAll(filesOf(e))}><span class="button">${icons.open} Open…</span></label>
             <button data-testid="editor-save" title="Save the world as a file (.json)" @click=${() => this.#save()}>${icons.save} Save</button>
             <button data-testid="editor-share" title="Copy a link that opens this drawing" @click=${() => void this.#share()}>${icons.link} Link</button>
           </div>

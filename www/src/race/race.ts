@@ -352,7 +352,7 @@ export class SlamRace extends SlamDialog {
   #restart(): void {
     const { store, client } = this;
     for (const rival of this.#rivals) {
-      const recording = store.source === "replay" ? client.recording?.file ?? null : null;
+      const recording = store.source === "replay" ? client.files.recording?.file ?? null : null;
       // A run by the method that is shown from here on would be the same twice.
       const isTwin = rival.difference.isByMethod && rival.difference.method === store.method;
       if (store.source === "bridge" || rival.recording !== recording || isTwin || currentLesson(store)) this.#close(rival);

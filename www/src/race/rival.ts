@@ -66,12 +66,12 @@ export class Rival {
     [this.isThere, this.#hasForked, this.#due] = [false, false, []];
     this.#hold(Math.min(from ?? Infinity, shown.status?.time ?? 0));
     this.#pace(Infinity);
-    const { recording } = leader;
+    const { recording } = leader.files;
     this.recording = shown.source === "replay" ? recording?.file ?? null : null;
     if (shown.source === "replay") {
       if (!recording) return;
       store.setup = { ...shown.setup, method, settings };
-      await client.open(recording.file, method, recording.topics, recording.poses);
+      await client.files.open(recording, method);
       return;
     }
     const setup = { ...shown.started, method, settings: from === null ? settings : shown.started.settings, lesson: null };

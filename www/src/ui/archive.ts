@@ -37,7 +37,7 @@ export class SlamArchive extends SlamDialog {
     const [only, ...more] = this.#things;
     if (!only && this.#isDamaged) return;
     if (!only) this.store.set("toast", { toast: { level: "warn", text: t`${file.name}: nothing in this archive can be opened here.` } });
-    else if (more.length === 0) void this.client.openAll(only);
+    else if (more.length === 0) void this.client.files.openAll(only);
     else {
       this.requestUpdate();
       await this.updateComplete;
@@ -55,7 +55,7 @@ export class SlamArchive extends SlamDialog {
 
   #choose(files: readonly File[]): void {
     this.close();
-    void this.client.openAll(files);
+    void this.client.files.openAll(files);
   }
 
   async #openable(archive: File): Promise<(readonly File[])[]> {

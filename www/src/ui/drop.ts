@@ -34,7 +34,7 @@ export class SlamDrop extends SlamElement {
       event.preventDefault();
       depth = 0;
       this.#show(false);
-      void this.client.openAll([...(event.dataTransfer?.files ?? [])]);
+      void this.client.files.openAll([...(event.dataTransfer?.files ?? [])]);
     });
   }
 

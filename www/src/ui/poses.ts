@@ -40,7 +40,7 @@ export class SlamPoses extends SlamDialog {
 
   #answer(answer: Answer): TemplateResult {
     const { title, about } = ANSWERS[answer];
-    return html`<button data-testid="poses-${answer}" @click=${() => this.client.posesAre(answer)}><b>${title}</b><small>${about}</small></button>`;
+    return html`<button data-testid="poses-${answer}" @click=${() => this.client.files.posesAre(answer)}><b>${title}</b><small>${about}</small></button>`;
   }
 
   #leave(): void {

@@ -42,7 +42,7 @@ export class SlamPriorMap extends SlamElement {
       ${isUsed ? this.#used(priorMap) : html`<p>Give the robot a map, and it only has to find itself in it: a map of ROS, OGmap.txt, a submap (.smap), a floor plan (.svg), a world (.json), or what it has mapped so far. It may be of this world or of another.</p>`}
       <div class="two">
         <label>
-          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.smap,.svg,.json" multiple data-testid="prior-map-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, a submap, SVG or a world" @change=${(e: Event) => void this.client.openKnown(filesOf(e))}>
+          <input type="file" accept=".yaml,.yml,.pgm,.png,.txt,.smap,.svg,.json" multiple data-testid="prior-map-file" aria-label="Open a map to be found in: YAML with its image, OGmap.txt, a submap, SVG or a world" @change=${(e: Event) => void this.client.files.openKnown(filesOf(e))}>
           <span class="button">${icons.open} Open map…</span>
         </label>
         <button data-testid="prior-map-this" title="Begin again, and find yourself in the map drawn so far" @click=${() => this.client.localiseInThisMap()}>${icons.again} Map so far</button>

@@ -75,7 +75,7 @@ export class SlamRecordings extends SlamElement {
     this.requestUpdate();
     try {
       const answer = await fetch(`recordings/${encodeURIComponent(name)}`);
-      if (answer.ok) await this.client.openAll([new File([await answer.blob()], name)]);
+      if (answer.ok) await this.client.files.openAll([new File([await answer.blob()], name)]);
       else this.store.set("toast", { toast: { level: "warn", text: await answer.text() } });
     } catch {
       this.store.set("toast", { toast: { level: "warn", text: t`${name} did not come: the bridge does not answer.` } });

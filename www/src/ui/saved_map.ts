@@ -102,7 +102,7 @@ export class SlamSavedMap extends SlamElement {
   #changes(): TemplateResult {
     return html`<div class="changes">
       <label>
-        <input type="file" accept=".slamlab" data-testid="merge-map" aria-label="Merge a saved map (.slamlab) into this one" @change=${(e: Event) => void this.client.mergeMap(filesOf(e))}>
+        <input type="file" accept=".slamlab" data-testid="merge-map" aria-label="Merge a saved map (.slamlab) into this one" @change=${(e: Event) => void this.client.files.mergeMap(filesOf(e))}>
         <span class="button" title="Join a saved map (.slamlab) to this one, if it is proved where it lies in it">${icons.open} Merge…</span>
       </label>
       <button data-testid="prune-map" title="Take out of this map what newer parts of it cover" @click=${() => this.client.send({ kind: "prune-map" })}>${icons.minus} Prune</button>

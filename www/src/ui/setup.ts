@@ -107,7 +107,7 @@ export class SlamSetup extends SlamElement {
       </div>
       <div class="files">
         <label>
-          <input type="file" multiple data-testid="file" aria-label="Open ${opened()}" @change=${(e: Event) => void this.client.openAll(filesOf(e))}>
+          <input type="file" multiple data-testid="file" aria-label="Open ${opened()}" @change=${(e: Event) => void this.client.files.openAll(filesOf(e))}>
           <span class="button">${icons.open} Open file…</span>
         </label>
         <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y, or M)" aria-keyshortcuts="Y M Shift+A" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>

@@ -57,7 +57,7 @@ export class SlamSubmaps extends SlamElement {
       ${loadedMaps.length > 0 ? html`<ul class="maps" aria-label="Loaded maps">${loadedMaps.map((map) => this.#loaded(map))}</ul>` : nothing}
       <div class="two">
         <label>
-          <input type="file" accept=".smap,.slamlab" multiple data-testid="load-map" aria-label="Load a submap (.smap) or a saved map (.slamlab) and lay it on this map" @change=${(e: Event) => void this.client.loadMap(filesOf(e))}>
+          <input type="file" accept=".smap,.slamlab" multiple data-testid="load-map" aria-label="Load a submap (.smap) or a saved map (.slamlab) and lay it on this map" @change=${(e: Event) => void this.client.files.loadMap(filesOf(e))}>
           <span class="button" title="A submap (.smap) or a saved map (.slamlab), laid on this map if it is found where it lies">${icons.open} Load a map…</span>
         </label>
         ${count > 0 ? this.#all() : nothing}

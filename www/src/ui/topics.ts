@@ -48,7 +48,7 @@ export class SlamTopics extends SlamDialog {
     event.preventDefault();
     const form = new FormData(event.target as HTMLFormElement);
     const chosen = (name: string): string | null => form.get(name)?.toString() ?? null;
-    this.client.openTopics({ scans: chosen("scans"), odometry: chosen("odometry") });
+    this.client.files.openTopics({ scans: chosen("scans"), odometry: chosen("odometry") });
   }
 }
 
