@@ -2,7 +2,8 @@
 //! `cargo xtask package` does.
 //!
 //! Without the variable the program holds no page and serves a folder, which is what one wants
-//! while working on the page. Source maps are left out: they are as large as all the rest.
+//! while working on the page. Source maps are left out: they are as large as all the rest. Of a file
+//! that is there as `NAME.br` only that form is taken: the others are made from it.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,7 +26,7 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it")).join("page");
-    if let Err(error) = copy_without_maps(folder, &out) {
+    if let Err(error) = copy_once(folder, &out) {
         println!(
             "cargo:error=cannot copy {} to {}: {error}",
             folder.display(),
@@ -38,7 +39,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-fn copy_without_maps(from: &Path, to: &Path) -> io::Result<()> {
+fn copy_once(from: &Path, to: &Path) -> io::Result<()> {
     if to.exists() {
         fs::remove_dir_all(to)?;
     }
@@ -51,10 +52,17 @@ fn copy_without_maps(from: &Path, to: &Path) -> io::Result<()> {
             .to_string_lossy()
             .split('.')
             .any(|ending| ending == "map");
+        let has_smaller = |plain: &str| from.join(format!("{plain}.br")).exists();
+        let path = entry.path();
+        let is_doubled = match path.extension().is_some_and(|ending| ending == "gz") {
+            true => path.file_stem().and_then(|stem| stem.to_str()),
+            false => name.to_str(),
+        }
+        .is_some_and(has_smaller);
         if entry.file_type()?.is_dir() {
-            copy_without_maps(&entry.path(), &target)?;
-        } else if !is_map {
-            fs::copy(entry.path(), target)?;
+            copy_once(&path, &target)?;
+        } else if !is_map && !is_doubled {
+            fs::copy(path, target)?;
         }
     }
     Ok(())

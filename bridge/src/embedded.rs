@@ -2,16 +2,26 @@
 //!
 //! In: the path of a request, and what the browser can take. Out: the file, its type and its mark.
 //!
-//! 1. `/` is `index.html`. Files that were compressed when the page was built stand beside the
-//!    others, as `NAME.br` and `NAME.gz`; a browser that takes one of them gets the smallest.
-//!    Browsers take brotli over TLS and on this machine only.
-//! 2. The mark (`ETag`) is the content's hash: an unchanged file costs a 304, whatever the
-//!    program's own age.
-//! 3. Source maps stay out of the program (`build.rs`): they are as large as all the rest.
+//! 1. `/` is `index.html`. Of files that brotli made smaller when the page was built the program
+//!    has that form alone, `NAME.br`: with gzip's and the plain one beside it, a package was twice
+//!    as large.
+//! 2. A browser takes brotli over TLS and on this machine only. For the others the file is unpacked
+//!    and packed by gzip when it is first asked for, away from the threads that carry messages, and
+//!    kept; who takes neither gets it plain.
+//! 3. The mark (`ETag`) is the content's hash and its form: an unchanged file costs a 304, whatever
+//!    the program's own age.
+//! 4. Source maps stay out of the program (`build.rs`): they are as large as all the rest.
 
-use axum::body::Body;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use rust_embed::EmbeddedFile;
 
 /// How a file of the page is found by its name.
@@ -38,60 +48,154 @@ pub(crate) const fn is_there() -> bool {
     cfg!(has_page)
 }
 
-/// The answer of the page inside the program; 404 to everything where there is none.
-pub(crate) fn answer(method: &Method, path: &str, headers: &HeaderMap) -> Response {
-    answer_from(find, method, path, headers)
+/// How a file goes over the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Form {
+    Brotli,
+    Gzip,
+    Plain,
 }
 
-fn answer_from(find: Find, method: &Method, path: &str, headers: &HeaderMap) -> Response {
-    if method != Method::GET && method != Method::HEAD {
-        return (
-            StatusCode::METHOD_NOT_ALLOWED,
-            [(header::ALLOW, "GET, HEAD")],
-        )
-            .into_response();
+impl Form {
+    /// Its name in HTTP (RFC 9110 §8.4.1, RFC 7932); none where a file goes as it is.
+    fn encoding(self) -> Option<&'static str> {
+        match self {
+            Self::Brotli => Some("br"),
+            Self::Gzip => Some("gzip"),
+            Self::Plain => None,
+        }
     }
-    let name = match path.strip_prefix('/').unwrap_or(path) {
-        "" => "index.html",
-        name => name,
-    };
-    let Some(plain) = find(name) else {
-        return StatusCode::NOT_FOUND.into_response();
-    };
-    let kind = plain.metadata.mimetype().to_owned();
-    let (file, encoding) = smallest(find, name, headers).unwrap_or((plain, "identity"));
-    let mark = mark(&file);
-    let common = [
-        (header::CONTENT_TYPE, kind),
-        (header::ETAG, mark.clone()),
-        (header::VARY, "accept-encoding".to_owned()),
-    ];
-    if knows(headers, &mark) {
-        return (StatusCode::NOT_MODIFIED, common).into_response();
+
+    /// The smallest that a browser takes.
+    fn taken_by(headers: &HeaderMap) -> Self {
+        let offered = headers.get(header::ACCEPT_ENCODING);
+        let offered = offered.and_then(|offered| offered.to_str().ok());
+        let is_taken = |form: &Self| {
+            let encoding = form.encoding().zip(offered);
+            encoding.is_some_and(|(encoding, offered)| takes(offered, encoding))
+        };
+        let small = [Self::Brotli, Self::Gzip];
+        small.into_iter().find(is_taken).unwrap_or(Self::Plain)
     }
-    // Without it, a HEAD would say that the file is empty.
-    let length = [(header::CONTENT_LENGTH, file.data.len().to_string())];
-    let body = match *method == Method::HEAD {
-        true => Body::empty(),
-        false => Body::from(file.data),
-    };
-    let mut response = (common, length, body).into_response();
-    if encoding != "identity" {
-        let value = header::HeaderValue::from_static(encoding);
+}
+
+/// The page, with the forms of its files that were made so far.
+pub(crate) struct EmbeddedPage {
+    find: Find,
+    gzipped: Mutex<BTreeMap<String, Bytes>>,
+}
+
+impl EmbeddedPage {
+    /// That which was put into the program.
+    pub(crate) fn new() -> Arc<Self> {
+        Self::of(find)
+    }
+
+    fn of(find: Find) -> Arc<Self> {
+        Arc::new(Self {
+            find,
+            gzipped: Mutex::default(),
+        })
+    }
+
+    /// The answer; 404 to everything where there is no page.
+    pub(crate) async fn answer(
+        self: Arc<Self>,
+        method: &Method,
+        path: &str,
+        headers: &HeaderMap,
+    ) -> Response {
+        if method != Method::GET && method != Method::HEAD {
+            return (
+                StatusCode::METHOD_NOT_ALLOWED,
+                [(header::ALLOW, "GET, HEAD")],
+            )
+                .into_response();
+        }
+        let name = match path.strip_prefix('/').unwrap_or(path) {
+            "" => "index.html",
+            name => name,
+        };
+        let packed = (self.find)(&format!("{name}.br"));
+        let form = match packed {
+            Some(_) => Form::taken_by(headers),
+            None => Form::Plain,
+        };
+        let is_packed = packed.is_some();
+        let Some(file) = packed.or_else(|| (self.find)(name)) else {
+            return StatusCode::NOT_FOUND.into_response();
+        };
+        let kind = mime_guess::from_path(name).first_or_octet_stream();
+        let mark = mark(&file, form);
+        let common = [
+            (header::CONTENT_TYPE, kind.to_string()),
+            (header::ETAG, mark.clone()),
+            (header::VARY, "accept-encoding".to_owned()),
+        ];
+        if knows(headers, &mark) {
+            return (StatusCode::NOT_MODIFIED, common).into_response();
+        }
+        let stored = match file.data {
+            Cow::Borrowed(all) => Bytes::from_static(all),
+            Cow::Owned(all) => Bytes::from(all),
+        };
+        let data = match is_packed && form != Form::Brotli {
+            true => self.formed(name.to_owned(), stored, form).await,
+            false => Ok(stored),
+        };
+        let data = match data {
+            Ok(data) => data,
+            Err(error) => {
+                tracing::error!("{name} of the page cannot be unpacked: {error}");
+                return StatusCode::INTERNAL_SERVER_ERROR.into_response();
+            }
+        };
+        // Without it, a HEAD would say that the file is empty.
+        let length = [(header::CONTENT_LENGTH, data.len().to_string())];
+        let body = match *method == Method::HEAD {
+            true => Body::empty(),
+            false => Body::from(data),
+        };
+        let mut response = (common, length, body).into_response();
+        if let Some(encoding) = form.encoding() {
+            let value = header::HeaderValue::from_static(encoding);
+            response
+                .headers_mut()
+                .insert(header::CONTENT_ENCODING, value);
+        }
         response
-            .headers_mut()
-            .insert(header::CONTENT_ENCODING, value);
     }
-    response
-}
 
-/// The compressed form that the browser takes, and its name.
-fn smallest(find: Find, name: &str, headers: &HeaderMap) -> Option<(EmbeddedFile, &'static str)> {
-    let offered = headers.get(header::ACCEPT_ENCODING)?.to_str().ok()?;
-    [("br", "br"), ("gz", "gzip")]
-        .into_iter()
-        .filter(|(_, encoding)| takes(offered, encoding))
-        .find_map(|(ending, encoding)| Some((find(&format!("{name}.{ending}"))?, encoding)))
+    /// Another form of a file that is packed by brotli.
+    async fn formed(
+        self: Arc<Self>,
+        name: String,
+        packed: Bytes,
+        form: Form,
+    ) -> std::io::Result<Bytes> {
+        let known = self.gzipped().get(&name).cloned();
+        if let Some(known) = known.filter(|_| form == Form::Gzip) {
+            return Ok(known);
+        }
+        let work = move || {
+            let mut plain = vec![];
+            brotli_decompressor::BrotliDecompress(&mut &*packed, &mut plain)?;
+            if form == Form::Plain {
+                return Ok(Bytes::from(plain));
+            }
+            let mut gzip = GzEncoder::new(vec![], Compression::default());
+            gzip.write_all(&plain)?;
+            let gzipped = Bytes::from(gzip.finish()?);
+            self.gzipped().insert(name, gzipped.clone());
+            Ok(gzipped)
+        };
+        let made = tokio::task::spawn_blocking(work).await;
+        made.unwrap_or_else(|error| Err(std::io::Error::other(error)))
+    }
+
+    fn gzipped(&self) -> MutexGuard<'_, BTreeMap<String, Bytes>> {
+        self.gzipped.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Whether `Accept-Encoding` names this encoding, and not with a weight of 0 (RFC 9110 §12.5.3).
@@ -103,13 +207,10 @@ fn takes(offered: &str, encoding: &str) -> bool {
     })
 }
 
-fn mark(file: &EmbeddedFile) -> String {
+fn mark(file: &EmbeddedFile, form: Form) -> String {
     let hash = file.metadata.sha256_hash();
-    let half: String = hash[..16]
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    format!("\"{half}\"")
+    let half = crate::hexadecimal::write(&hash[..16]);
+    format!("\"{half}-{}\"", form.encoding().unwrap_or("plain"))
 }
 
 /// Whether the browser has this very content (RFC 9110 §13.1.2).

@@ -13,9 +13,10 @@ use slamlab_core::wire::message::{Format, Watching};
 use tower_http::services::ServeDir;
 
 use crate::access_log::Kind;
+use crate::embedded::EmbeddedPage;
 use crate::page::Page;
 use crate::shared::{Limits, Shared, Visitor};
-use crate::{connection, embedded, foxglove, headers, host, mapping, rosbridge};
+use crate::{connection, foxglove, headers, host, mapping, rosbridge};
 
 /// Path of the WebSocket.
 pub(crate) const SOCKET_PATH: &str = "/ws";
@@ -59,9 +60,13 @@ pub(crate) fn router(shared: &Arc<Shared>, trust: Router) -> Router {
                 .precompressed_gzip();
             router.fallback_service(files)
         }
-        Some(Page::Embedded) => router.fallback(async |request: Request| {
-            embedded::answer(request.method(), request.uri().path(), request.headers())
-        }),
+        Some(Page::Embedded) => {
+            let page = EmbeddedPage::new();
+            router.fallback(move |request: Request| async move {
+                let (method, path) = (request.method(), request.uri().path());
+                page.answer(method, path, request.headers()).await
+            })
+        }
         None => router,
     };
     router

@@ -401,7 +401,11 @@ fn a_log_read_in_pieces_is_mapped_to_its_end() {
         let submaps = replay.submaps(-1.0, 0).map_err(words).expect("of a log");
         let submaps: Submaps = rust(Ok(submaps.expect("scan matching has submaps")));
         let known = submaps.lengths.len();
-        assert_eq!(submaps.poses.len(), SUBMAP * (known + 1), "the last one is being made");
+        assert_eq!(
+            submaps.poses.len(),
+            SUBMAP * (known + 1),
+            "the last one is being made"
+        );
         assert_eq!(
             submaps.lengths.iter().sum::<u32>() as usize,
             submaps.surfaces.len()

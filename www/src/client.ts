@@ -16,7 +16,7 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
+import { addressOfLink, isLink, isOwnAddress, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
@@ -127,7 +127,9 @@ export class Client {
   }
 
   tellSaved(names: readonly string[]): void {
-    this.#note("good", t`Saved ${names.join(", ")}`);
+    const text = t`Saved ${names.join(", ")}`;
+    this.#note("good", text);
+    this.store.set("toast", { toast: { level: "good", text } });
   }
 
   /** Ends it for good. */
@@ -170,7 +172,8 @@ export class Client {
   /** The cycle on or off, in the run and in those that follow. */
   setCycle(on: boolean): void {
     const { store } = this;
-    store.set("run", { setup: { ...store.setup, cycle: on } });
+    // Both would stand over the map.
+    store.set("run", { setup: { ...store.setup, cycle: on }, editing: on ? null : store.editing });
     // The stages speak of the lines of a scan: they are worth seeing.
     store.setLayers({ found: on });
     this.send({ kind: "cycle", on });
@@ -487,7 +490,9 @@ export class Client {
         this.warn(t`The link is copied, but it has ${letters} letters, and many messengers cut a message at ${MOST_MESSAGE}. Saved as a file it can be sent as well: dropped onto this page it does the run again.`);
         return;
       }
-      this.store.set("toast", { toast: { level: "good", text: "The link is copied: it does this run again, to the bit, with all that you did." } });
+      this.store.set("toast", { toast: { level: "good", text: isOwnAddress(location.hostname)
+        ? "The link is copied: it does this run again, to the bit, with all that you did. It leads to this computer: for others write the address of a page of slamlab that they reach in place of what stands before the #."
+        : "The link is copied: it does this run again, to the bit, with all that you did." } });
     } catch {
       // No clipboard without the right to it, or without TLS.
       this.store.set("toast", { toast: { level: "info", text: "The link stands in the address of this page: it does this run again, with all that you did." } });

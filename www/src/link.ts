@@ -13,6 +13,9 @@ export function isLink(hash: string): boolean {
 export const MOST_ADDRESS = 64_000;
 export const MOST_MESSAGE = 2_000;
 
+/** Whether only this computer reaches a server of this name. */
+export const isOwnAddress = (hostname: string): boolean => /^(localhost|127\.[\d.]+|\[::1\])$/.test(hostname);
+
 /** The address of a link. */
 export function addressOfLink(link: string): string {
   return `${location.origin}${location.pathname}${location.search}#${link}`;

@@ -7,7 +7,7 @@ import { isFirstVisit, noteVisit } from "./visit.js";
 /** A ring is where doubt is seen to grow, all the way round, and to shrink at once. */
 const RUN = { world: "loop", sensor: "lidar", method: "scan-matching", mode: "explore", cycle: false, seed: 7 } as const;
 /** So that the ring is closed within a minute. */
-const SPEED = 10;
+export const SPEED = 10;
 
 /** What the tour is about, step by step. */
 export const STEPS = ["unknown", "wheels", "doubt", "loop"] as const;
@@ -24,7 +24,7 @@ export function greet(store: Store, client: Client): boolean {
 export function begin(store: Store, client: Client): void {
   noteVisit();
   // The answer is not given away, and nothing is shown that the steps do not speak of.
-  store.setLayers({ truth: false, wheels: false, frontiers: false, path: false, closures: false });
+  store.setLayers({ truth: false, wheels: false, trails: false, frontiers: false, path: false, closures: false });
   client.setSpeed(SPEED);
   client.start(RUN);
   store.set("tour", { tour: STEPS[0] });
@@ -35,10 +35,10 @@ export function isOwnRun({ source, setup, loading }: Store): boolean {
   return loading === RUN.world || (source === "sim" && setup.world === RUN.world && setup.worldJson === null);
 }
 
-/** To a step, or out of the tour. */
-export function go(store: Store, step: TourStep | null): void {
-  const patch = step === null ? { frontiers: true, path: true, closures: true } : step === "wheels" ? { wheels: true } : {};
+/** To a step, or out of the tour; `isNear`: the robot is followed, so that its doubt is seen. */
+export function go(store: Store, step: TourStep | null, isNear = step === "doubt"): void {
+  const patch = step === null ? { frontiers: true, path: true, closures: true, trails: true } : step === "wheels" ? { wheels: true, trails: true } : {};
   store.setLayers(patch);
   store.set("tour", { tour: step });
-  dispatchEvent(new CustomEvent("show-robot", { detail: step === "doubt" }));
+  dispatchEvent(new CustomEvent("show-robot", { detail: isNear }));
 }

@@ -141,13 +141,12 @@ fn build(target: Target, features: &[Feature], page: &Path) -> Result<PathBuf> {
             format!("CFLAGS_{suffix}"),
             "-ffreestanding -DRING_CORE_NOSTDLIBINC=1",
         )
-        .args("rustc --release --package slamlab-bridge --bin slamlab-bridge".split(' '))
-        .args(["--target", &triple, "--features", &names(features, ",")])
-        .args(["--", "-C", "strip=symbols"]);
+        .args("build --profile packaged --package slamlab-bridge --bin slamlab-bridge".split(' '))
+        .args(["--target", &triple, "--features", &names(features, ",")]);
     tools::run(&mut cargo)?;
     let program = tools::target_dir()
         .join(triple)
-        .join("release/slamlab-bridge");
+        .join("packaged/slamlab-bridge");
     if !program.is_file() {
         bail!("{} was not made", program.display());
     }

@@ -30,6 +30,12 @@ export const layout = css`
   hr { width: 100%; border: 0; border-top: 1px solid var(--line); margin: 0; }
   .file { position: relative; display: contents; }
   .file .button { color: var(--ink); font-size: 13px; }
+  @media (max-width: 1000px) {
+    .head { gap: 5px; }
+    h2 { display: none; }
+    .tools { gap: 3px; }
+    .tools button { padding: 0 6px; font-size: 13px; }
+  }
   @media (max-width: 760px) {
     :host { inset: 54px 0 0; }
     .page { padding: 8px; gap: 8px; grid-template: auto minmax(0, 1.5fr) minmax(0, 1fr) / minmax(0, 1fr); }

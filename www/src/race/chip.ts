@@ -19,6 +19,8 @@ export class SlamRaceChip extends SlamElement {
     button svg { width: 15px; height: 15px; }
     svg.line { width: 20px; height: 8px; }
     @media (max-width: 1179px), (max-height: 560px) { .layers { display: none; } }
+    /* The name goes first; the figures stand under Plots as well. */
+    @media (min-width: 761px) and (max-width: 1000px) { .now { display: none; } }
     @media (pointer: coarse) { button { min-height: 40px; min-width: 40px; } }
     @media (max-width: 760px) { :host { left: 4px; top: 4px; } div { font-size: 12px; gap: 6px; padding-left: 8px; } }
   `;

@@ -9,7 +9,6 @@ const SHEET = `
   body[data-race]:not([data-tab="layers"]) #legend { display: none; }
   body[data-race="3"] #maps::after { content: ""; background: var(--page); }
   body[data-race] #legend { top: 52px; z-index: 2; max-height: calc(100% - 220px); }
-  body[data-race] #plots-panel { scroll-margin-top: 44px; }
   @media (min-width: 1900px) {
     body[data-race="3"] #maps::after { display: none; }
     body[data-race="3"] #maps { grid: minmax(0, 1fr) / repeat(3, minmax(0, 1fr)); }

@@ -10,6 +10,9 @@ export interface Caption {
   more: string;
 }
 
+/** A run that is so far behind where it has been, s, goes the same way again. */
+const PAST = 0.5;
+
 const AIMING: Caption = { doing: "Click the map where the robot should go", more: "" };
 
 export function caption(store: Store): Caption {
@@ -36,11 +39,16 @@ export function caption(store: Store): Caption {
     if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || byHand() };
     return { doing: bridge.driver ? t`${bridge.driver} drives` : t`Watching ${title}`, more: "" };
   }
-  const known = Number.isFinite(status.explored) ? t`${percent(status.explored)} known` : "";
-  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: told(worthOf(store), known) };
+  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: worthOf(store) };
+  // How much there is to be known is known to the simulation only: the tour speaks of the robot.
+  const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} known` : "";
   if (store.aiming) return AIMING;
   if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: told(known, matchMedia("(pointer: coarse)").matches ? "tap the map, explore again, or drive" : "click the map, explore again, or drive") };
   if (doubt && playing) return { doing: doubt, more: known };
+  if (store.seeking === null && store.furthest > status.time + PAST) {
+    const [now, all] = [clock(status.time), clock(store.furthest)];
+    return { doing: playing ? t`The same way again: ${now} of ${all}` : t`Back at ${now} of ${all}`, more: "whatever you do now, the run goes another way from here" };
+  }
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? byHand() : "";
   if (doubt) return { doing: t`Paused · ${t(doubt).toLowerCase()}`, more: known };

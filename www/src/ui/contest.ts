@@ -123,7 +123,7 @@ export class SlamContest extends SlamPlotted {
   override updated(): void {
     const { found } = this.store.contest;
     // The table is what was asked for: on a wide screen it may have come below the edge.
-    if (found && !this.#hasTable && matchMedia("(min-width: 761px)").matches) document.querySelector("slam-tabs")?.scrollIntoView({ block: "start" });
+    if (found && !this.#hasTable && matchMedia("(min-width: 761px)").matches) document.querySelector("#paths-panel")?.scrollIntoView({ block: "start" });
     this.#hasTable = found !== null;
     super.updated();
   }

@@ -9,7 +9,7 @@ import { shared } from "./style.js";
 
 export class SlamCsv extends LitElement {
   static override styles = [shared, css`
-    :host { display: inline-block; }
+    :host { display: inline-block; margin-bottom: 8px; }
     button { min-height: 32px; padding: 2px 10px; font-size: 12.5px; }
     @media (pointer: coarse) { button { min-height: 44px; } }
   `];

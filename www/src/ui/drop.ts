@@ -8,7 +8,8 @@ import { icons } from "./icons.js";
 
 export class SlamDrop extends SlamElement {
   static override styles = css`
-    div { position: fixed; inset: 12px; z-index: 50; display: grid; place-content: center; justify-items: center; gap: 14px; text-align: center; border: 3px dashed var(--accent); border-radius: 24px; background: color-mix(in srgb, var(--surface) 88%, transparent); pointer-events: none; }
+    div { position: fixed; inset: 12px; isolation: isolate; z-index: 50; display: grid; place-content: center; justify-items: center; gap: 14px; text-align: center; border: 3px dashed var(--accent); border-radius: 24px; background: color-mix(in srgb, var(--surface) 96%, transparent); padding: 24px; pointer-events: none; }
+    span { max-width: 60ch; }
     svg { width: 56px; height: 56px; color: var(--accent-ink); }
     b { font-size: 22px; font-weight: 600; }
   `;

@@ -1,8 +1,9 @@
 // Name, one sentence on what is happening, registration lab, theme and help.
 
 import { css, type TemplateResult } from "lit";
+import { isInDoubt } from "../view/layers/grid.js";
 import { isDark, switchTheme } from "../theme.js";
-import { html } from "../words.js";
+import { html, t } from "../words.js";
 import { caption } from "./caption.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -51,8 +52,8 @@ export class SlamHeader extends SlamElement {
         <span>slam<b>lab</b></span>
       </h1>
       <div class="caption" data-testid="caption">
-        <i class="dot ${isCutOff(store) ? "off" : store.playing ? "on" : ""}"></i>
-        <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${words.more}</span>` : ""}</p>
+        <i class="dot ${isCutOff(store) || (store.status !== null && isInDoubt(store.status)) ? "off" : store.playing ? "on" : ""}"></i>
+        <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${inOnePiece(words.more)}</span>` : ""}</p>
       </div>
       <div class="tools">
         <button class="icon" aria-label="Experiments" title="Experiments: runs in which one thing is seen (G)" data-testid="show-gallery"
@@ -69,6 +70,9 @@ export class SlamHeader extends SlamElement {
     `;
   }
 }
+
+/** With numbers and their units on one line. */
+const inOnePiece = (text: string): string => t(text).replace(/(\d) (?=[a-z%]+\b|%)/g, "$1\u00a0");
 
 /** Whether what is shown is a robot that is not heard. */
 const isCutOff = ({ source, bridge }: SlamHeader["store"]): boolean => source === "bridge" && bridge?.connection !== "open";

@@ -175,7 +175,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <ul>
         ${this.#entries().map(
-          (e) => html`<li @pointerenter=${() => this.#explain(e)} @focusin=${() => this.#explain(e)}><label class=${store.layers[e.name] ? "" : "off"}>
+          (e) => html`<li @pointerenter=${() => this.#explain(e.meaning)} @pointerleave=${() => this.#explain("")} @focusin=${() => this.#explain(e.meaning)}><label class=${store.layers[e.name] ? "" : "off"}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
             <small>${e.meaning}</small></label></li>`,
@@ -252,7 +252,7 @@ export class SlamLegend extends SlamElement {
     return ENTRIES.filter((e) => isThere(e) && (store.source === "sim" ? !e.realOnly : !e.simOnly));
   }
 
-  #explain({ meaning }: Entry): void {
+  #explain(meaning: string): void {
     this.#meaning = meaning;
     this.requestUpdate();
   }

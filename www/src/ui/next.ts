@@ -13,10 +13,10 @@ export class SlamNext extends SlamElement {
     button:hover { background: color-mix(in srgb, var(--surface) 30%, transparent); }
     button.icon { width: 32px; padding: 0; background: transparent; }
     @media (max-width: 760px) {
-      div { padding: 2px 6px 8px 12px; }
-      span { flex: 1; order: -2; }
-      button { min-height: 40px; padding: 0 9px; }
-      button.icon { order: -1; }
+      div { padding: 2px 6px 8px 12px; max-width: 356px; justify-content: start; }
+      span { flex: 1 0 calc(100% - 60px); order: -2; white-space: nowrap; }
+      button { flex: 1 0 auto; min-height: 40px; padding: 0 6px; font-size: 13px; }
+      button.icon { flex: none; width: 40px; order: -1; }
     }
     @keyframes in { from { opacity: 0; transform: translateY(6px); } }
   `;
@@ -31,9 +31,9 @@ export class SlamNext extends SlamElement {
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, layers, editing, inspecting, tour, exhibit, offer: { worlds }, setup } = this.store;
-    // Those have a next step of their own, and a robot behind a bridge is told what to do by who
+    // Those have a next step of their own, runs side by side are compared already, and a robot behind a bridge is told what to do by who
     // drives it. On a phone what is open covers the map.
-    if (!status?.finished || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting) return nothing;
+    if (!status?.finished || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
     if (layers.rooms || tab === "paths" || (tab !== "" && matchMedia("(max-width: 760px)").matches)) return nothing;
     const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];
     return html`<div data-testid="next" role="group" aria-label="What next?"><span>What next?</span>

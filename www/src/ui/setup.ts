@@ -40,6 +40,7 @@ export class SlamSetup extends SlamElement {
   static override styles = css`
     h2 { margin-bottom: 12px; }
     .grid { display: grid; grid-template-columns: minmax(0, 5fr) minmax(0, 7fr); gap: 10px; }
+    .recorded { grid-template-columns: minmax(0, 1fr) auto; }
     label { display: grid; gap: 4px; font-size: 12.5px; color: var(--muted); }
     label > * { color: var(--ink); font-size: 14px; }
     .wide { grid-column: 1 / -1; }
@@ -66,7 +67,7 @@ export class SlamSetup extends SlamElement {
     const { method } = this.store;
     return html`
       <h2 id="run">Run</h2>
-      <div class="grid" role="group" aria-labelledby="run">
+      <div class="grid ${recorded ? "recorded" : ""}" role="group" aria-labelledby="run">
         <label class="wide">World
           <span class="seed">
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: valueOf(e), worldJson: null })}>

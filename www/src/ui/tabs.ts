@@ -70,8 +70,8 @@ export class SlamTabs extends SlamElement {
     const isBeside = !this.#wide.matches || tab === "layers";
     const closes = this.store.tab === tab && isBeside;
     this.store.set("tab", { tab: closes ? "" : tab });
-    // The panel takes up its room first.
-    if (!isBeside) requestAnimationFrame(() => this.scrollIntoView({ block: "start" }));
+    // The panel takes up its room first. The tabs themselves are in sight already, wherever it is.
+    if (!isBeside) requestAnimationFrame(() => document.querySelector(`#${tab}-panel`)?.scrollIntoView({ block: "start" }));
   }
 }
 

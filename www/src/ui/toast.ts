@@ -1,7 +1,8 @@
 // A sentence that wants to be read: what could not be done, and why.
 
 import { css, nothing, type TemplateResult } from "lit";
-import { html } from "../words.js";
+import { html, t } from "../words.js";
+import { withCode } from "./code.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
@@ -24,7 +25,7 @@ export class SlamToast extends SlamElement {
   override render(): TemplateResult | typeof nothing {
     const { toast } = this.store;
     return html`<span role="alert">${toast
-      ? html`<div class=${toast.level} data-testid="toast"><p tabindex=${toast.text.length > LONG ? 0 : nothing}>${toast.text}</p>
+      ? html`<div class=${toast.level} data-testid="toast"><p tabindex=${toast.text.length > LONG ? 0 : nothing}>${withCode(t(toast.text))}</p>
           <button class="icon" aria-label="Close the message" @click=${() => this.store.set("toast", { toast: null })}>${icons.close}</button></div>`
       : nothing}</span>`;
   }

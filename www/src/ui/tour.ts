@@ -2,7 +2,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
-import { go, isOwnRun, STEPS, type TourStep } from "../tour.js";
+import { go, isOwnRun, SPEED, STEPS, type TourStep } from "../tour.js";
 import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
 import { length } from "./format.js";
@@ -16,11 +16,20 @@ const TITLES: Readonly<Record<TourStep, string>> = {
   loop: "A known place puts it right",
 };
 
+type Length = ReturnType<typeof length>;
+
+/** So long the robot is seen from near once its doubt has collapsed, wall milliseconds: its map
+    slides into place meanwhile. */
+const NEAR_MILLIS = 6000;
+
 export class SlamTour extends SlamElement {
   static override styles = [story, css`
     .key { display: inline-block; width: 22px; height: 10px; margin-right: 2px; border-radius: 3px; vertical-align: -1px; }
     .seen { background: var(--map-free); border: 1px solid var(--line-strong); }
     .walls { height: 4px; vertical-align: 2px; background: var(--map-occupied); }
+    .scan { width: 14px; height: 0; border-top: 4px dotted var(--map-scan); border-radius: 0; vertical-align: 2px; }
+    .way { height: 3px; vertical-align: 3px; background: var(--map-estimate); }
+    .truth { height: 0; border-top: 3px dashed var(--map-truth); border-radius: 0; vertical-align: 3px; }
     .wheels { background: var(--map-odometry); }
     .ellipse { border-radius: 50%; border: 2px solid var(--map-estimate); background: color-mix(in srgb, var(--map-estimate) 25%, transparent); }
     figure { margin: 0 0 10px; }
@@ -41,6 +50,8 @@ export class SlamTour extends SlamElement {
   readonly #history = new DoubtHistory();
   /** What the doubt shrank from and to, when a loop was closed. */
   #collapse: { from: number; to: number } | null = null;
+  /** By how much that moved the map, m. */
+  #moved = 0;
   #time = 0;
 
   override connectedCallback(): void {
@@ -50,17 +61,23 @@ export class SlamTour extends SlamElement {
       if (this.store.tour && !isOwnRun(this.store)) go(this.store, null);
     });
     this.store.on("frame", () => this.#follow());
+    this.store.on("moved", () => (this.#moved = Math.max(this.#moved, this.store.moved)));
   }
 
   #follow(): void {
     const { status, tour } = this.store;
     if (!tour || !status) return;
-    if (status.time < this.#time) this.#collapse = null;
+    if (status.time < this.#time) [this.#collapse, this.#moved] = [null, 0];
     this.#time = status.time;
     const collapse = this.#history.add(status.time, doubtOf(status));
     if (!collapse || this.#collapse) return;
     this.#collapse = collapse;
-    if (tour === "doubt") go(this.store, "loop");
+    if (tour !== "doubt" && tour !== "loop") return;
+    go(this.store, "loop", true);
+    setTimeout(() => {
+      // Who has gone on, or looks elsewhere, stays there.
+      if (this.store.tour === "loop" && this.store.follow) go(this.store, "loop");
+    }, NEAR_MILLIS);
   }
 
   override render(): TemplateResult | typeof nothing {
@@ -74,10 +91,15 @@ export class SlamTour extends SlamElement {
       ${this.#words(tour)}
       <footer>
         <ol aria-label="Step ${at + 1} of ${STEPS.length}">${STEPS.map((step) => html`<li aria-current=${step === tour ? "step" : nothing}></li>`)}</ol>
-        ${at > 0 ? html`<button data-testid="tour-back" @click=${() => go(this.store, STEPS[at - 1] ?? null)}>Back</button>` : nothing}
-        <button class="next" data-testid="tour-next" @click=${next ? () => go(this.store, next) : this.press(() => go(this.store, null))}>${next ? "Next" : "Look around"}</button>
+        ${at > 0 ? html`<button data-testid="tour-back" @click=${() => this.#go(STEPS[at - 1] ?? null)}>Back</button>` : nothing}
+        <button class=${next || this.#collapse ? "next" : ""} data-testid="tour-next" @click=${next ? () => this.#go(next) : this.press(() => go(this.store, null))}>${next ? "Next" : "Look around"}</button>
       </footer>
     </section>`;
+  }
+
+  /** To a step; the last one waits near the robot until the loop is closed. */
+  #go(step: TourStep | null): void {
+    go(this.store, step, step === "doubt" || (step === "loop" && !this.#collapse));
   }
 
   #words(step: TourStep): TemplateResult {
@@ -85,21 +107,30 @@ export class SlamTour extends SlamElement {
     const off = length(status?.odometryError ?? NaN);
     switch (step) {
       case "unknown":
-        return html`<p><i class="key seen"></i> is what it has seen so far, <i class="key walls"></i> are walls, and of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>.</p>`;
+        return html`<p><i class="key seen"></i> is what it has seen so far, <i class="key walls"></i> are walls, and <i class="key scan"></i> is what its laser sees just now. Of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>, simultaneous localisation and mapping.</p>
+          <p class="muted">Robot and building are simulated, ${SPEED} times as fast as in life.</p>`;
       case "wheels":
-        return html`<p><i class="key wheels"></i> is what it would draw by its wheels alone. They slip a little at every turn, errors add up, and by now they are wrong by <b>${off.value} ${off.unit}</b>. What the sensor sees of walls that it knows puts it right.</p>`;
+        return html`<p><i class="key wheels"></i> is what it would draw by its wheels alone. They slip a little at every turn, errors add up, and by now they are wrong by <b>${off.value} ${off.unit}</b>. What the laser sees of walls that it knows puts it right: <i class="key way"></i> is the way that it has come.</p>`;
       case "doubt":
-        return html`<p>It is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows, a little more with every metre. Only a place that it has seen before makes it small again.</p>${this.#doubt()}`;
-      case "loop": {
-        const [from, to] = this.#collapse ? [length(this.#collapse.from), length(this.#collapse.to)] : [];
-        const what = from && to
-          ? html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>, and the whole way round was put straight.`
-          : html`Once it comes round to a place that it knows, its doubt falls at once, and the whole way between is put straight.`;
-        const touch = matchMedia("(pointer: coarse)").matches;
-        return html`<p>${what}</p>${this.#doubt()}<p><button data-testid="tour-truth" aria-pressed=${this.store.layers.truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${this.store.layers.truth ? "Hide the truth" : "Compare with the truth"}</button></p>
-          <p class="muted">${touch ? "Tap the map and the robot drives there. Open a recorded log, and a real building is mapped." : "Click the map and the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`;
-      }
+        return html`<p>Seen from near: it is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows. Walls that come into sight again make it a little smaller; a place where it was long before makes it small at once.</p>${this.#doubt()}`;
+      case "loop":
+        return this.#collapse ? this.#closed(this.#collapse) : html`<p>Once it comes round to where it began, its doubt falls at once, and the whole way between is put straight. Watch the ellipse: it is soon there.</p>${this.#doubt()}`;
     }
+  }
+
+  /** What closing the loop did. */
+  #closed(collapse: { from: number; to: number }): TemplateResult {
+    const { store: { layers: { truth }, status } } = this;
+    const [from, to, by, off] = [collapse.from, collapse.to, this.#moved, status?.positionError ?? NaN].map(length) as [Length, Length, Length, Length];
+    const touch = matchMedia("(pointer: coarse)").matches;
+    const fell = html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>.`;
+    const slid = this.#moved > 0
+      ? html`The pieces of its map, for a moment each in a colour of its own, moved into place by up to <b>${by.value} ${by.unit}</b>.`
+      : html`The whole way round was put straight.`;
+    return html`<p>${fell} ${slid}</p>${this.#doubt()}
+      <p><button data-testid="tour-truth" aria-pressed=${truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${truth ? "Hide the truth" : "Compare with the truth"}</button></p>
+      ${truth ? html`<p><i class="key truth"></i> is the truth: the robot is <b>${off.value} ${off.unit}</b> from where it believes to be.</p>`
+        : html`<p class="muted">${touch ? "Tap the map and the robot drives there. Look around, and under Run a recorded log of a real building opens." : "Click the map and the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`}`;
   }
 
   /** How the doubt grew and shrank. */

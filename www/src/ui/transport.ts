@@ -29,8 +29,9 @@ export class SlamTransport extends SlamElement {
     .modes .cycle[aria-pressed="true"] { background: var(--ink); color: var(--surface); border-radius: 9px; opacity: 1; }
     .stop { min-height: 44px; padding: 0 18px; border-radius: 12px; border-color: transparent; background: var(--danger); color: #fff; font-weight: 700; letter-spacing: .04em; }
     .stop:hover { background: var(--danger-hover); border-color: transparent; }
-    .progress { display: flex; flex-direction: column; gap: 5px; min-width: 190px; font-size: 12.5px; }
-    .progress div { display: flex; justify-content: space-between; gap: 12px; }
+    .progress { display: flex; flex-direction: column; gap: 5px; flex: 1 1 190px; min-width: 70px; font-size: 12.5px; }
+    .progress div { display: flex; justify-content: space-between; gap: 12px; white-space: nowrap; }
+    .progress .muted { overflow: hidden; text-overflow: ellipsis; }
     progress { appearance: none; width: 100%; height: 6px; border: 0; border-radius: 3px; overflow: hidden; background: var(--sunk); }
     progress::-webkit-progress-bar { background: var(--sunk); }
     progress::-webkit-progress-value { background: var(--accent); }
@@ -53,9 +54,11 @@ export class SlamTransport extends SlamElement {
       select { min-width: 50px; }
       .modes button { padding: 0 5px; }
       .stop { padding: 0 7px; }
+      .word { display: none; }
     }
     @media (max-width: 760px) {
       .modes svg, .stop svg { display: block; }
+      .word { display: inline; }
       :host { flex-wrap: wrap; gap: 8px; border-radius: 0; border-width: 1px 0 0; box-shadow: none; padding: 8px 10px; }
       .modes, .progress { order: -1; flex: 1 0 100%; }
       .modes button { flex: 1; padding: 0 4px; min-height: 40px; gap: 5px; font-size: 13px; }
@@ -143,8 +146,8 @@ export class SlamTransport extends SlamElement {
         <progress max="1" .value=${done} aria-label="Part of the recording that is done"></progress>
       </div>
       ${status?.finished && !reading
-        ? html`<button data-testid="to-simulation" @click=${() => client.start({ mode: "explore" })}>${icons.again} Simulation</button>`
-        : html`<button data-testid="cancel" @click=${() => client.send({ kind: "cancel" })}>${icons.close} Cancel</button>`}`;
+        ? html`<button data-testid="to-simulation" title="Back to the simulation" aria-label="Back to the simulation" @click=${() => client.start({ mode: "explore" })}>${icons.again} <span class="word">Simulation</span></button>`
+        : html`<button data-testid="cancel" aria-label="Cancel" @click=${() => client.send({ kind: "cancel" })}>${icons.close} <span class="word">Cancel</span></button>`}`;
   }
 }
 

@@ -53,6 +53,8 @@ const LEAST_SCALED = 140;
 
 /** Pixels of width from which on a story has room beside the map. */
 const LEAST_BESIDE = 960;
+/** What the buttons at its right take of a phone's map. */
+const TOOLS = 58;
 /** What the line of a run's past takes of the lower end, CSS pixels. */
 const TIME_LINE = 50;
 
@@ -84,11 +86,14 @@ export class SlamMap extends SlamElement {
     #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
     /* Beside the dock there is no room for a long line but on very wide screens. */
     @container stage (max-width: 1700px) { #foot { bottom: var(--foot, 142px); } }
+    /* The layers stand over its lower left. */
+    @container stage (min-width: 824px) { :host(:not([told])) #hover { margin-left: 224px; } }
     @media (max-width: 760px) {
       #foot { bottom: auto; top: var(--foot-top, 12px); left: 12px; }
       :host([low]) #scale { display: none; }
       #hover { display: none; }
-      #tools { right: 10px; top: 10px; }
+      #tools { right: 10px; top: calc(var(--card, 0px) + 10px); }
+      :host([told]) #tools { display: none; }
     }
     @media (pointer: coarse) and (max-width: 760px) {
       #tools .pinch { display: none; }
@@ -182,6 +187,8 @@ export class SlamMap extends SlamElement {
     // What is told there comes later than what it tells of.
     const inspector = document.querySelector("#inspector");
     if (inspector) resized.observe(inspector);
+    const offers = document.querySelector("#tip");
+    if (offers) resized.observe(offers);
     this.#sheets = new Sheets(this.#canvases());
     this.#resize();
     // What is seen first does not wait for a graphics card.
@@ -272,6 +279,7 @@ export class SlamMap extends SlamElement {
   /** From here on the map is changed by what is drawn on it, or no longer. */
   toggleEditing(): void {
     if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase", inspecting: false });
+    else this.store.set("toast", { toast: { level: "info", text: "Only a map of scan matching can be changed by hand: choose that method under Run." } });
   }
 
   /** A new run: forget the old picture at once, and the view, if it is not to stay. */
@@ -442,11 +450,15 @@ export class SlamMap extends SlamElement {
     const card = Math.max(inspector?.height ?? 0, isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0);
     const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
     const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
+    // During the tour there are few controls, on a phone those for the thumb alone.
+    this.toggleAttribute("told", this.store.tour !== null);
+    this.style.setProperty("--card", `${card}px`);
+    const offered = document.querySelector("#tip")?.getBoundingClientRect().height ?? 0;
     const before = this.camera.inset;
     // Runs side by side have their names above, and nothing over them else.
     this.camera.inset = document.body.hasAttribute("data-race") ? { top: 44, right: phone ? 12 : 62, bottom: 12, left: 12 } : phone
-      ? { top: card + 20, right: 12, bottom: covered + 12, left: 12 }
-      : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE), left: legend };
+      ? { top: card + 20, right: this.store.tour ? 12 : TOOLS, bottom: covered + 12 + (sheet ? 0 : offered), left: 12 }
+      : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE) + (offered > 0 ? offered + 12 : 0), left: legend };
     this.#uncover(before);
     this.#sheets?.resize(this.camera);
     this.#fitAt = -Infinity;
@@ -566,7 +578,7 @@ export class SlamMap extends SlamElement {
     const { scene, store } = this;
     return {
       context, bulk, camera, scene, palette: (this.#palette ??= readPalette()), tiles: this.#tiles(), recordedTrail: this.#recordedTrail,
-      time: this.#still.matches ? 0 : time, truth: store.layers.truth, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
+      time: this.#still.matches ? 0 : time, truth: store.layers.truth, byWheels: store.layers.trails || store.layers.wheels, spot: store.spot, thing: store.thing, outline: store.outline, compared: store.compared,
       sightings: store.inspection?.sightings ?? [], contest: this.#contest(), edit: store.editing && { kind: store.editing, draft: this.#draft },
       rooms: this.#rooms(), tears: store.quality?.tears ?? [], hiddenSubmaps: store.hiddenSubmaps, chosenSubmap: store.chosenSubmap, loadedMaps: store.loadedMaps,
       bridgeMap: { place: store.bridge?.map?.place ?? null, walls: store.bridgeWalls, zones: store.bridge?.map?.geofence.zones ?? [], draft: store.fence },

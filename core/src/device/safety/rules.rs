@@ -184,7 +184,9 @@ impl Safety {
     pub(super) fn robot(&mut self, is_up: bool) {
         let was_up = std::mem::replace(&mut self.is_robot_up, is_up);
         if was_up != is_up {
-            self.disarm(DisarmReason::Link);
+            // One that comes for the first time was never lost.
+            let is_first = is_up && self.reason == DisarmReason::Start;
+            self.disarm(if is_first { DisarmReason::Start } else { DisarmReason::Link });
         }
         // A robot that was reset has forgotten its latch; the bridge has not.
         if is_up && !was_up && self.is_emergency {

@@ -25,8 +25,9 @@ export interface Brush {
   /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked
       for. */
   readonly time: number;
-  /** Whether the truth is shown. */
+  /** Whether the truth is shown, and where the wheels alone would have the robot. */
   readonly truth: boolean;
+  readonly byWheels: boolean;
   /** Walls that light up. */
   readonly spot: Spot;
   /** Planners side by side, while their tab is open. */

@@ -16,7 +16,7 @@ const FILLED = 150;
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { status } } = brush;
   if (!status) return;
-  outline(brush, status.odometryX, status.odometryY, status.odometryHeading, palette.css.odometry, [1.5, 3]);
+  if (brush.byWheels) outline(brush, status.odometryX, status.odometryY, status.odometryHeading, palette.css.odometry, [1.5, 3]);
   if (brush.truth) outline(brush, status.truthX, status.truthY, status.truthHeading, palette.css.truth, [5, 3]);
 
   const { x, y, heading } = status;
