@@ -235,6 +235,11 @@ export class Store {
     this.notify(topic);
   }
 
+  /** Whether what is shown is a robot that is not heard. */
+  get isCutOff(): boolean {
+    return this.source === "bridge" && this.bridge?.connection !== "open";
+  }
+
   /** A run begins: what was shown of the one before is gone. */
   begin({ source, title, playing, method, setup, isAgain }: RunStart): void {
     if (!isAgain) [this.furthest, this.marks, this.seeking] = [0, [], null];

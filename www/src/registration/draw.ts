@@ -24,6 +24,8 @@ export interface Colours {
 
 /** Part of a scan's points at either end that may lie out of sight. */
 const FAR_PART = 0.04;
+/** ... where they would make the picture so many times larger. */
+const LARGER = 1.8;
 /** Points of a cloud at which the width is drawn. */
 const MOST_WIDTHS = 26;
 
@@ -65,8 +67,9 @@ export function boxOf(points: Float64Array, pose: Pose, isScan: boolean): Box | 
 
 function range(numbers: number[], isScan: boolean): [number, number] {
   numbers.sort((a, b) => a - b);
-  const cut = isScan ? Math.floor(FAR_PART * numbers.length) : 0;
-  const [low, high] = [numbers[cut] ?? 0, numbers[numbers.length - 1 - cut] ?? 0];
+  const between = (cut: number): [number, number] => [numbers[cut] ?? 0, numbers[numbers.length - 1 - cut] ?? 0];
+  const [all, most] = [between(0), between(isScan ? Math.floor(FAR_PART * numbers.length) : 0)];
+  const [low, high] = all[1] - all[0] > LARGER * (most[1] - most[0]) ? most : all;
   const margin = isScan ? 0.06 * (high - low) : 0;
   return [low - margin, high + margin];
 }

@@ -28,7 +28,7 @@ export class SlamRegistration extends LitElement {
   static override styles = [
     shared,
     css`
-      :host { position: fixed; inset: 56px 0 0; z-index: 20; background: var(--page); overflow-y: auto; overflow-x: hidden; scrollbar-width: thin; scrollbar-color: var(--line-strong) transparent; }
+      :host { position: fixed; inset: 56px 0 0; z-index: 20; background: var(--page); outline: none; overflow-y: auto; overflow-x: hidden; scrollbar-width: thin; scrollbar-color: var(--line-strong) transparent; }
       .page { max-width: 1720px; margin: 0 auto; padding: 12px 18px 28px; display: grid; grid-template-columns: minmax(0, 1fr); gap: 12px; }
       .head { display: flex; align-items: center; gap: 14px; }
       .head h2 { font: 620 20px/1.2 var(--sans); letter-spacing: -.02em; text-transform: none; color: var(--ink); white-space: nowrap; }

@@ -52,7 +52,7 @@ export class SlamHeader extends SlamElement {
         <span>slam<b>lab</b></span>
       </h1>
       <div class="caption" data-testid="caption">
-        <i class="dot ${isCutOff(store) || (store.status !== null && isInDoubt(store.status)) ? "off" : store.playing ? "on" : ""}"></i>
+        <i class="dot ${store.isCutOff || (store.status !== null && isInDoubt(store.status)) ? "off" : store.playing ? "on" : ""}"></i>
         <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${inOnePiece(words.more)}</span>` : ""}</p>
       </div>
       <div class="tools">
@@ -73,8 +73,5 @@ export class SlamHeader extends SlamElement {
 
 /** With numbers and their units on one line. */
 const inOnePiece = (text: string): string => t(text).replace(/(\d) (?=[a-z%]+\b|%)/g, "$1\u00a0");
-
-/** Whether what is shown is a robot that is not heard. */
-const isCutOff = ({ source, bridge }: SlamHeader["store"]): boolean => source === "bridge" && bridge?.connection !== "open";
 
 customElements.define("slam-header", SlamHeader);

@@ -8,6 +8,8 @@ import { icons } from "./icons.js";
 
 /** More letters may have to be scrolled, by keyboard too. */
 const LONG = 600;
+/** Good news stand so long, wall milliseconds. */
+const GOOD_MILLIS = 8000;
 
 export class SlamToast extends SlamElement {
   static override styles = css`
@@ -21,6 +23,16 @@ export class SlamToast extends SlamElement {
   `;
 
   protected override readonly topics = ["toast"] as const;
+  #timer = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.store.on("toast", () => {
+      clearTimeout(this.#timer);
+      // That something went well need not be put away by hand; the log keeps it.
+      if (this.store.toast?.level === "good") this.#timer = window.setTimeout(() => this.store.set("toast", { toast: null }), GOOD_MILLIS);
+    });
+  }
 
   override render(): TemplateResult | typeof nothing {
     const { toast } = this.store;

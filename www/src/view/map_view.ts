@@ -540,19 +540,25 @@ export class SlamMap extends SlamElement {
     this.store.set("drawing", { drawing: { with: surface?.kind ?? "canvas", why } });
   }
 
+  /** The layers that are drawn: of a robot that is not heard nothing that changes all the time. */
+  get #layers(): SlamMap["store"]["layers"] {
+    const { layers, isCutOff } = this.store;
+    return isCutOff ? { ...layers, scan: false, found: false, points: false, tracks: false } : layers;
+  }
+
   #paint(now: number): void {
     const { camera, scene, store } = this;
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
-    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(store.layers), store.layerOrder.join(), store.tab === "paths"].join();
+    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(this.#layers), store.layerOrder.join(), store.tab === "paths"].join();
     const lively = scene.submaps.isLively ? now : 0;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches ? now : 0;
     const drawn = this.#sheets?.draw(camera, now, {
       ground: { view: `${view},${tiles === scene.tiles},${scene.wheels.version},${scene.truth.length},${scene.status !== null && isInDoubt(scene.status)}`, content: `${tiles.version}`, within: () => tiles.takeChanged() },
       record: { view: `${view},${this.#spotVersion}`, content: `${scene.version},${lively}`, wait: scene.submaps.glides ? GLIDING_MILLIS : RECORD_MILLIS },
       overlays: { view: `${view},${scene.version},${this.#spotVersion},${this.#recordedTrail},${alive}` },
-    }, (sheet) => (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), store.layers, store.layerOrder));
+    }, (sheet) => (context, bulk) => drawSheet(sheet, this.#brush(context, bulk, camera, now / 1000), this.#layers, store.layerOrder));
     if (drawn?.includes("record")) this.#recordedTrail = scene.trailLength;
     if (drawn?.includes("ground") && camera.scale !== this.#ruledScale) this.#scaleBar();
   }
@@ -562,7 +568,7 @@ export class SlamMap extends SlamElement {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
     // What breathes stands still; the trail is drawn to its end.
     const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
-    for (const sheet of SHEETS) drawSheet(sheet, brush, this.store.layers, this.store.layerOrder);
+    for (const sheet of SHEETS) drawSheet(sheet, brush, this.#layers, this.store.layerOrder);
   }
 
   /** The picture on the screen, for tests: without what lies over the map. */
