@@ -147,6 +147,7 @@ export class SlamLegend extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
+    this.addEventListener("pointerleave", () => this.#explain(""));
     // Materials, people and submaps come with the first frame of a run.
     let seen = "";
     this.store.on("frame", () => {
@@ -175,7 +176,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <ul>
         ${this.#entries().map(
-          (e) => html`<li @pointerenter=${() => this.#explain(e.meaning)} @pointerleave=${() => this.#explain("")} @focusin=${() => this.#explain(e.meaning)}><label class=${store.layers[e.name] ? "" : "off"}>
+          (e) => html`<li @pointerenter=${() => this.#explain(e.meaning)} @focusin=${() => this.#explain(e.meaning)}><label class=${store.layers[e.name] ? "" : "off"}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
             <small>${e.meaning}</small></label></li>`,
