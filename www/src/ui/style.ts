@@ -21,7 +21,7 @@ export const tool = css`
 export const section = css`
   h2 { margin: 18px 0 8px; }
   p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }
-  p.bad { color: var(--danger); font-weight: 600; }
+  p.bad { color: var(--warn-ink); font-weight: 600; }
 `;
 
 /** A picture of an opened file in a section, and its name. */

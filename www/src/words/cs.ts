@@ -1477,7 +1477,7 @@ export const SAID: Said = {
   "The map and all else that can be kept (Y)": "Mapa a vše ostatní, co lze uchovat (Y)",
   "The map as a list of points, to be driven in or found in.": "Mapa jako seznam bodů, k jízdě nebo k určení polohy.",
   "The map before stays in a file of its own beside the new one, where the bridge keeps one": "Dřívější mapa zůstane ve vlastním souboru vedle nové, pokud ji most ukládá",
-  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.": "Mapa nesedí: jen {0} toho, co senzor zasáhne, je její stěna. Ukazuje jinou budovu nebo je příliš hrubá, nebo robot začíná jinde.",
+  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building, it is too rough, or the robot is elsewhere in it than it believes.": "Mapa nesedí: jen {0} toho, co senzor zasáhne, je její stěna. Ukazuje jinou budovu, je příliš hrubá, nebo je robot jinde, než si myslí.",
   "The map fits: {0} of what the sensor hits is a wall of it.": "Mapa sedí: {0} toho, co senzor zasáhne, je její stěna.",
   "The map has a wall here because somebody drew it: no beam takes it away.": "Mapa tu má stěnu, protože ji někdo nakreslil: žádný paprsek ji neodstraní.",
   "The map is drawn with": "Mapa se kreslí pomocí",

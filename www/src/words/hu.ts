@@ -1477,7 +1477,7 @@ export const SAID: Said = {
   "The map and all else that can be kept (Y)": "A térkép és minden más, ami megőrizhető (Y)",
   "The map as a list of points, to be driven in or found in.": "A térkép pontok listájaként, hogy vezetni vagy helyet keresni lehessen benne.",
   "The map before stays in a file of its own beside the new one, where the bridge keeps one": "A korábbi térkép külön fájlban marad az új mellett, ahol a híd megőrzi",
-  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.": "A térkép nem illik: amit az érzékelő eltalál, annak csak {0} része fala. Más épületet mutat vagy túl durva, vagy a robot máshol kezd benne.",
+  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building, it is too rough, or the robot is elsewhere in it than it believes.": "A térkép nem illik: amit az érzékelő eltalál, annak csak {0} része fala. Más épületet mutat, túl durva, vagy a robot máshol van benne, mint ahol hiszi magát.",
   "The map fits: {0} of what the sensor hits is a wall of it.": "A térkép illik: amit az érzékelő eltalál, annak {0} része fala.",
   "The map has a wall here because somebody drew it: no beam takes it away.": "A térképen azért van itt fal, mert valaki odarajzolta: sugár nem törli.",
   "The map is drawn with": "A térkép rajzolása",

@@ -1477,7 +1477,7 @@ export const SAID: Said = {
   "The map and all else that can be kept (Y)": "Mapa i wszystko inne, co można zachować (Y)",
   "The map as a list of points, to be driven in or found in.": "Mapa jako lista punktów, do jazdy lub odnajdywania się w niej.",
   "The map before stays in a file of its own beside the new one, where the bridge keeps one": "Poprzednia mapa zostaje w osobnym pliku obok nowej, jeśli most ją przechowuje",
-  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building or is too rough, or the robot begins elsewhere in it.": "Mapa nie pasuje: tylko {0} tego, w co trafia czujnik, to jej ściany. Pokazuje inny budynek lub jest zbyt zgrubna albo robot zaczyna w innym miejscu.",
+  "The map does not fit: only {0} of what the sensor hits is a wall of it. It shows another building, it is too rough, or the robot is elsewhere in it than it believes.": "Mapa nie pasuje: tylko {0} tego, w co trafia czujnik, to jej ściany. Pokazuje inny budynek, jest zbyt zgrubna albo robot jest gdzie indziej, niż sądzi.",
   "The map fits: {0} of what the sensor hits is a wall of it.": "Mapa pasuje: {0} tego, w co trafia czujnik, to jej ściany.",
   "The map has a wall here because somebody drew it: no beam takes it away.": "Mapa ma tu ścianę, bo ktoś ją narysował: żadna wiązka jej nie usunie.",
   "The map is drawn with": "Mapę rysuje się przez",
