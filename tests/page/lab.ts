@@ -129,7 +129,8 @@ export class Lab {
   async pause(): Promise<void> {
     // A run that has ended meanwhile stands still, and cannot be paused.
     const ended = async (): Promise<boolean> => (await this.status()).finished;
-    if ((await this.state()).playing && !(await ended())) await this.at('play').click();
+    // One that ends just now has no such button any more.
+    if ((await this.state()).playing && !(await ended())) await this.at('play').click({ timeout: 5_000 }).catch(() => {});
     // A picture that was made while it stands tells no pace: no scan comes after it.
     const stands = async (): Promise<boolean> => !(await this.state()).playing && Number.isNaN((await this.status()).realTimeFactor);
     await expect.poll(async () => (await stands()) || (await ended())).toBe(true);
