@@ -2,8 +2,8 @@
 //! `cargo xtask package` does.
 //!
 //! Without the variable the program holds no page and serves a folder, which is what one wants
-//! while working on the page. Source maps are left out: they are as large as all the rest. Of a file
-//! that is there as `NAME.br` only that form is taken: the others are made from it.
+//! while working on the page. Source maps are left out: they are as large as all the rest. Of a
+//! file that is there as `NAME.br` only that form is taken: the others are made from it.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -30,7 +30,7 @@ test('all explored, it says that it drives home, and does', async ({ lab }) => {
   await lab.open();
   await lab.enter('arena', '4');
   await comesHome(lab);
-  await expect(lab.at('caption')).toContainText(/all is explored, drives home, \d+\.\d m to the/, { timeout: 60_000 });
+  await expect(lab.at('caption')).toContainText(/all is explored, drives home, \d+\.\d\sm to the/, { timeout: 60_000 });
   await isHome(lab);
   await lab.show('log');
   await expect(lab.at('log')).toContainText('All is explored: drives home to (0.00, 0.00) m');

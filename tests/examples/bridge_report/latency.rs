@@ -1,8 +1,8 @@
 //! From the robot's thread to a client in the same process, over a socket of this machine: 200
 //! readings a second and the scans of a lidar, alone, beside 50 watchers, and beside them of a
-//! bridge that maps: delays, and messages a second to all of them. Then what 50 watchers cost a bridge in a process of its own, which
-//! simulates its robot and records: part of one core, and its own memory. And from an encoder's
-//! edge: [`crate::edge`].
+//! bridge that maps: delays, and messages a second to all of them. Then what 50 watchers cost a
+//! bridge in a process of its own, which simulates its robot and records: part of one core, and its
+//! own memory. And from an encoder's edge: [`crate::edge`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

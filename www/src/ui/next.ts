@@ -31,8 +31,8 @@ export class SlamNext extends SlamElement {
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, layers, editing, inspecting, tour, exhibit, offer: { worlds }, setup } = this.store;
-    // Those have a next step of their own, runs side by side are compared already, and a robot behind a bridge is told what to do by who
-    // drives it. On a phone what is open covers the map.
+    // Those have a next step of their own, runs side by side are compared already, and a robot
+    // behind a bridge is told what to do by who drives it. On a phone what is open covers the map.
     if (!status?.finished || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
     if (layers.rooms || tab === "paths" || (tab !== "" && matchMedia("(max-width: 760px)").matches)) return nothing;
     const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];

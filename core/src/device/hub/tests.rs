@@ -187,7 +187,7 @@ fn a_fault_counts_while_the_robot_is_armed() {
     standing.event(at(10), ROBOT, link(LinkState::Up));
     let after = bump(&mut standing);
     assert!(!after.iter().any(is_notice), "{after:?}");
-    assert_eq!(standing.safety.reason(), DisarmReason::Link);
+    assert_eq!(standing.safety.reason(), DisarmReason::Start);
 }
 
 #[test]

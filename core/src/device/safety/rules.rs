@@ -185,8 +185,11 @@ impl Safety {
         let was_up = std::mem::replace(&mut self.is_robot_up, is_up);
         if was_up != is_up {
             // One that comes for the first time was never lost.
-            let is_first = is_up && self.reason == DisarmReason::Start;
-            self.disarm(if is_first { DisarmReason::Start } else { DisarmReason::Link });
+            let reason = match self.reason {
+                DisarmReason::Start if is_up => DisarmReason::Start,
+                _ => DisarmReason::Link,
+            };
+            self.disarm(reason);
         }
         // A robot that was reset has forgotten its latch; the bridge has not.
         if is_up && !was_up && self.is_emergency {

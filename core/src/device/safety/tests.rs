@@ -314,6 +314,20 @@ fn the_emergency_stop_is_latched_and_its_reset_moves_nothing() {
 }
 
 #[test]
+fn a_robot_that_comes_for_the_first_time_was_not_lost() {
+    let mut safety = Safety::default();
+    for (is_up, reason) in [
+        (true, DisarmReason::Start),
+        (false, DisarmReason::Link),
+        (true, DisarmReason::Link),
+    ] {
+        // It is told to stand all the same.
+        assert!(safety.on(at(1), Input::Robot(is_up)).contains(&STOP));
+        assert_eq!(safety.reason(), reason);
+    }
+}
+
+#[test]
 fn whatever_happens_to_driver_or_robot_disarms() {
     for (input, reason) in [
         (Input::Gone(A.id), DisarmReason::DriverGone),
