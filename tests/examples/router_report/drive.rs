@@ -168,7 +168,7 @@ async fn wait_for_disarmed(driver: &mut Remote, begun: Instant, forward: f64) ->
             driven = Instant::now();
             driver.drive(forward).await;
         }
-        assert!(begun.elapsed() < crate::process::NEVER, "it never stopped");
+        assert!(begun.elapsed() < crate::started::NEVER, "it never stopped");
         sleep(Duration::from_millis(1)).await;
     }
     (driver.safety.reason == DisarmReason::Stop).then(|| begun.elapsed())

@@ -12,8 +12,8 @@ use slamlab_core::wire::message::{Format, FromBridge, decode};
 use tokio::sync::mpsc;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use crate::process::NEVER;
 use crate::remote::{self, Came, Remote};
+use crate::started::NEVER;
 
 /// Between two orders.
 const ORDER: Duration = Duration::from_millis(50);

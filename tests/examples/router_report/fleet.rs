@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 use slamlab_core::wire::message::{DisarmReason, SafetyBody};
 use tokio::time::sleep;
 
-use crate::process::{Bridge, NEVER, Router};
+use crate::process::{Bridge, Router};
 use crate::remote::{self, Remote};
-use crate::started::free_port;
+use crate::started::{NEVER, free_port};
 use crate::trust::Authority;
 use crate::{part, spread, web};
 

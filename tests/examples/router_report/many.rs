@@ -20,8 +20,8 @@ use slamlab_core::wire::message::{
 };
 use tokio::time::{interval, sleep};
 
-use crate::process::{Bridge, NEVER, Router, start_own};
-use crate::started::free_port;
+use crate::process::{Bridge, Router, start_own};
+use crate::started::{NEVER, free_port};
 use crate::{remote, web};
 
 /// Robots of each measurement.

@@ -12,10 +12,7 @@ use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 use tokio::time::{Instant, sleep, timeout};
 
-use crate::started;
-
-/// Whatever is waited for comes sooner, or never.
-pub(crate) const NEVER: Duration = Duration::from_secs(30);
+use crate::started::{self, NEVER};
 
 /// A session in a router's mode, which is what `zenohd` opens, until it is killed.
 pub(crate) async fn be_router(config: &str) {

@@ -14,7 +14,8 @@ use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 
-use crate::process::{NEVER, config};
+use crate::process::config;
+use crate::started::NEVER;
 
 /// A session at a router, as any program may open one.
 pub(crate) async fn session(endpoint: &str, more: &Value) -> Session {

@@ -9,7 +9,7 @@ use tokio::process::{Child, Command};
 use tokio::time::timeout;
 
 /// Whatever is waited for comes sooner, or never.
-const NEVER: Duration = Duration::from_secs(30);
+pub(crate) const NEVER: Duration = Duration::from_secs(30);
 
 /// A program, once it has said that it is there; until it is dropped.
 pub(crate) async fn start(program: impl AsRef<OsStr>, words: &[impl AsRef<OsStr>]) -> Child {

@@ -7,8 +7,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 
-/// Whatever is asked for comes sooner, or never.
-const NEVER: std::time::Duration = std::time::Duration::from_secs(30);
+use crate::started::NEVER;
 
 /// Status and body.
 pub(crate) async fn ask(
