@@ -49,7 +49,7 @@ pub(crate) const fn is_there() -> bool {
 }
 
 /// How a file goes over the network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Brotli,
     Gzip,

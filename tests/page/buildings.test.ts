@@ -34,7 +34,7 @@ test('a map that was saved is a world again; half of one is asked for its other 
   await expect.poll(async () => (await lab.state()).title).toBe('arena.yaml');
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.3);
   await lab.at('file').setInputFiles([{ ...yaml, buffer: Buffer.from('image: arena.pgm') }, files.find(({ name }) => name.endsWith('.pgm'))!]);
-  await expect(lab.at('toast')).toContainText('the key resolution is missing');
+  await lab.says('the key `resolution` is missing');
   expect((await lab.state()).title).toBe('arena.yaml');
 });
 

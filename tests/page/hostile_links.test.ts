@@ -9,21 +9,21 @@ const world = (text: string | Buffer): string => `world=${deflateRawSync(text).t
 const SCRIPT = '<img src=x onerror=window.isHacked=1><script>window.isHacked=1</script>';
 
 const LINKS: readonly [what: string, link: string, says: RegExp][] = [
-  ['a script for a world', `run&world=${SCRIPT}&sensor=lidar&method=line-ekf&seed=7`, /world is .*expected one of/],
+  ['a script for a world', `run&world=${SCRIPT}&sensor=lidar&method=line-ekf&seed=7`, /world is `.*expected one of/],
   ['one that is encoded twice', `run&world=${encodeURIComponent(encodeURIComponent('office'))}%2526&sensor=lidar&method=line-ekf&seed=7`, /world is/],
   ['a script for a field', `${GOOD}&${SCRIPT}=1`, /which is no field of one|expected/],
-  ['a seed below 0', GOOD.replace('seed=7', 'seed=-7'), /seed is -7/],
-  ['a seed that is no number', GOOD.replace('seed=7', 'seed=NaN'), /seed is NaN/],
-  ['a sensor of nobody', GOOD.replace('sensor=lidar', 'sensor=nose'), /sensor is nose/],
-  ['a method of nobody', GOOD.replace('method=line-ekf', 'method=oracle'), /method is oracle/],
+  ['a seed below 0', GOOD.replace('seed=7', 'seed=-7'), /`seed` is `-7`/],
+  ['a seed that is no number', GOOD.replace('seed=7', 'seed=NaN'), /`seed` is `NaN`/],
+  ['a sensor of nobody', GOOD.replace('sensor=lidar', 'sensor=nose'), /`sensor` is `nose`/],
+  ['a method of nobody', GOOD.replace('method=line-ekf', 'method=oracle'), /`method` is `oracle`/],
   ['a setting that is none', `${GOOD}&set=no.such:1`, /no\.such/],
   ['a setting beyond its range', `${GOOD}&set=ekf.gate:1e300`, /ekf\.gate|gate/i],
-  ['a setting that is no number', `${GOOD}&set=ekf.gate:NaN`, /set is|gate/i],
-  ['a goal that is no number', `${GOOD}&do=10:goto,NaN,inf`, /do is/],
-  ['a door that there is not', `${GOOD}&do=1:door,99999999999999999999,1`, /do is/],
-  ['actions that go back in time', `${GOOD}&do=50:stop;10:stop`, /do is|order/],
-  ['an end that never comes', `${GOOD}&until=99999999999999999999999&hash=0123456789abcdef`, /until is/],
-  ['a hash that is none', `${GOOD}&until=5&hash=zzz`, /hash is/],
+  ['a setting that is no number', `${GOOD}&set=ekf.gate:NaN`, /`set` is|gate/i],
+  ['a goal that is no number', `${GOOD}&do=10:goto,NaN,inf`, /`do` is/],
+  ['a door that there is not', `${GOOD}&do=1:door,99999999999999999999,1`, /`do` is/],
+  ['actions that go back in time', `${GOOD}&do=50:stop;10:stop`, /`do` is|order/],
+  ['an end that never comes', `${GOOD}&until=99999999999999999999999&hash=0123456789abcdef`, /`until` is/],
+  ['a hash that is none', `${GOOD}&until=5&hash=zzz`, /`hash` is/],
   ['a lesson of nobody', `lesson=${SCRIPT}`, /There is no lesson/],
   ['an experiment of nobody', `experiment=${SCRIPT}`, /There is no experiment/],
 ];
@@ -38,7 +38,7 @@ test('each is refused in words, and the run goes on', async ({ lab, page }) => {
   for (const [what, link, says] of LINKS) {
     await test.step(what, async () => {
       await page.evaluate((link) => (location.hash = link), link);
-      await expect(lab.at('toast'), what).toContainText(says);
+      await lab.says(says, what);
       await unharmed(lab);
       await page.getByRole('button', { name: 'Close the message' }).click();
       await expect(lab.at('toast')).toBeHidden();

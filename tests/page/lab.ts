@@ -125,6 +125,17 @@ export class Lab {
     return files;
   }
 
+  /** The message says that; words of programs, which it shows as code, stand between backticks. */
+  async says(words: string | RegExp, what = 'the message'): Promise<void> {
+    const read = (): Promise<string | null> => this.at('toast').evaluate((element) => {
+      const copy = element.cloneNode(true) as Element;
+      for (const code of copy.querySelectorAll('code')) code.replaceWith(`\`${code.textContent}\``);
+      return copy.textContent;
+    }, undefined, { timeout: 1000 }).catch(() => null);
+    const said = expect.poll(read, { message: what, timeout: 10_000, intervals: [50, 100, 200] });
+    await (typeof words === 'string' ? said.toContain(words) : said.toMatch(words));
+  }
+
   /** Pauses, and waits until the last frame has come. */
   async pause(): Promise<void> {
     // A run that has ended meanwhile stands still, and cannot be paused.

@@ -57,7 +57,7 @@ test('a log that is damaged is refused in words, with line and field', async ({ 
   const lines = rover().split('\n');
   lines[6] = lines[6]!.replace(/\d+ /, 'left ');
   await open(lab, 'damaged.log', lines.join('\n'));
-  await expect(lab.at('toast')).toContainText('line 7: left is left, expected a counter of 16 bits');
+  await lab.says('line 7: left is `left`, expected a counter of 16 bits');
   await open(lab, 'damaged.txt', revolutions().replace('q:29', 'q:64'));
-  await expect(lab.at('toast')).toContainText('line 2: q of sample 1 is 64, expected a whole number, 0 to 63');
+  await lab.says('line 2: q of sample 1 is `64`, expected a whole number, 0 to 63');
 });

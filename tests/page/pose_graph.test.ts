@@ -68,5 +68,5 @@ test('a pose graph of others is solved and drawn', { tag: '@phone' }, async ({ l
   await expect(lab.at('graph-says')).toBeHidden();
 
   await drop(page, 'bad.g2o', Buffer.from(TWO_WAYS.replace('1.2', 'far')));
-  await expect(lab.at('toast')).toContainText('bad.g2o: line 5: field 3 is far');
+  await lab.says('bad.g2o: line 5: field 3 is `far`');
 });

@@ -55,7 +55,7 @@ test('what was mapped is a map to be found in; what is no map leaves the run as 
   await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
   await lab.show('run');
   await lab.at('prior-map-file').setInputFiles(file('OGmap.txt', Buffer.from('3 2 0.05 0 0\n0.5 0.5 0.5\n0.5 7 0.5\n')));
-  await expect(lab.at('toast')).toContainText('line 3: field 2 is 7, expected a number from 0 to 1');
+  await lab.says('line 3: field 2 is `7`, expected a number from 0 to 1');
   await lab.at('prior-map-file').setInputFiles(file('half.yaml', Buffer.from('image: half.pgm\n')));
   await expect(lab.at('toast')).toContainText('one half of a map');
   expect((await lab.state()).method, 'the run goes on').toBe('line-ekf');

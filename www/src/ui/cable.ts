@@ -3,7 +3,8 @@
 import { css, type TemplateResult } from "lit";
 import type { Host } from "../bridge_address.js";
 import { webSerial } from "../serial_ports.js";
-import { html } from "../words.js";
+import { html, t } from "../words.js";
+import { withCode } from "./code.js";
 import { SlamElement } from "./element.js";
 import { isChecked } from "./input.js";
 import { tool } from "./style.js";
@@ -34,7 +35,7 @@ export class SlamCable extends SlamElement {
           <label><input type="checkbox" data-testid="all-ports" .checked=${this.#ofAll} @change=${(e: Event) => (this.#ofAll = isChecked(e))}> Offer every port, also those of other adapters</label>
           ${plugged.length > 0 ? html`<div class="row"><button data-testid="unplug" @click=${() => this.client.start({ mode: "explore" })}>Leave the robot</button></div>` : ""}`
         : html`<p data-testid="no-web-serial">This browser has no Web Serial. Chrome, Edge and Opera on a computer have, where the page's address begins with https or is this computer's own. In all others use the bridge on the robot.</p>`}
-      ${host && source !== "bridge" ? html`<p data-testid="no-bridge">${ELSEWHERE[host]}</p>` : ""}
+      ${host && source !== "bridge" ? html`<p data-testid="no-bridge">${withCode(t(ELSEWHERE[host]))}</p>` : ""}
     </details>`;
   }
 }

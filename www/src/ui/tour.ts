@@ -99,7 +99,7 @@ export class SlamTour extends SlamElement {
 
   /** To a step; the last one waits near the robot until the loop is closed. */
   #go(step: TourStep | null): void {
-    go(this.store, step, step === "doubt" || (step === "loop" && !this.#collapse));
+    go(this.store, step, step === "loop" ? !this.#collapse : undefined);
   }
 
   #words(step: TourStep): TemplateResult {

@@ -122,32 +122,70 @@ function fillPath(context: CanvasRenderingContext2D, { width, height }: Size, po
 
 let sheet: { readonly image: ImageData; readonly pixels: Uint32Array; readonly canvas: OffscreenCanvas } | null = null;
 
-/** One by one in a picture as large as the canvas. */
-function setPixels(context: CanvasRenderingContext2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
+/** One by one in a picture as large as the canvas, of which only the part counts in which they
+    lie. */
+function setPixels(context: CanvasRenderingContext2D, size: Size, points: Float32Array, place: Place, side: number, colour: string): void {
+  const { left: leftmost, top: topmost, right, bottom } = within(size, extentOf(points), place, side);
+  // Nor where they are nowhere.
+  if (!(leftmost < right && topmost < bottom)) return;
+  const { width, height } = size;
   if (sheet?.image.width !== width || sheet.image.height !== height) {
     const image = new ImageData(width, height);
     sheet = { image, pixels: new Uint32Array(image.data.buffer), canvas: new OffscreenCanvas(width, height) };
   }
   const { image, pixels, canvas } = sheet;
+  const { a, b, c, d, e, f } = place;
   const [red, green, blue] = rgb(colour);
   const opaque = ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
-  pixels.fill(0);
+  pixels.fill(0, topmost * width, bottom * width);
   for (let i = 0; i + 1 < points.length; i += 2) {
     const x = points[i] ?? NaN;
     const y = points[i + 1] ?? NaN;
     const left = a * x + c * y + e;
     const top = b * x + d * y + f;
     if (!(left > -side && top > -side && left < width && top < height)) continue;
-    const column = Math.round(left);
-    const row = Math.round(top);
-    const [from, to] = [Math.max(column, 0), Math.min(column + side, width)];
+    const column = Math.floor(left + 0.5);
+    const row = Math.floor(top + 0.5);
+    const from = Math.max(column, 0);
+    const to = Math.min(column + side, width);
     const end = Math.min(row + side, height) * width;
     for (let start = Math.max(row, 0) * width; start < end; start += width) {
       for (let at = start + from; at < start + to; at += 1) pixels[at] = opaque;
     }
   }
-  canvas.getContext("2d")?.putImageData(image, 0, 0);
-  context.drawImage(canvas, 0, 0);
+  const part = [leftmost, topmost, right - leftmost, bottom - topmost] as const;
+  canvas.getContext("2d")?.putImageData(image, 0, 0, ...part);
+  context.drawImage(canvas, ...part, ...part);
+}
+
+/** The whole pixels of the canvas on which squares can be that lie within a box. */
+function within({ width, height }: Size, { minX, minY, maxX, maxY }: Box, { a, b, c, d, e, f }: Place, side: number): { left: number; top: number; right: number; bottom: number } {
+  const corners = [[minX, minY], [minX, maxY], [maxX, minY], [maxX, maxY]] as const;
+  const [lefts, tops] = [corners.map(([x, y]) => a * x + c * y + e), corners.map(([x, y]) => b * x + d * y + f)];
+  return {
+    left: Math.max(Math.floor(Math.min(...lefts)), 0), top: Math.max(Math.floor(Math.min(...tops)), 0),
+    right: Math.min(Math.ceil(Math.max(...lefts)) + side, width), bottom: Math.min(Math.ceil(Math.max(...tops)) + side, height),
+  };
+}
+
+/** Around points, of which none may be: arrays do not change. */
+const extents = new WeakMap<Float32Array, Box>();
+
+function extentOf(points: Float32Array): Box {
+  const known = extents.get(points);
+  if (known) return known;
+  let [minX, minY, maxX, maxY] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i + 1 < points.length; i += 2) {
+    const x = points[i] ?? NaN;
+    const y = points[i + 1] ?? NaN;
+    if (x < minX) minX = x;
+    if (x > maxX) maxX = x;
+    if (y < minY) minY = y;
+    if (y > maxY) maxY = y;
+  }
+  const extent = { minX, minY, maxX, maxY };
+  extents.set(points, extent);
+  return extent;
 }
 
 interface Picture {

@@ -53,12 +53,13 @@ export function draw(brush: Brush): void {
   for (const confirmed of [false, true]) {
     const marks = marksIn(brush, confirmed);
     if (marks.length === 0) continue;
-    stroke(brush, { colour, width: 1.8, alpha: confirmed ? 1 : 0.5, dash: confirmed ? [] : [2, 2] }, () => {
-      for (const { x, y, ring } of marks) addEllipse(context, x, y, ring, ring, 0);
-    });
     const points = marks.filter(({ kind }) => kind !== "wall");
+    // What its square hides is not drawn: of a large map in a small picture that is most.
+    stroke(brush, { colour, width: 1.8, alpha: confirmed ? 1 : 0.5, dash: confirmed ? [] : [2, 2] }, () => {
+      for (const { kind, x, y, ring } of marks) if (kind === "wall" || ring > half) addEllipse(context, x, y, ring, ring, 0);
+    });
     stroke(brush, { colour, width: 1, alpha: 0.8 }, () => {
-      for (const { x, y, ellipse: { major, minor, angle } } of points) addEllipse(context, x, y, major, minor, angle);
+      for (const { x, y, ellipse: { major, minor, angle } } of points) if (major > half) addEllipse(context, x, y, major, minor, angle);
     });
     context.fillStyle = colour;
     context.globalAlpha = confirmed ? 0.9 : 0.4;
