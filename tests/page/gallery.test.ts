@@ -39,6 +39,21 @@ test('a filter that is too sure leaves its band, and an honest one does not', { 
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 });
 
+test('a story that was read gives its room to the map, and the next one is told again', { tag: '@phone' }, async ({ lab, isMobile }) => {
+  await lab.open();
+  await begin(lab, 'too-sure');
+  const { watch } = EXHIBITS.find(({ name }) => name === 'too-sure')!;
+  await expect(lab.at('exhibit')).toContainText(watch);
+  await lab.pause();
+  await lab.stillCamera();
+  const before = (await lab.state()).camera.scale;
+  await lab.at('fold-exhibit').click();
+  await expect(lab.at('exhibit')).not.toContainText(watch);
+  if (isMobile) await expect.poll(async () => (await lab.state()).camera.scale, 'the map is larger').toBeGreaterThan(before);
+  await begin(lab, 'wheels');
+  await expect(lab.at('exhibit')).toContainText(EXHIBITS.find(({ name }) => name === 'wheels')!.watch);
+});
+
 test('by its wheels alone the robot draws walls that are not there', async ({ lab }) => {
   test.setTimeout(120_000);
   await lab.open();

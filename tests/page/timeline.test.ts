@@ -154,9 +154,15 @@ test('B goes back scan by scan, N goes on, and the log leads to its moments', as
 
   // What a person does there is another way from there.
   await goTo(lab, end.time / 2);
-  await lab.speed('1');
   await lab.at('mode-manual').click();
   await expect.poll(() => length(lab)).toBeLessThan(0.6 * end.time);
+  await expect(lab.at('speed'), 'nobody steers faster than time goes').toHaveValue('1');
+
+  // How it went before is not lost.
+  await lab.at('toast-way').click();
+  await lab.watch((s) => s.time, 'it is done again').toBeGreaterThan(0.99 * end.time);
+  await lab.watch((s) => s.finished, 'to its end').toBe(true);
+  expect((await moment(lab)).hash).toBe(end.hash);
 });
 
 test('what cannot be done again is said, and the run stays where it is', async ({ lab, page }) => {
@@ -178,7 +184,8 @@ test('what cannot be done again is said, and the run stays where it is', async (
   await page.mouse.down();
   await page.mouse.move(x + 60, y, { steps: 3 });
   await page.mouse.up();
-  await page.keyboard.press('e');
+  await page.keyboard.press('Escape');
+  await expect(lab.at('edit-wall'), 'Esc is enough').toBeHidden();
   await expect.poll(async () => (await moment(lab)).hash, 'the wall is in the map').not.toBe(unchanged);
   const before = await moment(lab);
   await lab.at('back').click();

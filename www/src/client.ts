@@ -20,6 +20,7 @@ import { addressOfLink, isLink, isOwnAddress, isSharedWorld, MOST_ADDRESS, MOST_
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
+import { WayBack } from "./way_back.js";
 import { t } from "./words.js";
 
 /** Wall milliseconds within which the answer to Drive comes. */
@@ -53,6 +54,7 @@ export class Client {
     this.warn(text);
   });
   readonly files: Files;
+  readonly #way: WayBack;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
   /** Called where there is no run and will be none: none could begin, or the worker is gone. */
@@ -68,6 +70,7 @@ export class Client {
   /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
     this.files = new Files(this, store);
+    this.#way = new WayBack(store, this);
   }
 
   #startWorker(): Worker {
@@ -402,17 +405,26 @@ export class Client {
   /** To a moment of the run, s: it waits there, and goes on from there the same way, until
       something else is done. */
   seek(time: number): void {
+    this.#way.keep();
     this.store.set("run", { seeking: time });
     this.send({ kind: "seek", time });
   }
 
   /** To the scan before. */
   back(): void {
-    if (this.store.source !== "bridge") this.send({ kind: "back" });
+    if (this.store.source === "bridge") return;
+    this.#way.keep();
+    this.send({ kind: "back" });
   }
 
   manual(): void {
+    this.#slowDown();
     this.#order({ kind: "manual" });
+  }
+
+  /** Nobody steers faster than time goes. */
+  #slowDown(): void {
+    if (this.store.source === "sim" && this.store.speed > 1) this.setSpeed(1);
   }
 
   /** The next click on the map chooses the goal. */
@@ -450,6 +462,7 @@ export class Client {
   drive(forward: number, turn: number): void {
     this.send({ kind: "drive", forward, turn });
     if (forward === 0 && turn === 0) return;
+    if (this.store.status?.mode !== "manual") this.#slowDown();
     if (this.store.isStopped) this.store.set("run", { isStopped: false });
     this.#wake();
   }
@@ -573,7 +586,9 @@ export class Client {
       if (frame.run !== this.#run) return;
       this.#undrawn = true;
       const moved = this.scene.take(frame, Date.now());
+      const { furthest } = this.store;
       this.store.take(frame);
+      if (this.store.furthest < furthest) void this.#way.offer();
       if (frame.submaps) this.store.notify("submaps");
       if (moved >= LEAST_MOVE) this.store.set("moved", { moved });
     },

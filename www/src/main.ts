@@ -288,6 +288,7 @@ startKeyboard({
   escape: () => {
     if (store.inspecting) map.toggleInspecting();
     else if (store.chosen) store.choose([]);
+    else if (store.editing || store.fence || store.aiming) store.set("run", { editing: null, fence: null, aiming: false });
     else return false;
     // What is real is stopped by any Esc.
     return store.source !== "bridge";

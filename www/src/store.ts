@@ -66,6 +66,8 @@ export interface Toast {
   level: Level;
   text: string;
   topic?: string;
+  /** What can be done about it. */
+  way?: { readonly label: string; readonly go: () => void };
 }
 
 /** A map that runs go on in, and where in it the robot begins. */

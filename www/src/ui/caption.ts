@@ -41,7 +41,7 @@ export function caption(store: Store): Caption {
   }
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: worthOf(store) };
   // How much there is to be known is known to the simulation only: the tour speaks of the robot.
-  const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} known` : "";
+  const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} explored` : "";
   if (store.aiming) return AIMING;
   if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: told(known, matchMedia("(pointer: coarse)").matches ? "tap the map, explore again, or drive" : "click the map, explore again, or drive") };
   if (doubt && playing) return { doing: doubt, more: known };

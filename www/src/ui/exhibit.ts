@@ -1,7 +1,7 @@
 // What to watch in the experiment that is shown.
 
 import { nothing, type TemplateResult } from "lit";
-import { isOf } from "../gallery.js";
+import { isOf, type Shown } from "../gallery.js";
 import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
@@ -11,6 +11,8 @@ export class SlamExhibit extends SlamElement {
   static override styles = story;
 
   protected override readonly topics = ["exhibit", "tour"] as const;
+  /** Of a story that was read only its name is left, and the map has the room. */
+  #folded: Shown | null = null;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -24,13 +26,21 @@ export class SlamExhibit extends SlamElement {
   override render(): TemplateResult | typeof nothing {
     const { exhibit, tour } = this.store;
     if (!exhibit || tour) return nothing;
+    const isFolded = this.#folded === exhibit;
     return html`<section aria-label="What to watch" data-testid="exhibit">
       <header><h2>${exhibit.title}</h2>
+        <button class="icon" data-testid="fold-exhibit" aria-expanded=${!isFolded} aria-label=${isFolded ? "Read what to watch" : "Show the name only"} title=${isFolded ? "Read what to watch" : "Show the name only"}
+          @click=${this.press(() => this.#fold(isFolded ? null : exhibit))}>${isFolded ? icons.plus : icons.minus}</button>
         <button class="icon" aria-label="Close" @click=${this.press(() => this.store.set("exhibit", { exhibit: null }))}>${icons.close}</button></header>
-      <p>${exhibit.watch}</p>
+      ${isFolded ? nothing : html`<p>${exhibit.watch}</p>`}
       ${exhibit.kidnaps ? html`<p><button data-testid="kidnap-here" title="Carry the robot to a random place, without telling it" @click=${this.press(() => this.client.kidnap())}>${icons.hand} Kidnap</button></p>` : nothing}
-      <p class="muted">${exhibit.then}</p>
+      ${isFolded ? nothing : html`<p class="muted">${exhibit.then}</p>`}
     </section>`;
+  }
+
+  #fold(exhibit: Shown | null): void {
+    this.#folded = exhibit;
+    this.requestUpdate();
   }
 }
 

@@ -49,7 +49,7 @@ export class SlamStatus extends SlamElement {
         ${figure(sim ? "Sim time" : this.store.source === "bridge" ? "Robot time" : "Log time", clock(s?.time ?? NaN), "time")}
         ${this.store.source === "bridge" ? "" : figure("Pace", Number.isFinite(s?.realTimeFactor) ? `${fixed(s?.realTimeFactor ?? NaN, (s?.realTimeFactor ?? 0) < 10 ? 1 : 0)} ×` : word("paused"), "pace", "Seconds of simulation for each second of the clock")}
         ${figure("Distance", `${fixed(s?.distance ?? NaN, 1)} m`, "distance")}
-        ${figure("Features", String(s?.features ?? DASH), "features", "Lines in the filter's map")}
+        ${s && s.features > 0 ? figure("Features", String(s.features), "features", "Lines in the filter's map") : ""}
         ${figure("Known", `${fixed(s?.knownArea ?? NaN, 0)} m²`, "known-area", "Area known to be free")}
         ${sim ? figure("Contacts", fixed(s?.contacts ?? NaN, 0), "contacts", "How often the robot touched a wall") : ""}
         ${figure("Scans", String(s?.scans ?? DASH), sim ? "scans" : "scans-row")}

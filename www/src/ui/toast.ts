@@ -1,6 +1,7 @@
 // A sentence that wants to be read: what could not be done, and why.
 
 import { css, nothing, type TemplateResult } from "lit";
+import type { Toast } from "../store.js";
 import { html, t } from "../words.js";
 import { withCode } from "./code.js";
 import { SlamElement } from "./element.js";
@@ -20,6 +21,7 @@ export class SlamToast extends SlamElement {
     /* The name of a file may be as long as somebody likes; the button stays in sight. */
     p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; max-height: 40vh; overflow-y: auto; }
     button { border-color: transparent; background: transparent; }
+    .way { border-color: var(--line); white-space: nowrap; }
   `;
 
   protected override readonly topics = ["toast"] as const;
@@ -38,8 +40,14 @@ export class SlamToast extends SlamElement {
     const { toast } = this.store;
     return html`<span role="alert">${toast
       ? html`<div class=${toast.level} data-testid="toast"><p tabindex=${toast.text.length > LONG ? 0 : nothing}>${withCode(t(toast.text))}</p>
+          ${toast.way ? html`<button class="way" data-testid="toast-way" @click=${() => this.#take(toast.way)}>${toast.way.label}</button>` : nothing}
           <button class="icon" aria-label="Close the message" @click=${() => this.store.set("toast", { toast: null })}>${icons.close}</button></div>`
       : nothing}</span>`;
+  }
+
+  #take(way: Toast["way"]): void {
+    this.store.set("toast", { toast: null });
+    way?.go();
   }
 }
 

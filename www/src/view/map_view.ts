@@ -53,6 +53,8 @@ const LEAST_SCALED = 140;
 
 /** Pixels of width from which on a story has room beside the map. */
 const LEAST_BESIDE = 960;
+/** Pixels of height of a name alone, which leaves the map its room. */
+const LEAST_TOLD = 130;
 /** What the buttons at its right take of a phone's map. */
 const TOOLS = 58;
 /** What the line of a run's past takes of the lower end, CSS pixels. */
@@ -185,10 +187,7 @@ export class SlamMap extends SlamElement {
     const resized = new ResizeObserver(() => this.#resize());
     resized.observe(this);
     // What is told there comes later than what it tells of.
-    const inspector = document.querySelector("#inspector");
-    if (inspector) resized.observe(inspector);
-    const offers = document.querySelector("#tip");
-    if (offers) resized.observe(offers);
+    for (const told of document.querySelectorAll("#inspector, #tip, #tour")) resized.observe(told);
     this.#sheets = new Sheets(this.#canvases());
     this.#resize();
     // What is seen first does not wait for a graphics card.
@@ -447,9 +446,10 @@ export class SlamMap extends SlamElement {
     // for both. During the tour there is no legend.
     const isTold = this.store.tour !== null || this.store.exhibit !== null || currentLesson(this.store) !== null || this.store.lastRun !== null;
     const inspector = document.querySelector("#inspector")?.getBoundingClientRect();
-    const card = Math.max(inspector?.height ?? 0, isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0);
+    const story = isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
+    const card = Math.max(inspector?.height ?? 0, story);
     const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
-    const told = isTold && clientWidth >= LEAST_BESIDE ? 372 : 0;
+    const told = story > LEAST_TOLD && clientWidth >= LEAST_BESIDE ? 372 : 0;
     // During the tour there are few controls, on a phone those for the thumb alone.
     this.toggleAttribute("told", this.store.tour !== null);
     this.style.setProperty("--card", `${card}px`);

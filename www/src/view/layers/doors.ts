@@ -2,7 +2,11 @@
 // a faint sill.
 
 import { DOOR, DOOR_STRIDE } from "../../protocol/module.js";
-import { addSegments, type Brush, disc, stroke } from "./layer.js";
+import { addSegments, type Brush, disc, label, stroke } from "./layer.js";
+import { writeName } from "./name.js";
+
+/** A doorway that is narrower on the screen has no number, CSS pixels. */
+const LEAST_NAMED = 14;
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { doors } } = brush;
@@ -17,5 +21,8 @@ export function draw(brush: Brush): void {
     const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = ends;
     disc(brush, x1, y1, camera.px(3));
     disc(brush, x2, y2, camera.px(3));
+    // By the numbers that their buttons have, where there is room for one.
+    const width = Math.hypot(x2 - x1, y2 - y1);
+    if (doors.length > DOOR_STRIDE && width * camera.scale > LEAST_NAMED) label(brush, (x1 + x2) / 2, (y1 + y2) / 2, () => writeName(brush, String(i / DOOR_STRIDE + 1), colour));
   }
 }
