@@ -1,31 +1,10 @@
 // The map that the bridge itself makes: drawn beside the page's, begun anew, and with a geofence
 // that is drawn on it and holds the robot back.
-import { mkdtemp, readFile, rm } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
+import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import type { BridgeState } from '../../www/src/protocol/devices.ts';
-import { Bridge } from './bridge.ts';
-import { expect, test as base } from './fixture.ts';
+import { behind, expect } from './robot_behind.ts';
 
-const test = base.extend<{ folder: string; bridge: Bridge; token: string; state: () => Promise<BridgeState | null> }>({
-  folder: async ({}, use) => {
-    const folder = await mkdtemp(join(tmpdir(), 'slamlab-bridge-map-'));
-    await use(folder);
-    await rm(folder, { recursive: true });
-  },
-  bridge: async ({ folder }, use) => {
-    const bridge = await Bridge.start(['--source', 'sim:arena,lidar', '--token-file', join(folder, 'token'), '--map', join(folder, 'flat.slamlab')]);
-    await use(bridge);
-    await bridge.stop();
-  },
-  token: async ({ bridge, folder }, use) => {
-    expect(bridge.url).toContain('http');
-    await use((await readFile(join(folder, 'token'), 'utf8')).trim());
-  },
-  state: async ({ page }, use) => {
-    await use(() => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge));
-  },
-});
+const test = behind((folder) => ['--source', 'sim:arena,lidar', '--map', join(folder, 'flat.slamlab')]);
 
 test('the map of the bridge is drawn where it lies, and is begun anew', async ({ lab, page, bridge, token, state }) => {
   await lab.open(`${bridge.url}#token=${token}`);

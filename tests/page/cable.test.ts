@@ -7,7 +7,7 @@ import { promisify } from 'node:util';
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
-import { bridgeState, exploreUntil, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
+import { exploreUntil, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
 /** Ports of the browser, and what becomes of them. */
 interface FakeSerial {
@@ -254,13 +254,13 @@ test('rules that need long to load drive the robot, and rules that fail leave it
     const rules = page.workers().find((worker) => worker.url().endsWith('/local_bridge.js'))!;
     const command = { kind: 'begin', devices: ['toaster'], driver: null };
     await rules.evaluate((data) => (self as unknown as { onmessage(event: { data: unknown }): void }).onmessage({ data }), command).catch(() => undefined);
-    await expect.poll(async () => await bridgeState(lab), { ...PATIENCE, message: 'whoever maps learns it' }).toBeNull();
+    await expect.poll(async () => await lab.bridge(), { ...PATIENCE, message: 'whoever maps learns it' }).toBeNull();
     await expect.poll(moves, { ...PATIENCE, message: 'it stops' }).toBe(false);
     await page.keyboard.up('ArrowLeft');
     expect(problems.join()).toContain('toaster');
     problems.length = 0;
     await page.keyboard.press('r');
-    await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
+    await expect.poll(async () => (await lab.bridge())?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');
     await serial.end();
@@ -284,7 +284,7 @@ test.describe('where the browser keeps the page', () => {
       await page.keyboard.up('ArrowLeft');
       // A run that starts again has the same rules.
       await page.keyboard.press('r');
-      await expect.poll(async () => (await bridgeState(lab))?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
+      await expect.poll(async () => (await lab.bridge())?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
       await serial.end();
     });
     problems.length = 0;

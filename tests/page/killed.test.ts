@@ -9,7 +9,7 @@ import { chromium } from '@playwright/test';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
 import { Lab } from './lab.ts';
-import { bridgeState, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
+import { PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
 /** The bridge's watchdog on driving, and the firmware's own, s: the worst is one after the
     other. */
@@ -33,7 +33,7 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     await lab.page.goto(`${bridge.url}#token=${(await readFile(token, 'utf8')).trim()}`);
     await turnByHand(lab, robot);
     // The bridge tells it once a second.
-    const recordedNow = async () => (await bridgeState(lab))?.recorded;
+    const recordedNow = async () => (await lab.bridge())?.recorded;
     await expect.poll(recordedNow, { ...PATIENCE, message: 'it is recorded' }).toBeGreaterThan(0);
     const recorded = (await recordedNow()) ?? NaN;
     const marked = await robot.facts();

@@ -4,6 +4,7 @@
 // for.
 import { expect, type Locator, type Page } from '@playwright/test';
 import { filesIn } from './archive.ts';
+import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import type { Status } from '../../www/src/protocol/frame.ts';
 import type { Grade, Setup } from '../../www/src/protocol/module.ts';
 
@@ -65,6 +66,11 @@ export class Lab {
         framesPerSecond: s.framesPerSecond, camera: s.camera, doors: s.doors, drawnWith: s.drawnWith,
       };
     });
+  }
+
+  /** What the page knows of the bridge behind which its robot is. */
+  bridge(): Promise<BridgeState | null> {
+    return this.page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
   }
 
   /** What the page shows; just after a start it has shown nothing yet. */

@@ -7,7 +7,7 @@ import * as hu from '../../www/src/words/hu.ts';
 import * as pl from '../../www/src/words/pl.ts';
 import { Translator } from '../../www/src/words/translator.ts';
 import { expect, test } from './fixture.ts';
-import { drop, type Lab, type Panel } from './lab.ts';
+import { drop, type Panel } from './lab.ts';
 
 const LANGUAGES = { hu, cs, pl } as const;
 /** Words that no text of another language has; names of files, papers and programs may. */

@@ -1,33 +1,13 @@
 // A robot behind a bridge: the page finds it by itself, watches without the token, drives with it,
 // and outlives the bridge.
-import { mkdtemp, readFile, rm } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
+import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
-import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import { Bridge } from './bridge.ts';
-import { expect, test as base } from './fixture.ts';
+import { behind, expect } from './robot_behind.ts';
 
 const SOURCE = ['--source', 'sim:office,lidar'];
 
-const test = base.extend<{ folder: string; bridge: Bridge; token: string; state: () => Promise<BridgeState | null> }>({
-  folder: async ({}, use) => {
-    const folder = await mkdtemp(join(tmpdir(), 'slamlab-live-'));
-    await use(folder);
-    await rm(folder, { recursive: true });
-  },
-  bridge: async ({ folder }, use) => {
-    const bridge = await Bridge.start([...SOURCE, '--token-file', join(folder, 'token')]);
-    await use(bridge);
-    await bridge.stop();
-  },
-  token: async ({ bridge, folder }, use) => {
-    expect(bridge.url).toContain('http');
-    await use((await readFile(join(folder, 'token'), 'utf8')).trim());
-  },
-  state: async ({ page }, use) => {
-    await use(() => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge));
-  },
-});
+const test = behind(() => SOURCE);
 
 test('without the token a page watches: it maps, and anyone may stop', async ({ lab, page, bridge, state }) => {
   await lab.open(bridge.url);

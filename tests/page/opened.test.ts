@@ -2,7 +2,6 @@
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import type { Status } from '../../www/src/protocol/frame.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
@@ -22,7 +21,7 @@ const test = base.extend<{ drive: Drive }>({
     const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
     await lab.open(`${bridge.url}#token=${token}`);
     await lab.at('lease').click();
-    const armed = () => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge?.armed);
+    const armed = async () => (await lab.bridge())?.armed;
     await expect.poll(armed, { timeout: 30_000 }).toBe(true);
     await lab.at('mode-explore').click();
     await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.6);

@@ -3,7 +3,6 @@
 import { readFile } from 'node:fs/promises';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
-import type { Lab } from './lab.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
 

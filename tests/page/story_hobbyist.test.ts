@@ -3,7 +3,6 @@
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
 import { fits, pushUntil } from './hands.ts';
@@ -13,7 +12,7 @@ test('a hobbyist drives a robot of their own from a phone', { tag: '@phone-only'
   const folder = await mkdtemp(join(tmpdir(), 'slamlab-hobby-'));
   const bridge = await Bridge.start(['--source', 'sim:arena,lidar', '--token-file', join(folder, 'token')]);
   const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
-  const state = (): Promise<BridgeState | null> => page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
+  const state = () => lab.bridge();
 
   // The page is the robot's by itself; what is seen is its room, and it stands.
   await lab.open(`${bridge.url}#token=${token}`);

@@ -1,30 +1,17 @@
 // A bridge that speaks TLS with its own authority, as a browser sees it that has this authority and
 // one that has not, and as OpenSSL does, which is Node's.
 import { execFile } from 'node:child_process';
-import { mkdir, mkdtemp, readFile, rm } from 'node:fs/promises';
-import { tmpdir } from 'node:os';
+import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { connect } from 'node:tls';
 import { promisify } from 'node:util';
 import { chromium } from '@playwright/test';
-import { Bridge } from './bridge.ts';
-import { expect, test as base } from './fixture.ts';
+import { behind, expect } from './robot_behind.ts';
 import { Lab } from './lab.ts';
 
 const run = promisify(execFile);
 
-const test = base.extend<{ folder: string; bridge: Bridge }>({
-  folder: async ({}, use) => {
-    const folder = await mkdtemp(join(tmpdir(), 'slamlab-trusted-'));
-    await use(folder);
-    await rm(folder, { recursive: true });
-  },
-  bridge: async ({ folder }, use) => {
-    const bridge = await Bridge.start(['--tls', '--source', 'sim:office,lidar', '--token-file', join(folder, 'token')]);
-    await use(bridge);
-    await bridge.stop();
-  },
-});
+const test = behind(() => ['--tls', '--source', 'sim:office,lidar']);
 
 test('a browser that has the authority shows the page as secure, and the robot comes over TLS', async ({ folder, bridge, launchOptions }) => {
   test.skip(process.platform !== 'linux', 'only on Linux does Chromium read what it trusts from a folder of its own');

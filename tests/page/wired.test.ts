@@ -10,7 +10,7 @@ import { join } from 'node:path';
 import { Bridge } from './bridge.ts';
 import { expect, test as base } from './fixture.ts';
 import type { Lab } from './lab.ts';
-import { bridgeState, exploreUntil, type MapTruth, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
+import { exploreUntil, type MapTruth, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
 /** The firmware stands so long after the last command, by its registers and its own time, s. */
 const WATCHDOG = 0.4;
@@ -48,7 +48,7 @@ async function open({ robot, lab, folder }: Run): Promise<Bridge> {
     back. Gives after what time its registers were 0, s; null where they were already, undefined
     where it has none. */
 async function pullTheCables({ robot, lab }: Run): Promise<number | null | undefined> {
-  const disarmed = async () => (await bridgeState(lab))?.armed === false;
+  const disarmed = async () => (await lab.bridge())?.armed === false;
   await robot.pull();
   await expect.poll(async () => (await robot.facts()).moves, { ...PATIENCE, message: 'it stops by itself' }).toBe(false);
   await expect.poll(disarmed, { ...PATIENCE, message: 'the page learns it' }).toBe(true);
@@ -58,9 +58,9 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   if (typeof stopped_after === 'number') expect(stopped_after, 's of the chip, by OCR1A and OCR1B').toBeLessThanOrEqual(WATCHDOG);
   await robot.plug();
   const { scans } = await lab.status();
-  const isBack = async () => (await bridgeState(lab))?.devices.every((device) => device.state === 'sending');
+  const isBack = async () => (await lab.bridge())?.devices.every((device) => device.state === 'sending');
   await expect.poll(isBack, { ...PATIENCE, message: 'it is found again' }).toBe(true);
-  expect((await bridgeState(lab))?.battery, 'it talks').toBeGreaterThan(0);
+  expect((await lab.bridge())?.battery, 'it talks').toBeGreaterThan(0);
   // Long enough for an order that outlived the cut: the page sends 20 a second.
   for await (const { moves } of robot.during(2)) expect(moves, 'nothing moves before somebody arms it').toBe(false);
   expect((await robot.facts()).pose).toEqual(pose);

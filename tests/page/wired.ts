@@ -5,7 +5,6 @@ import { once } from 'node:events';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from '@playwright/test';
-import type { BridgeState } from '../../www/src/protocol/devices.ts';
 import type { Status } from '../../www/src/protocol/frame.ts';
 import type { Lab } from './lab.ts';
 
@@ -123,27 +122,22 @@ export class WiredRobot {
 /** A busy machine makes everything late; nothing here waits longer than it must. */
 export const PATIENCE = { timeout: 60_000, intervals: [100, 200, 400] };
 
-/** What a page knows of its bridge. */
-export function bridgeState({ page }: Lab): Promise<BridgeState | null> {
-  return page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
-}
-
 /** All devices send, and have for a while: a robot whose link has just come up takes no order to
     move before none came for 0.3 s (core/src/device/rp6.rs). Whoever drives at once and goes on
     would be waited for in vain. */
 async function settled(lab: Lab, robot: WiredRobot): Promise<void> {
-  const devices = async () => (await bridgeState(lab))?.devices.map((device) => device.state).join();
+  const devices = async () => (await lab.bridge())?.devices.map((device) => device.state).join();
   await expect.poll(devices, { ...PATIENCE, message: 'all devices send' }).toMatch(/^sending(,sending)*$/);
   for await (const _ of robot.during(0.6));
 }
 
 /** Takes the wheel, where it is not taken, as soon as the robot's link is up. */
 export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
-  if ((await bridgeState(lab))?.armed) return;
+  if ((await lab.bridge())?.armed) return;
   await settled(lab, robot);
   await expect(async () => {
-    if (!(await bridgeState(lab))?.armed) await lab.at('lease').click();
-    await expect.poll(async () => (await bridgeState(lab))?.armed, { timeout: 3_000 }).toBe(true);
+    if (!(await lab.bridge())?.armed) await lab.at('lease').click();
+    await expect.poll(async () => (await lab.bridge())?.armed, { timeout: 3_000 }).toBe(true);
   }).toPass(PATIENCE);
 }
 
@@ -183,7 +177,7 @@ export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string,
   const look = async () => {
     const status = await lab.status();
     if (await done(status)) return true;
-    const state = await bridgeState(lab);
+    const state = await lab.bridge();
     const [armed, reason] = [state?.armed ?? false, state?.reason ?? ''];
     if (!armed && ![...UNARMED, ...others].includes(reason)) {
       reasons.push(reason);

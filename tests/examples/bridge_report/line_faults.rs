@@ -11,12 +11,13 @@
 //!    nothing, and is repeated.
 //! 5. Nearly all of a trial is waiting: [`STANDS`] run side by side.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value, json};
 use slamlab_core::wire::message::{FromBridge, ToBridge};
-use tokio::task::JoinHandle;
+use tokio::task::{JoinHandle, JoinSet};
 
 use crate::client::{Came, Client};
 use crate::stand::{Stand, turn};
@@ -28,7 +29,12 @@ const FIRMWARE: f64 = 0.400;
 const LINE: f64 = 0.012;
 const CALM: f64 = 0.02;
 const STANDS: usize = 8;
-const WATCHERS: usize = 200;
+/// With the one that each trial has, as many as may watch.
+const WATCHERS: u8 = 199;
+/// From one address alone not so many may.
+const FROM_ONE_ADDRESS: u8 = 70;
+/// A bridge has let go of the clients of a trial before, and lets new ones in.
+const NEVER: Duration = Duration::from_secs(60);
 /// Growth of a bridge's own memory over all trials that is none, kB.
 const LITTLE: f64 = 8192.0;
 
@@ -185,7 +191,8 @@ async fn alone(mut stand: Stand, fault: Fault, share: usize, delays: Vec<f64>) -
 async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Option<f64>, String> {
     let mut driver = stand.driver().await;
     let mut other = stand.watcher().await;
-    let crowd = crowd(stand, fault).await;
+    // They go at its end, however it ends.
+    let _crowd = crowd(stand, fault).await;
     turn(&mut driver, delay).await;
     let report = prepare(stand, fault, &mut driver, &mut other).await;
     if !stand.robot.moves().await {
@@ -228,7 +235,6 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     if stand.robot.moves().await {
         return Err("it goes on by itself".into());
     }
-    crowd.iter().for_each(JoinHandle::abort);
     if matches!(fault, Fault::DiskFull | Fault::ClockStepped) {
         stand.kill_bridge(report).await?;
     }
@@ -262,21 +268,21 @@ async fn prepare(stand: &mut Stand, fault: Fault, driver: &mut Client, other: &m
     report
 }
 
-/// Those who watch beside it, as long as the trial lasts.
-async fn crowd(stand: &Stand, fault: Fault) -> Vec<JoinHandle<()>> {
+/// Those who watch beside it, until they are dropped.
+async fn crowd(stand: &Stand, fault: Fault) -> JoinSet<()> {
     let address = stand.bridge().address;
-    let mut crowd = Vec::new();
+    let mut crowd = JoinSet::new();
     match fault {
         Fault::SlowWatcher => {
             let mut slow = Client::connect_narrow(address, 2048).await;
             slow.enter(None).await;
             // About 100 bytes each.
-            crowd.push(tokio::spawn(watch(slow, Duration::from_millis(100))));
+            crowd.spawn(watch(slow, Duration::from_millis(100)));
         }
         Fault::Watchers200 => {
-            for _ in 0..WATCHERS {
-                let watcher = stand.watcher().await;
-                crowd.push(tokio::spawn(watch(watcher, Duration::ZERO)));
+            for number in 0..WATCHERS {
+                let watcher = watcher_from(address, 2 + number / FROM_ONE_ADDRESS).await;
+                crowd.spawn(watch(watcher, Duration::ZERO));
             }
         }
         _ => (),
@@ -284,12 +290,31 @@ async fn crowd(stand: &Stand, fault: Fault) -> Vec<JoinHandle<()>> {
     crowd
 }
 
+/// A watcher of `127.0.0.LAST`, as soon as there is a place for it.
+async fn watcher_from(address: SocketAddr, last: u8) -> Client {
+    let until = Instant::now() + NEVER;
+    loop {
+        let mut client = Client::connect_from(address, last).await;
+        let hello = client.hello(None);
+        client.say(hello).await;
+        loop {
+            match client.next().await {
+                Came::Message(FromBridge::Welcome(_)) => return client,
+                Came::Message(_) => (),
+                ended if Instant::now() > until => panic!("not let in: {ended:?}"),
+                _ => break,
+            }
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+}
+
 /// Reads on, with pauses.
 async fn watch(mut client: Client, pause: Duration) {
-    let mut said = std::time::Instant::now();
+    let mut said = Instant::now();
     loop {
         if said.elapsed() > Duration::from_secs(1) {
-            said = std::time::Instant::now();
+            said = Instant::now();
             client.say(ToBridge::Heartbeat).await;
         }
         if !matches!(client.next().await, Came::Message(_)) {

@@ -10,6 +10,7 @@
 //! The programs are named by `SLAMLAB_ROUTER` (`router_report`) and `SLAMLAB_STORE`
 //! (`slamlab-storage-report`). Whichever is not named is not there, and its figures are null.
 
+use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -294,8 +295,26 @@ async fn kill_store(
         std::fs::rename(&bucket, &gone).unwrap();
         deaths.bucket.fetch_add(1, Ordering::Relaxed);
         sleep(AWAY).await;
+        // A request that was under way may have made it anew: what it stored stays.
+        merge(&bucket, &gone).unwrap();
         std::fs::rename(&gone, &bucket).unwrap();
     }
+}
+
+/// Moves all of a folder into another one, and takes it away; does nothing where there is none.
+fn merge(from: &Path, into: &Path) -> io::Result<()> {
+    if !from.is_dir() {
+        return Ok(());
+    }
+    for entry in std::fs::read_dir(from)? {
+        let entry = entry?;
+        let there = into.join(entry.file_name());
+        match entry.file_type()?.is_dir() && there.is_dir() {
+            true => merge(&entry.path(), &there)?,
+            false => std::fs::rename(entry.path(), there)?,
+        }
+    }
+    std::fs::remove_dir(from)
 }
 
 /// For so long, and for ever once nothing is torn any more.
