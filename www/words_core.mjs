@@ -27,6 +27,9 @@ const REFUSALS = [
   "core/src/format/calibration.rs", "core/src/format/preset.rs", "core/src/format/point_list.rs", "core/src/format/og_map.rs",
   "core/src/format/ros/mod.rs", "core/src/replay/ros.rs", "core/src/replay/ros/choice.rs", "core/src/replay/ros/clock.rs",
   "core/src/replay/ros/motion.rs", "core/src/replay/ros/scans.rs", "core/src/settings.rs",
+  "core/src/format/ros/fields.rs", "core/src/format/ros/unpack.rs", "core/src/format/floor_plan.rs",
+  "core/src/sim/world/check.rs", "core/src/sim/simulation.rs", "core/src/sim/doors.rs", "core/src/geom/geofence.rs",
+  "core/src/robot/scan.rs", "core/src/estimation/scan_matching/edits.rs", "core/src/wire/recording/error.rs", "core/src/replay.rs", "core/src/lesson.rs",
   "web/src/link.rs", "web/src/setup.rs", "web/src/recording.rs",
 ];
 /** Words that stand in places of these sentences. */

@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use nalgebra::Point2;
 
-use crate::estimation::{DriveFit, EditKind, SavedMap};
+use crate::estimation::{DriveFit, EditKind, SavedMap, ScanMatcher};
 use crate::format::LeftOut;
 use crate::format::carmen::CarmenLog;
 use crate::format::revolution_log::RevolutionLog;
@@ -247,8 +247,9 @@ impl Replay {
             return;
         };
         let pose = self.session.shown_estimate().pose;
-        let loop_closures = self.session.slam().view().loop_closures;
-        truth.take((seconds, pose), loop_closures, || self.own_trajectory());
+        let map = self.session.slam().view().map;
+        let map_version = map.map_or(0, ScanMatcher::grid_version);
+        truth.take((seconds, pose), map_version, || self.own_trajectory());
         self.truth = Some(truth);
     }
 

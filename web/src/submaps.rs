@@ -1,7 +1,7 @@
 //! Submaps and loop closures, for the page.
 
 use serde::{Deserialize, Serialize};
-use slamlab_core::estimation::{ClosureRecord, Join, ScanMatcher, ShownSubmap};
+use slamlab_core::estimation::{ClosureRecord, Join, LoopsClosed, ScanMatcher, ShownSubmap};
 use slamlab_core::format::smap::Smap;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -108,6 +108,7 @@ impl Submaps {
             });
         }
         let records = matcher.closure_records();
+        let loops = matcher.loops_closed();
         Self {
             version: matcher.submaps_version() as f64,
             poses: flat(
@@ -121,7 +122,7 @@ impl Submaps {
             extents: flat(extents),
             removable: matcher.removable(),
             undoable: matcher.undoable_removal(),
-            closures: flat(records.map(|record| closure_row(matcher, record))),
+            closures: flat(records.map(|record| closure_row(matcher, &loops, record))),
             outcomes: matcher.closure_records().map(Into::into).collect(),
         }
     }
@@ -151,7 +152,7 @@ fn row_of(submap: &ShownSubmap<'_>, join: Option<Join>) -> SubmapRow {
     }
 }
 
-fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
+fn closure_row(matcher: &ScanMatcher, loops: &LoopsClosed, record: &ClosureRecord) -> ClosureRow {
     let residual = matcher.residual(record);
     let information = residual.information;
     let proof = record.proof;
@@ -180,5 +181,6 @@ fn closure_row(matcher: &ScanMatcher, record: &ClosureRecord) -> ClosureRow {
         info_yy: information[(1, 1)] as f32,
         info_yt: information[(1, 2)] as f32,
         info_tt: information[(2, 2)] as f32,
+        loop_closed: flag(loops.closes(record)) as f32,
     }
 }

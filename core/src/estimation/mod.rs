@@ -60,9 +60,9 @@ pub use reference::{AbsoluteErrors, absolute_errors, motions_over, revisits};
 pub use relations::{RelationErrors, StampedMotion, relation_errors};
 pub use scan_localisation::ScanLocaliser;
 pub use scan_matching::{
-    ClosureFate, ClosureRecord, Delay, EditError, EditKind, Join, MapLandmark, MapMergeError,
-    MergedMaps, Proof, Pruned, Refusal, RemovalError, Residual, RestoreError, SavedMap,
-    ScanMatcher, ScanMatcherConfig, ScanMatcherError, ShownEdit, ShownSubmap, Start,
+    ClosureFate, ClosureRecord, Delay, EditError, EditKind, Join, LoopsClosed, MapLandmark,
+    MapMergeError, MergedMaps, Proof, Pruned, Refusal, RemovalError, Residual, RestoreError,
+    SavedMap, ScanMatcher, ScanMatcherConfig, ScanMatcherError, ShownEdit, ShownSubmap, Start,
 };
 pub use stamps::PosesByStamp;
 pub use submap::{ClosureConfig, Doubt};

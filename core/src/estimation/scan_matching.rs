@@ -37,6 +37,7 @@ mod keyframes;
 mod landmarks;
 mod local;
 mod loops;
+mod loops_closed;
 mod merging;
 mod motion;
 mod odometry_watch;
@@ -84,6 +85,7 @@ pub use self::config::{ScanMatcherConfig, ScanMatcherError};
 pub use self::edits::{EditError, EditKind, ShownEdit};
 pub use self::going_on::Start;
 pub use self::landmarks::MapLandmark;
+pub use self::loops_closed::LoopsClosed;
 pub use self::merging::{MapMergeError, MergedMaps};
 pub use self::pruning::Pruned;
 pub use self::records::{ClosureFate, ClosureRecord, Delay, Refusal};
@@ -417,7 +419,7 @@ impl ScanMatcher {
         &self.graph
     }
 
-    /// Number of loop closures found.
+    /// Number of loops that are closed, see [`LoopsClosed`].
     #[must_use]
     pub fn loop_closures(&self) -> usize {
         self.closures

@@ -4,8 +4,8 @@
 //! they have frames of their own, so the rigid motion that brings all positions closest is taken
 //! out first (Umeyama 1991 without scale), as `evo_ape --align` does it.
 //!
-//! 1. While a run goes on, its poses as they were believed at each scan are aligned; a loop closure
-//!    has all of them taken anew.
+//! 1. While a run goes on, its poses as they were believed at each scan are aligned; a map that
+//!    was bent has all of them taken anew.
 //! 2. Asked for the errors of the whole, all poses are taken as they are known now.
 
 use super::pose_track::PoseTrack;
@@ -18,8 +18,8 @@ pub(super) struct Truth {
     pub(super) track: PoseTrack,
     /// `map_from_truth`.
     alignment: Alignment,
-    /// Loops that were closed when all poses were taken last.
-    loop_closures: usize,
+    /// Version of the map when all poses were taken last.
+    map_version: u64,
 }
 
 impl Truth {
@@ -27,19 +27,20 @@ impl Truth {
         Self {
             track,
             alignment: Alignment::default(),
-            loop_closures: 0,
+            map_version: 0,
         }
     }
 
-    /// Takes the pose of the scan at a time, s; `whole` gives all poses where loops were closed.
+    /// Takes the pose of the scan at a time, s; `whole` gives all poses where the map was
+    /// bent.
     pub(super) fn take(
         &mut self,
         (seconds, pose): (f64, Pose2),
-        loop_closures: usize,
+        map_version: u64,
         whole: impl FnOnce() -> Vec<(f64, Pose2)>,
     ) {
-        if loop_closures != self.loop_closures {
-            self.loop_closures = loop_closures;
+        if map_version != self.map_version {
+            self.map_version = map_version;
             self.alignment = aligned(&self.track, &whole());
         } else if let Some(truth) = self.track.at(seconds) {
             self.alignment.push(pose.position(), truth.position());

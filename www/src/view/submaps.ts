@@ -21,10 +21,6 @@ const GLIDE_MILLIS = 600;
 const REDRAW_MILLIS = 3000;
 /** How long closures stand out that were accepted just now, wall milliseconds. */
 const FRESH_MILLIS = 2500;
-/** Who was less far away, m, has not come back: what is seen again there was never lost from sight.
-    A pair is no loop if the way between its submaps is that of neighbours: no longer than twice as
-    far as they are apart, and there and back from so far. */
-const LEAST_AWAY = 3;
 /** What moves by less is no news, m. */
 export const LEAST_MOVE = 0.05;
 
@@ -98,7 +94,7 @@ export class Submaps {
     if (renumbered.length > 0) {
       // Others have the names of those that were: nothing glides, and no closure is news.
       this.clear();
-      this.#accepted = new Set(loopsOf(closures, fatesOf(poses, closures, outcomes)).map(([name]) => name));
+      this.#accepted = new Set(loopsOf(closures, fatesOf(closures, outcomes)).map(([name]) => name));
     }
     this.#extents = [...this.#extents, ...extents];
     this.removable = removable;
@@ -107,7 +103,7 @@ export class Submaps {
     for (const length of lengths) this.surfaces.push(surfaces.subarray(at, (at += length)));
     const before = this.#poses;
     const from = this.#placesOf(poses);
-    this.fates = fatesOf(poses, closures, outcomes);
+    this.fates = fatesOf(closures, outcomes);
     this.#markFresh(closures, wall);
     [this.#poses, this.closures, this.outcomes] = [poses, closures, outcomes];
     let moved = 0;
@@ -206,27 +202,11 @@ export class Submaps {
   }
 }
 
-function fatesOf(poses: Float32Array, closures: Float32Array, outcomes: readonly ClosureOutcome[]): Fate[] {
-  const way = wayTo(poses);
+function fatesOf(closures: Float32Array, outcomes: readonly ClosureOutcome[]): Fate[] {
   return outcomes.map((outcome, row) => {
-    if (FATE[outcome] !== "accepted") return FATE[outcome];
-    const at = row * CLOSURE_STRIDE;
-    const [old, next] = [closures[at + CLOSURE.old] ?? 0, closures[at + CLOSURE.new] ?? 0];
-    const [a, b] = [placeOf(poses, old), placeOf(poses, next)];
-    const apart = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    const between = (way[next] ?? NaN) - (way[old] ?? NaN);
-    return between < 2 * apart + 2 * LEAST_AWAY ? "neighbour" : "accepted";
+    const fate = FATE[outcome];
+    return fate === "accepted" && closures[row * CLOSURE_STRIDE + CLOSURE.loopClosed] !== 1 ? "neighbour" : fate;
   });
-}
-
-/** How far it is to the beginning of each submap, along those before it, m. */
-function wayTo(poses: Float32Array): Float64Array {
-  const way = new Float64Array(poses.length / SUBMAP_STRIDE);
-  for (let i = 1; i < way.length; i += 1) {
-    const [from, to] = [placeOf(poses, i - 1), placeOf(poses, i)];
-    way[i] = (way[i - 1] ?? 0) + Math.hypot(to[0] - from[0], to[1] - from[1]);
-  }
-  return way;
 }
 
 /** Names and rows of the closures that are accepted and close a loop. */

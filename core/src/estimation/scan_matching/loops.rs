@@ -147,7 +147,6 @@ impl ScanMatcher {
             let accepted = ClosureFate::Accepted { edge };
             self.records.decide(candidate.record, accepted);
             self.newest.push((edge, *candidate));
-            self.closures += 1;
             self.graph_changed = true;
         }
     }
@@ -165,6 +164,7 @@ impl ScanMatcher {
         if let Some(cov) = self.cov_of_running(origin) {
             self.submap_cov = cov;
         }
+        self.count_loops();
     }
 
     /// Notes how far off the ways were that the newest closures close, before the graph follows
@@ -203,7 +203,6 @@ impl ScanMatcher {
                 break;
             };
             self.graph = without;
-            self.closures -= edges.len();
             if edges == newest {
                 // They may yet be proved better than what speaks against them.
                 for (_, candidate) in std::mem::take(&mut self.newest) {
@@ -247,7 +246,6 @@ impl ScanMatcher {
         }
         for (edge, candidate) in overruled {
             self.graph.remove_edge(edge);
-            self.closures -= 1;
             let why = Delay::Overruled;
             self.records
                 .decide(candidate.record, ClosureFate::Waiting { why });

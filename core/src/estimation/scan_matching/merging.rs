@@ -128,7 +128,7 @@ impl ScanMatcher {
         let compared = other.compared.into_iter();
         self.compared
             .extend(compared.map(|((a, b), doubt)| ((a + first, b + first), doubt)));
-        self.closures = self.records.accepted().count();
+        self.count_loops();
         self.last_closed = first;
         let aside = std::mem::replace(&mut self.grid, other.grid);
         self.grid_version += 1;

@@ -187,7 +187,7 @@ impl ScanMatcher {
                 self.records.take_back(record);
             }
         }
-        self.closures = self.records.accepted().count();
+        self.count_loops();
         // What waited for proof is gone: it is found again.
         let is_closed = |(old, new)| {
             let mut accepted = self.records.accepted();

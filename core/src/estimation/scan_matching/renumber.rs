@@ -101,7 +101,7 @@ impl ScanMatcher {
         self.waiting.keep(&both);
         self.newest.clear();
         self.unrefined.clear();
-        self.closures = self.records.accepted().count();
+        self.count_loops();
         self.indexes = Indexes::default();
     }
 

@@ -1,0 +1,50 @@
+// The inspector where the robot is not simulated in the page: what is clicked tells its numbers in a
+// recording, and of a robot behind a bridge.
+import type { Lab } from './lab.ts';
+import { drop } from './lab.ts';
+import { record } from './recording.ts';
+import { behind, expect } from './robot_behind.ts';
+
+const test = behind(() => ['--source', 'sim:arena,lidar']);
+
+/** Where one of the beams of the last scan hit. */
+const hitOf = (lab: Lab): Promise<[number, number]> =>
+  lab.page.evaluate(() => {
+    const { hit } = (window as unknown as { slamlab: { hit(beam: number): [number, number] } }).slamlab;
+    const hits = Array.from({ length: 400 }, (_, beam) => hit(beam)).filter(([x]) => Number.isFinite(x));
+    return hits[hits.length >> 1] ?? [NaN, NaN];
+  });
+
+/** Steps through what lies at a place of the map until it is of this kind. */
+async function chooseAt(lab: Lab, kind: string, x: number, y: number): Promise<void> {
+  await lab.pointAt(x, y, false);
+  for (let more = 0; more < 9 && (await lab.at(`${kind}-title`).count()) === 0; more += 1) await lab.at('inspect-next').click();
+  await expect(lab.at(`${kind}-title`)).toBeVisible();
+}
+
+/** Robot, cell and beam have numbers; nothing is called true where no truth is known. */
+async function isInspected(lab: Lab): Promise<void> {
+  await lab.at('inspect').click();
+  const { x, y } = await lab.status();
+  await chooseAt(lab, 'robot', x, y);
+  const hit = await hitOf(lab);
+  await chooseAt(lab, 'cell', (x + hit[0]) / 2, (y + hit[1]) / 2);
+  await expect(lab.at('cell-p')).toHaveText(/^[\d.]+ ?%$/);
+  await expect(lab.at('cell-fate')).toHaveText('Free');
+  await chooseAt(lab, 'beam', ...hit);
+  await expect(lab.at('beam-range')).toHaveText(/^[\d.]+ c?m/);
+  await expect(lab.at('inspector')).not.toContainText(/truth|true/i);
+}
+
+test('in a recording', async ({ lab, page }) => {
+  await lab.open();
+  await drop(page, 'laps.log', Buffer.from(record(420).text));
+  await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
+  await isInspected(lab);
+});
+
+test('behind a bridge', async ({ lab, bridge }) => {
+  await lab.open(bridge.url);
+  await lab.watch((s) => s.scans, 'scans come by themselves').toBeGreaterThan(20);
+  await isInspected(lab);
+});
