@@ -21,6 +21,7 @@ interface Seen { readonly n: readonly [number, number]; readonly r: number; read
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { lines } } = brush;
   const least = camera.px(1);
+  const view = camera.visible;
   // A band that is nowhere wider than a line is drawn as one, and all of them at once.
   const thin = STRENGTHS.map((): number[] => []);
   context.fillStyle = context.strokeStyle = palette.css.lines;
@@ -28,9 +29,14 @@ export function draw(brush: Brush): void {
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
     const place = lines[i + LINE.confirmed] ? (lines[i + LINE.matched] ? 0 : 1) : 2;
     const line = seenOf(lines.subarray(i, i + LINE_STRIDE));
+    const [x1, y1] = at(line, line.r, line.t[0]);
+    const [x2, y2] = at(line, line.r, line.t[1]);
     // The variance is convex in t: it is largest at an end.
-    if (SIGMAS * Math.max(...line.t.map(line.sigmaAt)) <= least) {
-      thin[place]?.push(...line.t.flatMap((t) => at(line, line.r, t)));
+    const half = SIGMAS * Math.max(line.sigmaAt(line.t[0]), line.sigmaAt(line.t[1]));
+    const reach = half + 2 * least;
+    if (Math.max(x1, x2) + reach < view.minX || Math.min(x1, x2) - reach > view.maxX || Math.max(y1, y2) + reach < view.minY || Math.min(y1, y2) - reach > view.maxY) continue;
+    if (half <= least) {
+      thin[place]?.push(x1, y1, x2, y2);
       continue;
     }
     context.beginPath();
