@@ -1,5 +1,5 @@
-// The inspector where the robot is not simulated in the page: what is clicked tells its numbers in a
-// recording, and of a robot behind a bridge.
+// The inspector where the robot is not simulated in the page: what is clicked tells its numbers in
+// a recording, and of a robot behind a bridge.
 import type { Lab } from './lab.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';

@@ -142,8 +142,9 @@ test('runs at top speed leave nothing behind', async ({ lab, page }) => {
     await page.keyboard.press('r');
     await lab.watch((s) => s.finished, 'another run begins').toBe(false);
   }
-  // The first run also loads and compiles. What leaks does so in each run; the module's memory grows
-  // once or twice by a step, when a run is set up beside the last one, and is used again after that.
+  // The first run also loads and compiles. What leaks does so in each run; the module's memory
+  // grows once or twice by a step, when a run is set up beside the last one, and is used again
+  // after that.
   const growth = (slope(sizes.slice(1)) * (sizes.length - 1)) / sizes[1]!;
   atMost(`growth of memory over ${sizes.length} runs, ${(simulated / 60).toFixed(0)} simulated minutes, without single steps`, growth, '', 0.05);
   atMost('memory of the page', Math.max(...sizes) / 1e6, 'MB', 500);

@@ -1,5 +1,5 @@
-// A run that went back and takes another way from there: how it went before is not lost, but offered
-// as the link that does it again.
+// A run that went back and takes another way from there: how it went before is not lost, but
+// offered as the link that does it again.
 
 import type { Client } from "./client.js";
 import type { Store } from "./store.js";

@@ -1,9 +1,9 @@
 //! Faults with the real firmware at the other end: how long its motors still get voltage.
 //!
 //! 1. The bridge has to stop the robot within 250 ms, its frame's time on the line apart; where the
-//!    bridge or the line is gone, the firmware alone within 400 ms, its last order's time on a whole
-//!    line apart. Both by the chip's registers and clock. A fault that must not stop it does not,
-//!    and the robot still stops in time when its driver is gone.
+//!    bridge or the line is gone, the firmware alone within 400 ms, its last order's time on a
+//!    whole line apart. Both by the chip's registers and clock. A fault that must not stop it does
+//!    not, and the robot still stops in time when its driver is gone.
 //! 2. After each, the robot must stand until somebody arms it.
 //! 3. All is recorded; what was acknowledged can be read after the disk was full, and after the
 //!    bridge was killed.

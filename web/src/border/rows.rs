@@ -76,7 +76,8 @@ rows! {
     /// was found (m, rad), how far they lie from that now (m, rad, χ²), what was known before
     /// (σ, m and rad), whether it was searched for, overlap and the part that agrees (0 to 1), and
     /// evidence, what is asked for and the best rival's, in submaps; NaN where it was not judged;
-    /// the information Ω of the placement (over m and rad); whether it is accepted and closes a loop.
+    /// the information Ω of the placement (over m and rad); whether it is accepted and closes a
+    /// loop.
     "CLOSURE": ClosureRow of f32 {
         old, new, x, y, heading, off_x, off_y, off_turn, chi2, doubt_shift, doubt_turn, searched,
         overlap, part, evidence, asked, rival, info_xx, info_xy, info_xt, info_yy, info_yt, info_tt,

@@ -9,7 +9,8 @@ import type { Tiles } from "./tiles.js";
 /** So many squares are drawn as a path, and so many lines each time, crisp. Of more, a path would
     cost a hundred milliseconds. */
 const MOST_IN_PATH = 3000;
-/** Squares of so many pixels are drawn three times as fast: 2.5 px where each is one of the device. */
+/** Squares of so many pixels are drawn three times as fast: 2.5 px where each is one of the
+    device. */
 const USUAL_SIDE = 3;
 /** What is painted of lines beyond each side of the view, as a part of it. */
 const SPARE = 0.25;

@@ -27,8 +27,8 @@ impl LoopsClosed {
     }
 
     /// Whether a placement is accepted and closes a loop. It does not where the way between its
-    /// submaps is that of neighbours: no longer than twice as far as they are apart, and there and
-    /// back from [`LEAST_AWAY`].
+    /// submaps is that of neighbours: no longer than twice as far as they are apart, and a few
+    /// metres away and back.
     #[must_use]
     pub fn closes(&self, record: &ClosureRecord) -> bool {
         matches!(record.fate, ClosureFate::Accepted { .. })
