@@ -107,13 +107,6 @@ test('a wall has the line of the world, and what would flip its match', async ({
   expect((await lab.status()).mode, 'a click that drives would end the exploration').toBe(before.mode);
 });
 
-/** Steps through what lies at a place of the map until it is of this kind. */
-async function chooseAt(lab: Lab, kind: string, x: number, y: number): Promise<void> {
-  await lab.pointAt(x, y, false);
-  for (let more = 0; more < 9 && (await inside(lab, ({ thing }) => thing))?.kind !== kind; more += 1) await lab.at('inspect-next').click();
-  await expect(lab.at(`${kind}-title`)).toBeVisible();
-}
-
 test('a beam is held against the walls of the world, with its numbers in both sensor models', async ({ lab, page }) => {
   await looked(lab);
   await lab.at('inspect').click();
@@ -123,7 +116,7 @@ test('a beam is held against the walls of the world, with its numbers in both se
   // it is hit most squarely, for there it is known best.
   const [hit] = hits.filter(([x]) => Math.abs(x - 4.4) < 0.08 || Math.abs(x + 0.6) < 0.08).sort((a, b) => Math.abs(a[1] - y) - Math.abs(b[1] - y));
   if (!hit) throw new Error('no beam hit the wall');
-  await chooseAt(lab, 'beam', ...hit);
+  await lab.inspectAt('beam', ...hit);
   const away = Math.hypot(hit[0] - x, hit[1] - y);
   expect(Math.abs((await figure(lab, 'beam-range')) - away), 'the range').toBeLessThan(0.15);
   expect(Math.abs((await figure(lab, 'beam-expected')) - away), 'and that of the map').toBeLessThan(0.2);
@@ -149,7 +142,7 @@ test('a door that stands open is open by the map, and one in front of which nobo
   await lab.at('inspect').click();
   const doors = await page.evaluate(() => [...(window as unknown as { slamlab: { doors: number[] } }).slamlab.doors]);
   const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN, open] = doors;
-  await chooseAt(lab, 'door', (x1 + x2) / 2, (y1 + y2) / 2);
+  await lab.inspectAt('door', (x1 + x2) / 2, (y1 + y2) / 2);
   await expect(lab.at('door-fate')).toHaveText(open === 1 ? 'Stands open' : 'Stands shut');
   expect(await figure(lab, 'door-width')).toBeCloseTo(Math.hypot(x2 - x1, y2 - y1), 1);
   const [p, sum] = [await figure(lab, 'leaf-open'), await figure(lab, 'leaf-sum')];

@@ -15,23 +15,16 @@ const hitOf = (lab: Lab): Promise<[number, number]> =>
     return hits[hits.length >> 1] ?? [NaN, NaN];
   });
 
-/** Steps through what lies at a place of the map until it is of this kind. */
-async function chooseAt(lab: Lab, kind: string, x: number, y: number): Promise<void> {
-  await lab.pointAt(x, y, false);
-  for (let more = 0; more < 9 && (await lab.at(`${kind}-title`).count()) === 0; more += 1) await lab.at('inspect-next').click();
-  await expect(lab.at(`${kind}-title`)).toBeVisible();
-}
-
 /** Robot, cell and beam have numbers; nothing is called true where no truth is known. */
 async function isInspected(lab: Lab): Promise<void> {
   await lab.at('inspect').click();
   const { x, y } = await lab.status();
-  await chooseAt(lab, 'robot', x, y);
+  await lab.inspectAt('robot', x, y);
   const hit = await hitOf(lab);
-  await chooseAt(lab, 'cell', (x + hit[0]) / 2, (y + hit[1]) / 2);
+  await lab.inspectAt('cell', (x + hit[0]) / 2, (y + hit[1]) / 2);
   await expect(lab.at('cell-p')).toHaveText(/^[\d.]+ ?%$/);
   await expect(lab.at('cell-fate')).toHaveText('Free');
-  await chooseAt(lab, 'beam', ...hit);
+  await lab.inspectAt('beam', ...hit);
   await expect(lab.at('beam-range')).toHaveText(/^[\d.]+ c?m/);
   await expect(lab.at('inspector')).not.toContainText(/truth|true/i);
 }

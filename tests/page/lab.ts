@@ -142,6 +142,13 @@ export class Lab {
     await (typeof words === 'string' ? said.toContain(words) : said.toMatch(words));
   }
 
+  /** Steps through what lies at a place of the map until the inspector shows one of this kind. */
+  async inspectAt(kind: string, x: number, y: number): Promise<void> {
+    await this.pointAt(x, y, false);
+    for (let more = 0; more < 9 && (await this.at(`${kind}-title`).count()) === 0; more += 1) await this.at('inspect-next').click();
+    await expect(this.at(`${kind}-title`)).toBeVisible();
+  }
+
   /** Pauses, and waits until the last frame has come. */
   async pause(): Promise<void> {
     // A run that has ended meanwhile stands still, and cannot be paused.

@@ -115,7 +115,7 @@ pub(crate) async fn report(
     let mut stands = Vec::new();
     let (mut figures, mut holds) = (Map::new(), true);
     // Of bridges that live on from fault to fault: one that is begun anew has more to upload.
-    let mut lives = vec![Vec::new()];
+    let (mut lives, mut life) = (Vec::new(), Vec::new());
     let mut numbers = slamlab_tests::numbers();
     let is_wanted = |(fault, _): &(Fault, f64)| {
         faults.is_empty() || faults.iter().any(|name| *name == format!("{fault:?}"))
@@ -142,17 +142,15 @@ pub(crate) async fn report(
         let most = tally.memory.iter().copied().fold(0.0, f64::max);
         figure["bridge_anonymous_kb"] = json!(most);
         match fault.ends_bridge() {
-            true => lives.push(Vec::new()),
-            false => lives
-                .last_mut()
-                .into_iter()
-                .for_each(|life| life.push(most)),
+            true => lives.push(std::mem::take(&mut life)),
+            false => life.push(most),
         }
         eprintln!("{fault:?}: {figure}");
         figures.insert(format!("{fault:?}"), figure);
     }
     // 200 watchers have their price, which is no growth; they are judged by what is left after
     // them.
+    lives.push(life);
     let grown = |life: &Vec<f64>| Some(life.last()? - life.first()?);
     let is_bounded = lives.iter().filter_map(grown).all(|grown| grown < LITTLE);
     figures.insert("memory_is_bounded".into(), json!(is_bounded));

@@ -9,7 +9,7 @@ import type { Tiles } from "./tiles.js";
 /** So many squares are drawn as a path, and so many lines each time, crisp. Of more, a path would
     cost a hundred milliseconds. */
 const MOST_IN_PATH = 3000;
-/** Squares of so many pixels are drawn three times as fast: 2.5 px where each is one of the
+/** Squares of so many pixels are written without a loop across: 2.5 px where each is one of the
     device. */
 const USUAL_SIDE = 3;
 /** What is painted of lines beyond each side of the view, as a part of it. */
@@ -141,20 +141,19 @@ function setPixels(context: CanvasRenderingContext2D, size: Size, points: Float3
   const [red, green, blue] = rgb(colour);
   const opaque = ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
   pixels.fill(0, topmost * width, bottom * width);
-  const [inWidth, inHeight] = side === USUAL_SIDE ? [width - side + 0.5, height - side + 0.5] : [-1, -1];
   for (let i = 0; i + 1 < points.length; i += 2) {
     const x = points[i] ?? NaN;
     const y = points[i + 1] ?? NaN;
     const left = a * x + c * y + e;
     const top = b * x + d * y + f;
     if (!(left > -side && top > -side && left < width && top < height)) continue;
-    if (left >= 0 && top >= 0 && left < inWidth && top < inHeight) {
-      let at = Math.floor(top + 0.5) * width + Math.floor(left + 0.5);
+    const column = Math.floor(left + 0.5);
+    const row = Math.floor(top + 0.5);
+    if (side === USUAL_SIDE && column >= 0 && row >= 0 && column + side <= width && row + side <= height) {
+      let at = row * width + column;
       for (let rest = side; rest > 0; rest -= 1, at += width) pixels[at] = pixels[at + 1] = pixels[at + 2] = opaque;
       continue;
     }
-    const column = Math.floor(left + 0.5);
-    const row = Math.floor(top + 0.5);
     const from = Math.max(column, 0);
     const to = Math.min(column + side, width);
     const end = Math.min(row + side, height) * width;
