@@ -1,6 +1,7 @@
 // The curves leave the page as tables, and say what they are.
 import { readFile } from 'node:fs/promises';
 import type { Page } from '@playwright/test';
+import { axisEnd } from '../../www/src/ui/axis_end.ts';
 import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
@@ -72,6 +73,23 @@ test('the honesty of the filter is saved with both bounds', async ({ lab, page }
   const status = await lab.status();
   expect([time, nis, high, low]).toEqual([status.time, status.nis, status.nisHigh, status.nisLow]);
   expect(low!).toBeLessThan(high!);
+});
+
+test('a few values far beyond all others do not flatten a curve', () => {
+  const curve = Array.from({ length: 400 }, (_, i) => 1 + Math.sin(i));
+  const spiked = (places: readonly number[], value: number): number[] => curve.map((v, i) => (places.includes(i) ? value : v));
+  const end = Math.max(...curve);
+  expect(axisEnd([curve], 0, 399)).toBe(end);
+  expect(axisEnd([spiked([17], 500)], 0, 399), 'one spike').toBe(end);
+  expect(axisEnd([spiked([17, 18, 200, 399], -500)], 0, 399), 'four of 400, to the other side').toBe(end);
+  expect(axisEnd([curve.map((v, i) => (i === 3 ? 5000 : i === 4 ? 50 : v))], 0, 399), 'one that hides another').toBe(end);
+  expect(axisEnd([spiked([17, 18, 200, 300, 399], 500)], 0, 399), 'five of 400 are not rare').toBe(500);
+  expect(axisEnd([spiked([17], 7)], 0, 399), 'not far beyond').toBe(7);
+  expect(axisEnd([spiked([17], 500)], 10, 60), 'who looks at the spike sees it').toBe(500);
+  expect(axisEnd([spiked([17], 500), curve.map(() => 100)], 0, 399), 'a bound beside it is no spike').toBe(100);
+  expect(axisEnd([curve.map((_, i) => (i === 5 ? 3 : 0))], 0, 399), 'nothing else is there').toBe(3);
+  expect(axisEnd([[null, NaN, undefined, 2]], 0, 3), 'gaps are not values').toBe(2);
+  expect(axisEnd([[]], 0, -1)).toBe(0);
 });
 
 /** Pauses just after a scan: what the page shows is of that scan, as the last row is. */

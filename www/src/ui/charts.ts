@@ -9,6 +9,8 @@ import type { History } from "../history.js";
 import { download, fileName } from "../save.js";
 import type { Topic } from "../store.js";
 import { html, t } from "../words.js";
+import { axisEnd } from "./axis_end.js";
+import { fixed } from "./format.js";
 import { icons } from "./icons.js";
 import { inTurn } from "./in_turn.js";
 import { colourOf, faint } from "./plot_style.js";
@@ -44,6 +46,8 @@ const PLOT_WEIGHT = 3;
 
 /** An axis reaches at least so far: of a curve that is 0 it would be numbered 0, 0, 0. */
 const LEAST_RANGE = 1e-3;
+/** Half the width and the height of a mark where a curve leaves the picture, CSS pixels. */
+const BEYOND = 4;
 
 export abstract class SlamCharts extends SlamPlotted {
   static override styles: CSSResultGroup = css`
@@ -103,7 +107,7 @@ export abstract class SlamCharts extends SlamPlotted {
     return html`${this.curves.map((curve, i) => {
       const { title, meaning } = this.#words(i, curve);
       return html`<figure id="figure-${i}" aria-label=${t`${title} over time`}>
-        <figcaption title=${meaning}><span>${title} ${[{ name: curve.name, colour: curve.colour }, ...curve.beside ?? []].map(({ name, colour }) => name === undefined ? nothing : html`<span class="key"><svg viewBox="0 0 12 4" aria-hidden="true"><path d="M0 2h12" stroke="var(--map-${colour})" stroke-width="2.5"/></svg>${name}</span> `)}${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`}</span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
+        <figcaption title=${meaning}><span>${title} ${[{ name: curve.name, colour: curve.colour }, ...curve.beside ?? []].map(({ name, colour }) => name === undefined ? nothing : html`<span class="key"><svg viewBox="0 0 12 4" aria-hidden="true"><path d="M0 2h12" stroke="var(--map-${colour})" stroke-width="2.5"/></svg>${name}</span> `)}${curve.key === "" ? nothing : html`<span class="key"><i class="band-${i}"></i>${curve.key}</span>`} <span class="key num" id="beyond-${i}" title="The picture ends below a few rare values: this is the farthest of them" data-testid="beyond-${curve.value}"></span></span><span class="num" id="now-${i}" data-testid="${this.names}-${curve.value}"></span></figcaption>
         <div class="plot" id="plot-${i}"></div>
       </figure>`;
     })}
@@ -175,8 +179,8 @@ export abstract class SlamCharts extends SlamPlotted {
     const bands = curve.bounds.length === 2;
     series.splice(1, 0, ...curve.bounds.map(() => ({ stroke: band, width: 1, points: { show: false }, ...(bands ? {} : { fill: band }) })));
     for (const { colour } of curve.beside ?? []) series.push({ stroke: colourOf(host, `map-${colour}`), width: 1.6, points: { show: false } });
-    const range = (_u: uPlot, min: number, max: number): [number, number] => {
-      const most = curve.most ?? Math.max(1.1 * max, curve.isSigned ? -1.1 * min : 0, LEAST_RANGE);
+    const range = (plot: uPlot): [number, number] => {
+      const most = curve.most ?? Math.max(1.1 * axisEnd(plot.data.slice(1), ...seen(plot)), LEAST_RANGE);
       return [curve.isSigned ? -most : 0, most];
     };
     const frame = this.frame(host, "s");
@@ -188,7 +192,7 @@ export abstract class SlamCharts extends SlamPlotted {
       ...(bands ? { bands: [{ series: [1, 2] as [number, number], fill: band }] } : {}),
       cursor: { y: false, sync: { key: "slamlab" }, points: { size: 6 }, drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { range } },
-      hooks: { setCursor: [(plot) => this.#tell(plot, i)] },
+      hooks: { setCursor: [(plot) => this.#tell(plot, i)], draw: [(plot) => this.#tellBeyond(i, markBeyond(plot, line))] },
     };
     return new make(options, columns(this.history.columns, curve), host);
   }
@@ -223,6 +227,12 @@ export abstract class SlamCharts extends SlamPlotted {
     });
   }
 
+  /** How far a curve goes beyond its picture; nothing if it does not. */
+  #tellBeyond(i: number, farthest: number): void {
+    const [curve, target] = [this.curves[i], this.renderRoot.querySelector(`#beyond-${i}`)];
+    if (curve && target) target.textContent = farthest === 0 ? "" : `▲ ${fixed(farthest, curve.digits)} ${curve.unit}`.trim();
+  }
+
   /** The number under the cursor, or else the latest. */
   #tell(plot: uPlot, i: number): void {
     const curve = this.curves[i];
@@ -233,6 +243,37 @@ export abstract class SlamCharts extends SlamPlotted {
     const numbers = shown.map((index) => this.history.columns[index]?.at(at)).filter((value) => value !== undefined && Number.isFinite(value)) as number[];
     target.textContent = numbers.length > 0 ? `${numbers.map((value) => value.toFixed(curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
   }
+}
+
+/** The first and the last sample between the ends of the axis of time. */
+function seen(plot: uPlot): readonly [number, number] {
+  return plot.series[0]?.idxs ?? [0, plot.data[0].length - 1];
+}
+
+/** A mark at the edge wherever a value lies beyond it; returns the farthest of them, 0 where there
+    are none. */
+function markBeyond(plot: uPlot, colour: string): number {
+  let farthest = 0;
+  const { ctx, bbox, data: [times, ...curves] } = plot;
+  const { min = 0, max = 0 } = plot.scales["y"] ?? {};
+  const [first, last] = seen(plot);
+  const size = BEYOND * devicePixelRatio;
+  ctx.fillStyle = colour;
+  for (const curve of curves) {
+    for (let i = first; i <= last; i += 1) {
+      const value = curve[i] ?? 0;
+      if (value <= (max ?? 0) && value >= (min ?? 0)) continue;
+      const x = plot.valToPos(times[i] ?? 0, "x", true);
+      const [edge, inward] = value > 0 ? [bbox.top, size] : [bbox.top + bbox.height, -size];
+      ctx.beginPath();
+      ctx.moveTo(x, edge);
+      ctx.lineTo(x - size, edge + inward);
+      ctx.lineTo(x + size, edge + inward);
+      ctx.fill();
+      if (Math.abs(value) > Math.abs(farthest)) farthest = value;
+    }
+  }
+  return farthest;
 }
 
 function columns(all: readonly number[][], curve: Curve): uPlot.AlignedData {

@@ -22,7 +22,7 @@ export abstract class SlamPlotted extends SlamElement {
   #isOwed = false;
 
   protected static override finalizeStyles(own: CSSResultGroup = []): CSSResultOrNative[] {
-    return super.finalizeStyles([unsafeCSS(plotCss), css`.uplot, .u-wrap { font-family: var(--mono); }`, own]);
+    return super.finalizeStyles([unsafeCSS(plotCss), css`.uplot, .u-wrap { font-family: var(--mono); } .u-wrap .drawn { display: none; }`, own]);
   }
 
   override connectedCallback(): void {
@@ -63,11 +63,34 @@ export abstract class SlamPlotted extends SlamElement {
   protected frame(host: HTMLElement, unit: string): Omit<uPlot.Options, "series"> {
     return {
       width: this.#width, height: this.height, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } },
-      padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: numberAxes(host, unit),
+      padding: [6, 6, 0, 0], scales: { x: { time: false } }, axes: numberAxes(host, unit), plugins: [still()],
     };
   }
 
   get #width(): number {
     return Math.max(this.clientWidth, 100);
   }
+}
+
+/** What is seen of a plot is a bitmap, made when it is drawn: browsers without a graphics card copy
+    every 2D canvas for each picture of the page, whether it changed or not. */
+function still(): uPlot.Plugin {
+  let seen: ImageBitmapRenderingContext | null = null;
+  return { hooks: { draw: ({ ctx: { canvas } }) => {
+    const { width, height } = canvas;
+    seen ??= placeBeside(canvas);
+    const copy = new OffscreenCanvas(width, height);
+    copy.getContext("2d")?.drawImage(canvas, 0, 0);
+    seen?.transferFromImageBitmap(copy.transferToImageBitmap());
+  } } };
+}
+
+/** Where the bitmap of a canvas is seen in its place; null where there are none. */
+function placeBeside(canvas: HTMLCanvasElement): ImageBitmapRenderingContext | null {
+  const place = document.createElement("canvas");
+  const context = place.getContext("bitmaprenderer");
+  if (!context) return null;
+  canvas.classList.add("drawn");
+  canvas.after(place);
+  return context;
 }

@@ -1504,6 +1504,7 @@ export const SAID: Said = {
   "The part that draws with WebGL2": "Část, která kreslí pomocí WebGL2,",
   "The part that opens archives": "Část, která otevírá archivy,",
   "The part that writes drawings": "Část, která zapisuje kresby,",
+  "The picture ends below a few rare values: this is the farthest of them": "Obrázek končí pod několika vzácnými hodnotami: tato je z nich nejvzdálenější",
   "The pieces of its map, for a moment each in a colour of its own, moved into place by up to <b>{0} {1}</b>.": "Kusy jeho mapy, na okamžik každý ve své barvě, se posunuly na své místo, nejvíce o <b>{0} {1}</b>.",
   "The pieces that the map is made of, each with its walls in a tint and its number. Where a loop closes, they move as a whole.": "Kusy, z nichž se mapa skládá, každý se svými stěnami v jednom odstínu a s číslem. Kde se uzavře smyčka, pohnou se vcelku.",
   "The place of this run in the saved map is proved: they are one map from here on": "Místo tohoto běhu v uložené mapě je prokázáno: odteď jsou jednou mapou",

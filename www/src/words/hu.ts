@@ -1504,6 +1504,7 @@ export const SAID: Said = {
   "The part that draws with WebGL2": "A WebGL2-vel rajzoló rész",
   "The part that opens archives": "Az archívumokat megnyitó rész",
   "The part that writes drawings": "A rajzokat író rész",
+  "The picture ends below a few rare values: this is the farthest of them": "A kép néhány ritka érték alatt véget ér: ez közülük a legtávolabbi",
   "The pieces of its map, for a moment each in a colour of its own, moved into place by up to <b>{0} {1}</b>.": "Térképének darabjai, egy pillanatra mindegyik a maga színében, legfeljebb <b>{0} {1}</b> elmozdulással a helyükre kerültek.",
   "The pieces that the map is made of, each with its walls in a tint and its number. Where a loop closes, they move as a whole.": "A térkép darabjai, mindegyik a falaival saját árnyalatban és számmal. Ahol hurok zárul, egészben mozdulnak.",
   "The place of this run in the saved map is proved: they are one map from here on": "Bebizonyosodott a futás helye a mentett térképben: innentől egy térkép",

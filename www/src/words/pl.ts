@@ -1504,6 +1504,7 @@ export const SAID: Said = {
   "The part that draws with WebGL2": "Część rysująca przez WebGL2",
   "The part that opens archives": "Część, która otwiera archiwa,",
   "The part that writes drawings": "Część zapisująca rysunki",
+  "The picture ends below a few rare values: this is the farthest of them": "Obraz kończy się poniżej kilku rzadkich wartości: ta jest z nich najdalsza",
   "The pieces of its map, for a moment each in a colour of its own, moved into place by up to <b>{0} {1}</b>.": "Kawałki jego mapy, przez chwilę każdy w swoim kolorze, przesunęły się na miejsce, najwyżej o <b>{0} {1}</b>.",
   "The pieces that the map is made of, each with its walls in a tint and its number. Where a loop closes, they move as a whole.": "Kawałki, z których składa się mapa, każdy ze ścianami w swoim odcieniu i z numerem. Gdzie zamyka się pętla, przesuwają się w całości.",
   "The place of this run in the saved map is proved: they are one map from here on": "Miejsce tego przebiegu w zapisanej mapie jest dowiedzione: odtąd to jedna mapa",
