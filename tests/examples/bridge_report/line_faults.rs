@@ -86,10 +86,12 @@ impl Fault {
 
     /// Whether each of its trials is a bridge's last.
     fn ends_bridge(self) -> bool {
-        matches!(
-            self,
-            Self::BridgeKilled | Self::DiskFull | Self::ClockStepped
-        )
+        self == Self::BridgeKilled || self.spoils()
+    }
+
+    /// Whether it breaks something around the bridge, which has to go on until it is killed.
+    fn spoils(self) -> bool {
+        matches!(self, Self::DiskFull | Self::ClockStepped)
     }
 }
 
@@ -193,7 +195,7 @@ async fn alone(mut stand: Stand, fault: Fault, share: usize, delays: Vec<f64>) -
         let delay = Duration::from_secs_f64(0.1 + 0.2 * delay);
         let came = trial(&mut stand, fault, delay).await;
         // A bridge that the trial spoilt before it broke off is no bridge for the next.
-        if matches!(fault, Fault::DiskFull | Fault::ClockStepped) && !matches!(came, Ok(Some(_))) {
+        if fault.spoils() && !matches!(came, Ok(Some(_))) {
             tally.failures.extend(stand.kill_bridge(0).await.err());
         }
         match came {
@@ -217,9 +219,9 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     if !stand.robot.moves().await {
         // A machine that kept the driver waiting stopped it; but where something is broken already,
         // that did.
-        return match fault {
-            Fault::DiskFull | Fault::ClockStepped => Err("it does not go on".into()),
-            _ => Ok(None),
+        return match fault.spoils() {
+            true => Err("it does not go on".into()),
+            false => Ok(None),
         };
     }
     let before = stand.robot.ask("facts").await["behind"].as_f64();
@@ -254,7 +256,7 @@ async fn trial(stand: &mut Stand, fault: Fault, delay: Duration) -> Result<Optio
     if stand.robot.moves().await {
         return Err("it goes on by itself".into());
     }
-    if matches!(fault, Fault::DiskFull | Fault::ClockStepped) {
+    if fault.spoils() {
         stand.kill_bridge(report).await?;
     }
     // None: a machine that was too slow had stopped it before the fault.

@@ -16,6 +16,12 @@ export function union(a: Box | null, b: Box): Box {
   return { minX: Math.min(a.minX, b.minX), minY: Math.min(a.minY, b.minY), maxX: Math.max(a.maxX, b.maxX), maxY: Math.max(a.maxY, b.maxY) };
 }
 
+/** Whether the box with these corners, in any order, lies outside of `box`, more than `reach` away
+    along an axis. */
+export function isOutside({ minX, minY, maxX, maxY }: Box, x1: number, y1: number, x2: number, y2: number, reach = 0): boolean {
+  return (x1 < minX - reach && x2 < minX - reach) || (x1 > maxX + reach && x2 > maxX + reach) || (y1 < minY - reach && y2 < minY - reach) || (y1 > maxY + reach && y2 > maxY + reach);
+}
+
 export class Camera {
   /** Map point in the middle of the free part of the canvas, m. */
   x = 0;

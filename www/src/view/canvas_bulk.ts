@@ -1,6 +1,6 @@
 // Thousands of things with a 2D context, be it of a canvas or of a drawing.
 
-import type { Box, Camera } from "./camera.js";
+import { type Box, type Camera, isOutside } from "./camera.js";
 import type { Pen } from "./layers/layer.js";
 import { type Bulk, type Crowd, wholeSide } from "./painter.js";
 import { rgb } from "./palette.js";
@@ -93,7 +93,7 @@ export function drawTiles(context: CanvasRenderingContext2D, camera: Camera, til
   };
   for (const tile of tiles.all()) {
     const [x, y] = [tile.col * side, tile.row * side];
-    if (x > view.maxX || y > view.maxY || x + side < view.minX || y + side < view.minY) continue;
+    if (isOutside(view, x, y, x + side, y + side)) continue;
     const canvas = tiles.canvasOf(tile);
     if (isTurned) {
       context.drawImage(canvas, x, -y - side, side + lap, side + lap);
@@ -235,7 +235,7 @@ function strokeWithin(context: CanvasRenderingContext2D | OffscreenCanvasRenderi
   context.beginPath();
   for (let i = 0; i + 3 < ends.length; i += 4) {
     const [x1 = 0, y1 = 0, x2 = 0, y2 = 0] = [ends[i], ends[i + 1], ends[i + 2], ends[i + 3]];
-    if ((x1 < box.minX && x2 < box.minX) || (x1 > box.maxX && x2 > box.maxX) || (y1 < box.minY && y2 < box.minY) || (y1 > box.maxY && y2 > box.maxY)) continue;
+    if (isOutside(box, x1, y1, x2, y2)) continue;
     context.moveTo(x1, y1);
     context.lineTo(x2, y2);
   }

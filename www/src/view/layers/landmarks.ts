@@ -3,6 +3,7 @@
 // which they lie with 95 % probability; a wall has its band, and its circle stands on its middle.
 
 import { LANDMARK, LANDMARK_STRIDE, type LandmarkName } from "../../protocol/module.js";
+import { isOutside } from "../camera.js";
 import type { PathPencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
 import { ellipseOf } from "./robot.js";
@@ -74,7 +75,7 @@ export function draw(brush: Brush): void {
 
 /** Those in sight. */
 function marksIn({ camera, scene: { landmarks } }: Brush, confirmed: boolean): Mark[] {
-  const { minX, minY, maxX, maxY } = camera.visible;
+  const view = camera.visible;
   const marks: Mark[] = [];
   for (let i = 0; i + LANDMARK_STRIDE <= landmarks.length; i += LANDMARK_STRIDE) {
     const at = (place: number): number => landmarks[i + place] ?? NaN;
@@ -83,7 +84,7 @@ function marksIn({ camera, scene: { landmarks } }: Brush, confirmed: boolean): M
     const ring = Math.min(camera.px(radiusOf(at(LANDMARK.confidence))), WIDEST);
     const ellipse = kind === "wall" ? NO_ELLIPSE : ellipseOf(at(LANDMARK.varX), at(LANDMARK.covXy), at(LANDMARK.varY));
     const reach = Math.max(ring, ellipse.major, at(LANDMARK.radius) || 0) + camera.px(HALF);
-    if (x > minX - reach && x < maxX + reach && y > minY - reach && y < maxY + reach) marks.push({ kind, x, y, ring, radius: at(LANDMARK.radius), ellipse });
+    if (!isOutside(view, x, y, x, y, reach)) marks.push({ kind, x, y, ring, radius: at(LANDMARK.radius), ellipse });
   }
   return marks;
 }

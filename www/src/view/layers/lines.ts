@@ -6,6 +6,7 @@
 // well and opens away from there.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
+import { isOutside } from "../camera.js";
 import type { PathPencil } from "../painter.js";
 import { addSegments, type Brush, stroke } from "./layer.js";
 
@@ -33,8 +34,7 @@ export function draw(brush: Brush): void {
     const [x2, y2] = at(line, line.r, line.t[1]);
     // The variance is convex in t: it is largest at an end.
     const half = SIGMAS * Math.max(line.sigmaAt(line.t[0]), line.sigmaAt(line.t[1]));
-    const reach = half + 2 * least;
-    if (Math.max(x1, x2) + reach < view.minX || Math.min(x1, x2) - reach > view.maxX || Math.max(y1, y2) + reach < view.minY || Math.min(y1, y2) - reach > view.maxY) continue;
+    if (isOutside(view, x1, y1, x2, y2, half + 2 * least)) continue;
     if (half <= least) {
       thin[place]?.push(x1, y1, x2, y2);
       continue;
