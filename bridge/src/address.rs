@@ -114,6 +114,20 @@ pub fn exposure(listening: SocketAddr, is_tls: bool, is_private: bool) -> Option
     }
 }
 
+/// What whoever reaches the router can do; none where only those do whose certificates it asks for.
+#[must_use]
+pub fn exposure_at_router(is_tls: bool) -> &'static str {
+    match is_tls {
+        true => {
+            "open at the router: whoever it lets in may watch and stop the robot; let it ask for certificates of its clients"
+        }
+        false => {
+            "open at the router: whoever reaches it may watch and stop the robot, and whoever listens on the way can read \
+             along (a router at tls/ that asks for certificates of its clients prevents both)"
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

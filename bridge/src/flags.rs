@@ -1,7 +1,7 @@
 //! The command line.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use slamlab_bridge::rights::Name;
@@ -205,13 +205,39 @@ fn role(text: &str) -> Result<Role, String> {
 
 impl ServeFlags {
     /// What the flags say, the file below them, and the defaults.
-    pub(crate) fn complete(self) -> Result<Settings, SettingsError> {
+    pub(crate) fn complete(self) -> anyhow::Result<Settings> {
         let file = self.config.as_deref().map(Settings::read).transpose()?;
         let flags = Settings {
             map: self.map.settings(),
             ..self.settings
         };
-        flags.over(file.unwrap_or_default()).complete()
+        let file = file.unwrap_or_default();
+        flags.over(file.clone()).complete().map_err(|error| {
+            let is_of_file = (file.complete().err())
+                .is_some_and(|of_file| of_file.to_string() == error.to_string());
+            match self.config.filter(|_| is_of_file) {
+                Some(path) => {
+                    let place = place_in(&path, &error);
+                    anyhow::Error::from(error).context(place)
+                }
+                None => error.into(),
+            }
+        })
+    }
+}
+
+/// The file, and the line with the key that an error names.
+fn place_in(path: &Path, error: &SettingsError) -> String {
+    let said = error.to_string();
+    let is_named = |key: &str| said.split([' ', ':', ';', ',']).any(|word| word == key);
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let line = text.lines().position(|line| {
+        let key = line.split_once('=').map(|(key, _)| key.trim());
+        key.is_some_and(is_named)
+    });
+    match line {
+        Some(line) => format!("settings {}, line {}", path.display(), line + 1),
+        None => format!("settings {}", path.display()),
     }
 }
 

@@ -81,6 +81,6 @@ pub use clock::Clock;
 pub use listen::{BindError, bind};
 pub use mapping::{HomeConfig, MapConfig, MapError};
 pub use page::{Page, PageError};
-pub use serve::{Config, RunError, Serving, run, start};
+pub use serve::{Config, RunError, Serving, check, run, start};
 pub use shared::Limits;
 pub use storage::{PART_MIB, StorageConfig, StorageError};

@@ -1,6 +1,6 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ use clap::Parser;
 use slamlab_bridge::announce::{self, Announced, Announcement};
 use slamlab_bridge::record;
 use slamlab_bridge::rights::{Files, Keys};
-use slamlab_bridge::settings::{SourceSettings, Tls};
+use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::Identity;
 use slamlab_bridge::udp;
@@ -56,6 +56,8 @@ fn sentence(error: &anyhow::Error) -> String {
 async fn obey(flags: Flags) -> anyhow::Result<()> {
     let log = tracing_subscriber::fmt()
         .with_writer(std::io::stderr)
+        // A log that goes into a file or a journal has no colours.
+        .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .finish();
     // What Zenoh has to say of itself, the bridge says in its own words.
@@ -95,10 +97,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
     let settings = flags.complete()?;
     let page = Page::choose(settings.page.clone());
     page.check()?;
-    let sources = settings.source.iter().flatten();
-    let sources: Vec<_> = sources
-        .map(SourceSettings::open)
-        .collect::<Result<_, _>>()?;
+    let sources = sources_of(&settings)?;
     let token = match sources.is_empty() {
         true => None,
         false => Some(token_command::owner(&settings)?),
@@ -117,6 +116,11 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
     if token.is_some() {
         let exposure = address::exposure(listening, tls.is_some(), is_private);
         lines.extend(exposure.map(|exposure| format!("{exposure}\n")));
+        let router = settings.zenoh()?.map(|zenoh| zenoh.router);
+        lines.extend(router.map(|router| {
+            let exposure = address::exposure_at_router(router.is_tls);
+            format!("{exposure}\n")
+        }));
     }
     let whole = urls.first().map(|url| {
         let secret = token.as_ref().map(|token| token.reveal());
@@ -164,6 +168,13 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
     Ok(())
 }
 
+fn sources_of(settings: &Settings) -> anyhow::Result<Vec<Box<dyn Source>>> {
+    let sources = settings.source.iter().flatten();
+    Ok(sources
+        .map(SourceSettings::open)
+        .collect::<Result<_, _>>()?)
+}
+
 /// The first line is for programs too; the others are for a person.
 fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<String> {
     let mut lines = vec![];
@@ -209,7 +220,19 @@ fn in_the_network(listening: SocketAddr, is_tls: bool) -> Option<Announced> {
 }
 
 fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
-    print!("{}", toml::to_string(&flags.complete()?)?);
+    let settings = flags.complete()?;
+    if let Tls::Files { cert, key } = settings.tls()? {
+        Identity::load(&cert, &key)?;
+    }
+    slamlab_bridge::check(&Config {
+        sources: sources_of(&settings)?,
+        record: settings.record.clone(),
+        storage: settings.storage()?,
+        map: settings.map()?,
+        zenoh: settings.zenoh()?,
+        ..Config::default()
+    })?;
+    print!("{}", toml::to_string(&settings)?);
     Ok(())
 }
 

@@ -24,6 +24,7 @@ mod serve;
 mod shown;
 
 use std::collections::VecDeque;
+use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -38,12 +39,12 @@ use slamlab_core::live::{HomingConfig, Live, LiveConfig, LiveError};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::settings::{Idle, Scope, SettingError, Settings, Source};
 use slamlab_core::slam::{EarlierMap, Method, SlamError};
-use slamlab_core::wire::message::{BridgeHello, RobotFigures, ZoneBody};
+use slamlab_core::wire::message::{BridgeHello, RobotFigures, Role, ZoneBody};
 use tokio::sync::{oneshot, watch};
 
 use crate::clock::Clock;
 use crate::hub::outbox::Outbox;
-use crate::rights::Name;
+use crate::rights::{Name, Rights};
 use file::MapFile;
 use keeper::Keeper;
 use mapper::Mapper;
@@ -158,7 +159,7 @@ pub enum MapError {
     },
     /// Nobody gave the right by which the robot would go home.
     #[error(
-        "failsafe right {right}: there is no right of that name that is good for driving; make it with `slamlab-bridge token add {right} --role driver`"
+        "failsafe right {right}: there is no right of that name that is good for driving; `slamlab-bridge token list` shows those that there are, `token add NAME --role driver` makes one"
     )]
     NoRight {
         /// Its name.
@@ -171,6 +172,12 @@ pub enum MapError {
         path: PathBuf,
         /// What is wrong with it, and where.
         why: String,
+    },
+    /// Two maps would take each other's place.
+    #[error("map file {}: another bridge keeps its map there; end that one, or name another file", path.display())]
+    Taken {
+        /// The file.
+        path: PathBuf,
     },
     /// It has a geofence, and not the map that that is drawn in.
     #[error("map file {}: there is none, and a geofence beside it; put the map there, or move the geofence away: in another map it means nothing", path.display())]
@@ -203,6 +210,8 @@ pub(crate) struct Ready {
     pub(crate) home: Option<HomeConfig>,
     /// Where the robot may be in the map.
     pub(crate) zones: Vec<ZoneBody>,
+    path: Option<PathBuf>,
+    lock: Option<File>,
 }
 
 /// A bridge's mapping under way.
@@ -214,6 +223,8 @@ pub(crate) struct Mapping {
     /// Maps whose description was handed out: their images are asked for next.
     described: Mutex<VecDeque<(u64, Arc<OccupancyMap>)>>,
     packed: serve::Packed,
+    /// While it is open, no other bridge keeps a map in the same file.
+    _lock: Option<File>,
 }
 
 /// Looks at settings and file.
@@ -266,6 +277,8 @@ pub(crate) fn ready(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<
         save_every: config.save_every,
         home: config.home.clone(),
         zones,
+        path: config.file.clone(),
+        lock: None,
     })
 }
 
@@ -286,11 +299,31 @@ fn check_settings(config: &MapConfig, robot: Option<&RobotFigures>) -> Result<()
 }
 
 impl Ready {
+    /// Takes the file for this bridge alone.
+    ///
+    /// # Errors    [`MapError::Taken`], [`MapError::Io`].
+    pub(crate) fn lock(&mut self) -> Result<(), MapError> {
+        self.lock = self.path.as_deref().map(file::lock).transpose()?;
+        Ok(())
+    }
+
+    /// # Errors    [`MapError::NoRight`]: nobody may drive by the right that the robot goes home by.
+    pub(crate) fn check_rights(&self, rights: &Rights) -> Result<(), MapError> {
+        let right = self.home.as_ref().map(|home| &home.right);
+        let may_drive = |right| rights.role_of(right).is_some_and(Role::may_drive);
+        match right {
+            Some(right) if !may_drive(right) => Err(MapError::NoRight {
+                right: right.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Begins to map what comes into `outbox`.
     ///
     /// # Errors    [`MapError::Thread`].
     pub(crate) fn start(
-        self,
+        mut self,
         hello: BridgeHello,
         outbox: Arc<Outbox>,
         to_hub: ToHub,
@@ -298,6 +331,7 @@ impl Ready {
     ) -> Result<Mapping, MapError> {
         let (sender, shown) = watch::channel(Shown::default());
         let (asked, asks) = sync_channel(MOST_ASKED);
+        let lock = self.lock.take();
         let mapper = Mapper::new(self, outbox, to_hub, clock, sender, asks);
         let thread = std::thread::Builder::new()
             .name("map".into())
@@ -309,6 +343,7 @@ impl Ready {
             thread: Mutex::new(Some(thread)),
             described: Mutex::default(),
             packed: serve::Packed::default(),
+            _lock: lock,
         })
     }
 }

@@ -90,6 +90,16 @@ pub enum RunError {
         /// How many there are.
         count: usize,
     },
+    /// Their readings would be mixed.
+    #[error(
+        "{first} and {second} are two robots, and a bridge has one: start another bridge for the other"
+    )]
+    Robots {
+        /// Name of the one.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
     /// A source got no thread.
     #[error("source {name} cannot start: {source}")]
     Start {
@@ -137,58 +147,91 @@ pub struct Serving {
     server: JoinHandle<()>,
 }
 
-/// Begins to serve on `listener`, on the runtime that this is called in.
-///
-/// # Errors
-/// [`RunError`] if something of `config` cannot be had.
-pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError> {
+/// What can be wrong with a configuration was looked at.
+struct Ready {
+    robot: Option<RobotFigures>,
+    map: Option<mapping::Ready>,
+    zenoh: Option<zenoh::Ready>,
+    #[cfg(feature = "storage")]
+    storage: Option<storage::Ready>,
+}
+
+/// Looks at everything but rights; nothing moves, and nothing is written.
+fn ready(config: &Config) -> Result<Ready, RunError> {
     if let Some(page) = &config.page {
         page.check()?;
     }
-    let profiles: Vec<_> = config
-        .sources
-        .iter()
+    let profiles: Vec<_> = (config.sources.iter())
         .map(|source| source.profile())
         .collect();
+    let mut robots = profiles.iter().filter(|profile| profile.robot.is_some());
+    if let (Some(first), Some(second)) = (robots.next(), robots.next()) {
+        let (first, second) = (first.name.clone(), second.name.clone());
+        return Err(RunError::Robots { first, second });
+    }
     let robot = source::robot_figures(&profiles.iter().collect::<Vec<_>>());
-    // What can be wrong with it is said before anything moves or is written.
-    let map = config.map.as_ref();
-    let map = map.map(|map| mapping::ready(map, robot.as_ref()));
-    let map = map.transpose()?;
+    let record = config.record.as_deref();
+    record.map(Recorder::check).transpose()?;
     #[cfg(not(feature = "storage"))]
-    if let Some(StorageConfig { url, .. }) = config.storage {
+    if let Some(StorageConfig { url, .. }) = &config.storage {
+        let url = url.clone();
         return Err(StorageError::NotBuilt { url }.into());
     }
-    let zenoh = config.zenoh.map(zenoh::ready).transpose()?;
+    #[cfg(feature = "storage")]
+    let storage = config.storage.as_ref();
+    Ok(Ready {
+        map: (config.map.as_ref())
+            .map(|map| mapping::ready(map, robot.as_ref()))
+            .transpose()?,
+        robot,
+        zenoh: config.zenoh.clone().map(zenoh::ready).transpose()?,
+        #[cfg(feature = "storage")]
+        storage: storage
+            .map(|storage| storage::ready(storage, record))
+            .transpose()?,
+    })
+}
+
+/// Looks whether a bridge could serve so, but for its rights and its port. Nothing moves, and
+/// nothing is written.
+///
+/// # Errors
+/// [`RunError`], as from [`start`].
+pub fn check(config: &Config) -> Result<(), RunError> {
+    ready(config).map(drop)
+}
+
+/// Begins to serve on `listener`, on the runtime that this is called in.
+///
+/// # Errors
+/// [`RunError`] if something of `config` cannot be had; then nothing was begun or written.
+pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError> {
+    let ready = ready(&config)?;
+    let (robot, mut map, zenoh) = (ready.robot, ready.map, ready.zenoh);
+    let rights = config.keys.read()?;
+    if let Some(zenoh) = &zenoh {
+        zenoh.check_rights(&rights)?;
+    }
+    if let Some(map) = &mut map {
+        map.check_rights(&rights)?;
+        map.lock()?;
+    }
+    let (rights_sender, rights) = watch::channel(Arc::new(rights));
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
+    let audit = config.audit;
+    let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
+    let audit = audit.transpose()?;
     let record = config.record.as_deref();
     let recorder = record
         .map(|path| Recorder::start(path, config.keep, clock))
         .transpose()?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
     #[cfg(feature = "storage")]
-    let (uploads, uploader) = match &config.storage {
-        Some(storage) => {
-            let folder = record.filter(|path| path.is_dir());
-            let (folder, recorder) = folder.zip(recorder.as_ref()).ok_or_else(|| {
-                let url = storage.url.clone();
-                StorageError::NoFolder { url }
-            })?;
-            let folder = folder.to_owned();
-            let (uploads, task) = storage::start(storage, folder, recorder.current(), hub.clone())?;
-            (Some(uploads), Some(task))
-        }
-        None => (None, None),
-    };
-    let audit = config.audit;
-    let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
-    let audit = audit.transpose()?;
-    let (rights_sender, rights) = watch::channel(Arc::new(config.keys.read()?));
-    if let Some(zenoh) = &zenoh {
-        zenoh.check_rights(&rights.borrow())?;
-    }
+    let (uploads, uploader) = (ready.storage.zip(recorder.as_ref()))
+        .map(|(storage, recorder)| storage.start(recorder.current(), hub.clone()))
+        .unzip();
     let (sender, events) = mpsc::channel(source::MOST_WAITING);
     let sources = start_all(config.sources, &sender)?;
     let about = about(&sources, robot.as_ref(), config.watching);

@@ -216,6 +216,20 @@ pub enum SettingsError {
         /// What is wrong.
         why: &'static str,
     },
+    /// A file or folder without a name.
+    #[error("{key} is empty; expected a path, or leave it out")]
+    EmptyPath {
+        /// Which.
+        key: &'static str,
+    },
+    /// A setting that does nothing is a slip.
+    #[error("{key} does nothing: {why}")]
+    Idle {
+        /// Which.
+        key: &'static str,
+        /// Why.
+        why: &'static str,
+    },
     /// A method that there is not.
     #[error("map method: {0}")]
     MapMethod(#[from] UnknownMethod),
@@ -378,6 +392,14 @@ impl Settings {
                 why,
             })
         })?;
+        self.check_paths()?;
+        if self.private == Some(true) && self.foxglove == Some(true) {
+            let why = "private lets nobody watch without a token, and Foxglove has none";
+            return Err(SettingsError::Idle {
+                key: "foxglove",
+                why,
+            });
+        }
         self.check_recording()?;
         self.storage()?;
         let map = self.map.clone().map(MapSettings::complete).transpose()?;
@@ -398,7 +420,7 @@ impl Settings {
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),
-            ..recording::defaults()
+            ..recording::defaults(self.record.as_deref())
         };
         Ok(Self {
             listen: Some(listen),
@@ -410,6 +432,30 @@ impl Settings {
             zenoh,
             ..self.over(defaults)
         })
+    }
+
+    /// An empty path would be the folder in which the bridge happened to be started.
+    fn check_paths(&self) -> Result<(), SettingsError> {
+        let map = self.map.as_ref().and_then(|map| map.file.as_ref());
+        let zenoh = self.zenoh.as_ref();
+        let all = [
+            ("page", self.page.as_ref()),
+            ("record", self.record.as_ref()),
+            ("audit", self.audit.as_ref()),
+            ("token-file", self.token_file.as_ref()),
+            ("tls-cert", self.tls_cert.as_ref()),
+            ("tls-key", self.tls_key.as_ref()),
+            ("map file", map),
+            ("zenoh ca", zenoh.and_then(|zenoh| zenoh.ca.as_ref())),
+            ("zenoh cert", zenoh.and_then(|zenoh| zenoh.cert.as_ref())),
+            ("zenoh key", zenoh.and_then(|zenoh| zenoh.key.as_ref())),
+        ];
+        let is_empty =
+            |path: Option<&PathBuf>| path.is_some_and(|path| path.as_os_str().is_empty());
+        match all.into_iter().find(|(_, path)| is_empty(*path)) {
+            Some((key, _)) => Err(SettingsError::EmptyPath { key }),
+            None => Ok(()),
+        }
     }
 
     /// Where to listen.

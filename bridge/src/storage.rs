@@ -35,7 +35,7 @@ mod uploader;
 #[cfg(feature = "storage")]
 pub(crate) use serve::routes;
 #[cfg(feature = "storage")]
-pub(crate) use uploader::{Uploads, start};
+pub(crate) use uploader::{Ready, Uploads, ready};
 
 /// Where finished recordings are kept too.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,13 +1,13 @@
 //! `slamlab-bridge token`: the owner's address, and the rights of others.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use anyhow::Context;
 use slamlab_bridge::rights::{Name, RightsFile};
 use slamlab_bridge::settings::{Settings, Tls};
 use slamlab_bridge::tls::Identity;
-use slamlab_bridge::token::{self, Token};
+use slamlab_bridge::token::{self, Token, TokenError};
 use slamlab_bridge::{address, trust};
 use slamlab_core::wire::message::Role;
 use time::OffsetDateTime;
@@ -38,6 +38,8 @@ fn show_owner(flags: TokenFlags) -> anyhow::Result<()> {
 
 fn add(flags: AddFlags) -> anyhow::Result<()> {
     let settings = flags.serve.complete()?;
+    // Beside a file that holds no token, no bridge would look for rights.
+    owner_if_any(&path(&settings)?)?;
     let now = OffsetDateTime::from(SystemTime::now());
     let now = now.replace_nanosecond(0).unwrap_or(now).format(&Rfc3339)?;
     let token = rights(&settings)?.add(flags.name.clone(), flags.role, now.parse()?)?;
@@ -46,8 +48,9 @@ fn add(flags: AddFlags) -> anyhow::Result<()> {
         Role::Driver => "to drive",
         Role::Owner => "to drive, and to take the robot from anybody",
     };
+    let article = if flags.role == Role::Owner { "an" } else { "a" };
     println!(
-        "{} is a {} from now on. The address is shown this once:\n",
+        "{} is {article} {} from now on. The address is shown this once:\n",
         flags.name, flags.role
     );
     show(&token, may, flags.qr, &settings)
@@ -56,7 +59,11 @@ fn add(flags: AddFlags) -> anyhow::Result<()> {
 fn list(settings: &Settings) -> anyhow::Result<()> {
     let rights = rights(settings)?;
     let all = rights.list()?;
-    println!("(the token of {})  owner", path(settings)?.display());
+    let path = path(settings)?;
+    match owner_if_any(&path)? {
+        Some(_) => println!("(the token of {})  owner", path.display()),
+        None => println!("(no owner: there is no {} yet)", path.display()),
+    }
     for listed in all {
         println!("{}  {}  made {}", listed.name, listed.role, listed.made);
     }
@@ -108,6 +115,14 @@ fn picture(url: &str) -> anyhow::Result<String> {
 /// The owner's token; made where there is none.
 pub(crate) fn owner(settings: &Settings) -> anyhow::Result<Token> {
     Ok(Token::load_or_create(&path(settings)?)?)
+}
+
+/// The owner's token; none where there is no such file yet.
+fn owner_if_any(path: &Path) -> Result<Option<Token>, TokenError> {
+    match Token::load(path) {
+        Err(error) if error.is_not_found() => Ok(None),
+        found => found.map(Some),
+    }
 }
 
 /// Where the owner's token is.

@@ -291,3 +291,131 @@ fn a_bridge_does_not_begin_with_rights_that_it_cannot_read() {
         "{error}"
     );
 }
+
+/// A robot whose token lies in the folder.
+fn robot(folder: &TempDir, page: &TempDir, more: &[&str]) -> Command {
+    let token = folder.path().join("token").display().to_string();
+    let serve = ["--port", "0", "--token-file", &token];
+    let source = ["--source", "sim:arena,lidar"];
+    bridge(&[&serve[..], &source[..], more].concat(), page)
+}
+
+#[test]
+fn a_start_that_is_refused_leaves_no_recording_and_no_audit() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let (file, audit) = (at("x.mcap"), at("audit"));
+    let given = ["--record", &file, "--audit", &audit];
+    let home = ["--map", "--on-link-loss", "home", "--failsafe-right", "ann"];
+    let error = fails(robot(&folder, &page(), &[&given[..], &home[..]].concat()));
+    assert!(error.contains("failsafe right ann"), "{error}");
+    let made: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(made.len(), 1, "the token alone: {made:?}");
+}
+
+#[test]
+fn two_robots_are_not_mixed() {
+    let folder = TempDir::new().unwrap();
+    let error = fails(robot(&folder, &page(), &["--source", "sim:office,lidar"]));
+    assert!(
+        error.contains("sim:arena,lidar and sim:office,lidar are two robots"),
+        "{error}"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_map_is_kept_by_one_bridge_at_a_time() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("a.slamlab").display().to_string();
+    let page = page();
+    let with_map = || robot(&folder, &page, &["--map", &file]);
+    let mut first = with_map().spawn().unwrap();
+    first_line(&mut first);
+    let error = fails(with_map());
+    terminate(&first);
+    let ended = first.wait().unwrap().success();
+    assert!(
+        error.contains("another bridge keeps its map there"),
+        "{error}"
+    );
+    assert!(ended);
+    let mut again = with_map().spawn().unwrap();
+    let line = first_line(&mut again);
+    terminate(&again);
+    again.wait().unwrap();
+    assert!(line.contains("http://"), "it is free again: {line}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_port_that_is_not_there_is_logged_once() {
+    let (folder, page) = (TempDir::new().unwrap(), page());
+    let token = folder.path().join("token").display().to_string();
+    let mut command = bridge(&["--port", "0", "--token-file", &token], &page);
+    command.args(["--source", "rp6:/dev/nowhere"]);
+    let mut child = command.spawn().unwrap();
+    let line = BufReader::new(child.stderr.as_mut().unwrap())
+        .lines()
+        .map_while(Result::ok)
+        .find(|line| line.contains("/dev/nowhere"));
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    terminate(&child);
+    let Output { stderr, .. } = child.wait_with_output().unwrap();
+    let rest = String::from_utf8(stderr).unwrap();
+    let line = line.unwrap();
+    assert!(line.contains("WARN"), "no colours in a file: {line:?}");
+    assert!(!rest.contains("/dev/nowhere"), "once: {rest}");
+}
+
+#[test]
+fn config_refuses_what_serve_would_and_says_where_it_stands() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("bridge.toml");
+    for (text, place, words) in [
+        ("record-piece-mib = 0", ", line 1", "record-piece-mib is 0"),
+        (
+            "open = false\n[map]\nfile = \"\"",
+            ", line 3",
+            "map file is empty",
+        ),
+        ("[map]\nset = { a = 1 }", "", "there is no setting"),
+        (
+            "[map]\nset = { \"grid.resolution\" = nan }",
+            "",
+            "grid.resolution",
+        ),
+        (
+            "tls-cert = \"/nowhere\"\ntls-key = \"/nowhere\"",
+            "",
+            "/nowhere",
+        ),
+        (
+            "[[source]]\nname = \"sim:arena\"\nmount = { x = 0.1 }",
+            "",
+            "mount",
+        ),
+    ] {
+        fs::write(&file, text).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+        command.args(["config", "--config"]).arg(&file);
+        let error = fails(command);
+        assert!(error.contains(words), "{text}: {error}");
+        let place = format!("bridge.toml{place}");
+        assert!(place == "bridge.toml" || error.contains(&place), "{error}");
+    }
+}
+
+#[test]
+fn rights_stand_beside_a_file_that_holds_a_token_or_none_yet() {
+    let folder = TempDir::new().unwrap();
+    let said = |output: Output| String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    let none = said(token(&["list"], &folder));
+    assert!(none.contains("no owner"), "{none}");
+    fs::write(folder.path().join("token"), "root:x:0:0\n").unwrap();
+    for arguments in [&["list"][..], &["add", "ann", "--role", "driver"]] {
+        let said = said(token(arguments, &folder));
+        assert!(said.contains("token"), "{said}");
+        assert!(!folder.path().join("rights.toml").exists(), "{said}");
+    }
+}

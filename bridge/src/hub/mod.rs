@@ -14,8 +14,8 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    BridgeHello, DeviceState, FromBridge, Header, Lease, RefusalReason, Right, Role, Severity,
-    ToBridge, ZoneBody, close,
+    BridgeHello, DeviceState, FromBridge, Header, Lease, Notice, RefusalReason, Right, Role,
+    Severity, ToBridge, ZoneBody, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -130,6 +130,8 @@ pub(crate) struct Task {
     mapped: Option<Mapped>,
     /// Whose message is being obeyed.
     asker: Option<ClientId>,
+    /// What each source lacks, as it was logged last.
+    lacking: BTreeMap<u8, String>,
     audit_fault: Option<String>,
     /// As everybody was told last.
     recording_fault: Option<String>,
@@ -161,6 +163,7 @@ impl Task {
             rights,
             mapped: None,
             asker: None,
+            lacking: BTreeMap::new(),
             audit_fault: None,
             recording_fault: None,
             next_report: Duration::ZERO,
@@ -178,9 +181,6 @@ impl Task {
     ) -> Result<Arc<Mapping>, MapError> {
         let right = ready.home.as_ref().map(|home| home.right.clone());
         let role = self.role_by(right.as_ref());
-        if let Some(right) = right.clone().filter(|_| !role.may_drive()) {
-            return Err(MapError::NoRight { right });
-        }
         let outbox = Arc::new(Outbox::default());
         let shown = Right {
             role,
@@ -313,17 +313,26 @@ impl Task {
 
     fn event(&mut self, source: u8, event: SourceEvent) {
         self.metrics.events.add(1);
-        if let SourceEvent::Device {
-            state: DeviceState::Fault,
-            detail,
-            ..
-        } = &event
-            && let Some(source) = self.sources.get(usize::from(source))
-        {
-            tracing::warn!("{}: {detail}", source.profile.name);
+        if let SourceEvent::Device { state, detail, .. } = &event {
+            self.log_device(source, *state, detail);
         }
         self.hub.event(self.clock.now(), source, event);
         self.act();
+    }
+
+    /// Logs what a device lacks, once: it is tried again and again.
+    fn log_device(&mut self, source: u8, state: DeviceState, detail: &str) {
+        let is_missing = matches!(state, DeviceState::Waiting | DeviceState::Fault);
+        let Some(running) = self.sources.get(usize::from(source)) else {
+            return;
+        };
+        let (name, told) = (&running.profile.name, self.lacking.get(&source));
+        if is_missing && !detail.is_empty() && told.is_none_or(|told| told != detail) {
+            tracing::warn!("{name}: {detail}");
+            self.lacking.insert(source, detail.to_owned());
+        } else if !is_missing && self.lacking.remove(&source).is_some() {
+            tracing::info!("{name}: it is there");
+        }
     }
 
     fn client(&mut self, from: FromClient) {
@@ -551,7 +560,7 @@ impl Task {
             self.audit_state(state);
         }
         if let FromBridge::Notice(notice) = &message {
-            tracing::info!("{}", notice.text);
+            log_notice(notice);
         }
         if let Some(recorder) = &self.recorder {
             recorder.message(&message, self.clock.now());
@@ -560,7 +569,10 @@ impl Task {
         for guest in self.guests.values() {
             guest.outbox.put(&message);
         }
-        if let Some(mapped) = &self.mapped {
+        // The mapper reads no words, and would only log them again.
+        if let Some(mapped) = &self.mapped
+            && !matches!(*message, FromBridge::Notice(_))
+        {
             mapped.outbox.put(&message);
         }
     }
@@ -591,6 +603,14 @@ impl Task {
                 done.lost
             );
         }
+    }
+}
+
+fn log_notice(Notice { severity, text }: &Notice) {
+    match severity {
+        Severity::Info => tracing::info!("{text}"),
+        Severity::Warning => tracing::warn!("{text}"),
+        Severity::Error => tracing::error!("{text}"),
     }
 }
 

@@ -1,8 +1,8 @@
 //! The file that the map is kept in: read once at the start, and replaced as a whole.
 
-use std::fs;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use slamlab_core::format::known_file::known_file;
 use slamlab_core::format::slamlab::{self, Experiment};
@@ -13,6 +13,29 @@ use crate::replaced_file::{Readers, check, replace, sync_folder};
 
 /// Maps that were moved aside and may have the same name but for a number.
 const MOST_ASIDE: u32 = 10_000;
+
+/// Takes a map's file for one bridge, until what is returned is closed. The map itself is replaced
+/// again and again: what is locked is a file of its own beside it, which stays.
+///
+/// # Errors    [`MapError::Taken`], [`MapError::Io`].
+pub(super) fn lock(path: &Path) -> Result<File, MapError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!(".{name}.lock"));
+    let io = |source| MapError::Io {
+        path: beside.clone(),
+        source,
+    };
+    let file = (OpenOptions::new().create(true).append(true).open(&beside)).map_err(io)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(MapError::Taken {
+            path: path.to_owned(),
+        }),
+        // Some network file systems have no locks.
+        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(file),
+        Err(TryLockError::Error(error)) => Err(io(error)),
+    }
+}
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -29,6 +52,16 @@ impl MapFile {
     pub(super) fn name(&self) -> String {
         let name = self.path.file_name().unwrap_or_default();
         name.to_string_lossy().into_owned()
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where its geofence is kept.
+    pub(super) fn fence(&self) -> PathBuf {
+        fence_file::beside(&self.path)
     }
 
     /// What people call its map.

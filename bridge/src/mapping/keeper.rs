@@ -3,9 +3,10 @@
 //! In: snapshots of the map. Out: the file, or bytes for whoever asked. One job waits at most: a
 //! map that finds the keeper busy is written the next time.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use slamlab_core::estimation::SavedMap;
 use slamlab_core::format::slamlab::{self, Experiment};
@@ -15,6 +16,12 @@ use slamlab_core::wire::message::ZoneBody;
 
 use super::MapError;
 use super::file::MapFile;
+
+/// Between two tries to write a geofence that the disk did not take.
+const TRY_AGAIN: Duration = match cfg!(test) {
+    true => Duration::from_millis(200),
+    false => Duration::from_secs(5),
+};
 
 /// What the keeper is to do.
 enum Job {
@@ -126,7 +133,17 @@ fn lock(kept: &Mutex<Kept>) -> MutexGuard<'_, Kept> {
 }
 
 fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &Mutex<Kept>) {
-    while let Ok(job) = jobs.recv() {
+    // A geofence that is in force, and that the disk has not taken yet.
+    let mut owed = None;
+    loop {
+        let job = match jobs.recv_timeout(TRY_AGAIN) {
+            Ok(job) => job,
+            Err(RecvTimeoutError::Timeout) => match owed.take() {
+                Some(zones) => Job::Fence(zones),
+                None => continue,
+            },
+            Err(RecvTimeoutError::Disconnected) => break,
+        };
         match job {
             Job::Save(map, scans) => {
                 let done = packed(file.title(), settings.to_vec(), map)
@@ -135,7 +152,7 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                 match done {
                     Ok(()) => (kept.scans, kept.fault) = (scans, None),
                     Err(why) => {
-                        let why = format!("{} is not written: {why}", file.name());
+                        let why = format!("{} is not written: {why}", file.path().display());
                         if kept.fault.as_ref() != Some(&why) {
                             tracing::error!("{why}");
                         }
@@ -146,16 +163,16 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
             Job::Fence(zones) => {
                 let why = file.write_fence(&zones).err().map(|error| {
                     format!(
-                        "the geofence beside {} is not written: {error}",
-                        file.name()
+                        "The geofence is in force, and would be gone after a restart: {} is not written: {error}",
+                        file.fence().display()
                     )
                 });
-                if let Some(why) = &why {
-                    tracing::error!("{why}");
-                }
+                owed = why.is_some().then_some(zones);
                 lock(kept).fence_fault = why;
             }
             Job::MoveAside => {
+                // It goes with the map that it was drawn in.
+                owed = None;
                 let moved = file.move_aside();
                 let mut kept = lock(kept);
                 *kept = Kept::default();
@@ -165,7 +182,8 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                     }
                     Ok(None) => (),
                     Err(error) => {
-                        let why = format!("{} cannot be moved aside: {error}", file.name());
+                        let why =
+                            format!("{} cannot be moved aside: {error}", file.path().display());
                         tracing::error!("{why}");
                         kept.fault = Some(why);
                     }
@@ -189,4 +207,40 @@ pub(super) fn packed(
         map,
     };
     slamlab::write(&experiment).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::time::Instant;
+
+    use slamlab_core::wire::message::ZoneUse;
+
+    use super::*;
+
+    #[test]
+    fn a_geofence_that_the_disk_did_not_take_is_written_once_it_does() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let file = MapFile::new(folder.path().join("a.slamlab"));
+        // No file takes the place of a folder that holds something.
+        let fence = file.fence();
+        fs::create_dir_all(fence.join("in the way")).unwrap();
+        let keeper = Keeper::start(file.clone(), vec![], vec![]).unwrap();
+        let corners = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]];
+        let kind = ZoneUse::KeepIn;
+        keeper.fence(vec![ZoneBody { kind, corners }]);
+        let wait = |until: &dyn Fn(&Kept) -> bool| {
+            let begun = Instant::now();
+            while !until(&keeper.kept()) && begun.elapsed() < Duration::from_secs(20) {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            keeper.kept()
+        };
+        let fault = wait(&|kept| kept.fence_fault.is_some()).fence_fault;
+        let fault = fault.unwrap();
+        assert!(fault.contains(fence.to_str().unwrap()), "{fault}");
+        fs::remove_dir_all(&fence).unwrap();
+        assert_eq!(wait(&|kept| kept.fence_fault.is_none()).fence_fault, None);
+        assert_eq!(file.read_fence().unwrap().len(), 1);
+    }
 }

@@ -9,7 +9,8 @@ use slamlab_core::format::map_server::{MapMode, OccupancyMap};
 use slamlab_core::live::{Homing, Live, Note};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::{
-    BridgeHello, Format, FromBridge, Header, MapBody, MappingBody, ToBridge, decode, encode,
+    BridgeHello, Format, FromBridge, Header, MapBody, MappingBody, Severity, ToBridge, decode,
+    encode,
 };
 use tokio::sync::{mpsc, watch};
 
@@ -54,6 +55,8 @@ pub(super) struct Mapper {
     shown: watch::Sender<Shown>,
     asks: Receiver<Asked>,
     keeper: Option<Keeper>,
+    /// As everybody was told last.
+    fence_fault: Option<String>,
     save_every: Duration,
     sequence: u32,
     /// Scans of which pose and map were shown.
@@ -89,6 +92,7 @@ impl Mapper {
             shown,
             asks,
             keeper: ready.keeper,
+            fence_fault: None,
             save_every: ready.save_every,
             sequence: 0,
             posed: 0,
@@ -282,6 +286,15 @@ impl Mapper {
     fn report(&mut self) {
         let session = self.live.session();
         let kept = self.keeper.as_ref().map(Keeper::kept).unwrap_or_default();
+        // Who drew a fence is told, wherever he looks.
+        if kept.fence_fault != self.fence_fault {
+            let (severity, text) = match &kept.fence_fault {
+                Some(why) => (Severity::Error, format!("{why}.")),
+                None => (Severity::Info, "The geofence is kept now.".to_owned()),
+            };
+            self.to_hub.say(FromClient::Notice(severity, text));
+            self.fence_fault.clone_from(&kept.fence_fault);
+        }
         let body = FromBridge::Mapping(MappingBody {
             method: session.slam().method().name().to_owned(),
             scans: session.scans() as u64,

@@ -64,13 +64,14 @@ pub struct Exported {
 /// # Errors    [`ExportError`]; a new file that could not be finished stays as far as it came.
 pub fn export(from: &Path, to: &Path, method: Method) -> Result<Exported, ExportError> {
     let recording = replay::read(from)?;
+    // A method that cannot do it leaves no file behind.
+    let mut export = Export::begin(recording, method)?;
     let file = place::create_file(to.to_owned())?.0;
     let write = |source| ExportError::Write {
         path: to.to_owned(),
         source,
     };
     let mut writer = Writer::new(file, Topic::ALL, true).map_err(write)?;
-    let mut export = Export::begin(recording, method)?;
     while let Some((entries, made, time)) = export.step() {
         writer.write(&entries).map_err(write)?;
         writer.made(&made, time).map_err(write)?;

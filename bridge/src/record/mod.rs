@@ -49,6 +49,7 @@ use crate::source::Order;
 pub use export::{ExportError, Exported, MAP_EVERY, export};
 use pieces::Files;
 pub use pieces::{Keep, MEBIBYTE};
+pub(crate) use place::is_folder;
 use thread::Progress;
 pub(crate) use thread::is_full;
 
@@ -85,6 +86,13 @@ pub struct Recorder {
 }
 
 impl Recorder {
+    /// Whether a recording could begin there; nothing is written.
+    ///
+    /// # Errors    [`RecordError::Exists`].
+    pub fn check(path: &Path) -> Result<(), RecordError> {
+        place::check(path)
+    }
+
     /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time
     /// of day in there, and further ones as `keep` says.
     ///

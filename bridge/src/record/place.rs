@@ -45,6 +45,18 @@ pub(super) fn create(path: &Path, time_of_day: Duration) -> Result<(File, PathBu
     RECORDINGS.create(path, time_of_day)
 }
 
+/// Whether a recording could begin there.
+///
+/// # Errors    [`RecordError::Exists`].
+pub(super) fn check(path: &Path) -> Result<(), RecordError> {
+    match !is_folder(path) && path.exists() {
+        true => Err(RecordError::Exists {
+            path: path.to_owned(),
+        }),
+        false => Ok(()),
+    }
+}
+
 impl Naming {
     /// Opens a new file in a folder, which is made where it is missing, and says its path.
     pub(super) fn create(
@@ -71,7 +83,8 @@ impl Naming {
     }
 }
 
-pub(super) fn is_folder(path: &Path) -> bool {
+/// Whether recordings go into it, each to a file of its own.
+pub(crate) fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', MAIN_SEPARATOR])
 }
 

@@ -79,12 +79,13 @@ impl MapSettings {
 
     pub(super) fn complete(self) -> Result<Self, SettingsError> {
         let config = self.config()?;
+        let low_volts = config.home.as_ref().map(|home| home.when.low_volts);
         Ok(Self {
             method: Some(config.method.name().to_owned()),
-            save_seconds: Some(config.save_every.as_secs()),
+            save_seconds: self.file.as_ref().map(|_| config.save_every.as_secs()),
             on_link_loss: Some(self.on_link_loss.unwrap_or_default()),
             on_low_battery: Some(self.on_low_battery.unwrap_or_default()),
-            low_volts: Some(self.low_volts.unwrap_or(HomingConfig::default().low_volts)),
+            low_volts,
             ..self
         })
     }
@@ -96,6 +97,11 @@ impl MapSettings {
         let default = MapConfig::default();
         let method = self.method.as_deref().map(str::parse::<Method>);
         let save_every = match self.save_seconds {
+            Some(_) if self.file.is_none() => {
+                let why = "the map is kept in no file";
+                let key = "save-seconds";
+                return Err(SettingsError::Idle { key, why });
+            }
             None => default.save_every,
             Some(value @ 1..=LONGEST) => Duration::from_secs(value),
             Some(value) => {
@@ -128,7 +134,15 @@ impl MapSettings {
             ..default
         };
         if !when.on_link_loss && !when.on_low_battery {
-            return Ok(None);
+            let given = [
+                ("failsafe-right", self.failsafe_right.is_some()),
+                ("low-volts", self.low_volts.is_some()),
+            ];
+            let why = "neither on-link-loss nor on-low-battery is home";
+            return match given.into_iter().find(|(_, is_given)| *is_given) {
+                Some((key, _)) => Err(SettingsError::Idle { key, why }),
+                None => Ok(None),
+            };
         }
         let right = self.failsafe_right.clone();
         let right = right.ok_or(SettingsError::NoFailsafeRight)?;

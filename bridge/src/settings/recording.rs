@@ -1,11 +1,11 @@
 //! What the settings say of recordings and audits in folders.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::{Settings, SettingsError};
 use crate::audit;
-use crate::record::{Keep, MEBIBYTE};
+use crate::record::{Keep, MEBIBYTE, is_folder};
 
 /// Greatest figure of a recording: a tebibyte, or two years.
 pub(super) const MOST: u64 = 1024 * 1024;
@@ -13,13 +13,13 @@ pub(super) const MOST: u64 = 1024 * 1024;
 /// MiB of audits that are kept: some hundred thousand lines.
 const AUDIT_BUDGET: u64 = 64;
 
-/// The defaults of these figures.
-pub(super) fn defaults() -> Settings {
-    let keep = Keep::default();
+/// The defaults of these figures; a file that was named is one piece, which grows.
+pub(super) fn defaults(record: Option<&Path>) -> Settings {
+    let keep = record.is_none_or(is_folder).then(Keep::default);
     Settings {
-        record_piece_mib: Some(keep.piece_bytes / MEBIBYTE),
-        record_piece_minutes: Some(keep.piece_age.as_secs() / 60),
-        record_budget_mib: Some(keep.all_bytes / MEBIBYTE),
+        record_piece_mib: keep.map(|keep| keep.piece_bytes / MEBIBYTE),
+        record_piece_minutes: keep.map(|keep| keep.piece_age.as_secs() / 60),
+        record_budget_mib: keep.map(|keep| keep.all_bytes / MEBIBYTE),
         audit_budget_mib: Some(AUDIT_BUDGET),
         ..Settings::default()
     }
@@ -60,6 +60,17 @@ impl Settings {
         for (key, value) in figures {
             if let Some(value) = value.filter(|value| !(1..=MOST).contains(value)) {
                 return Err(SettingsError::Recording { key, value });
+            }
+        }
+        if self
+            .record
+            .as_deref()
+            .is_some_and(|record| !is_folder(record))
+        {
+            let given = figures[..3].iter().find(|(_, value)| value.is_some());
+            if let Some((key, _)) = given {
+                let why = "`record` names a file, which grows as long as the bridge runs; name a folder (a path that ends in /)";
+                return Err(SettingsError::Idle { key, why });
             }
         }
         let keep = self.keep();

@@ -60,11 +60,11 @@ fn whole() -> Settings {
         audit_budget_mib: Some(20),
         private: Some(true),
         allow_host: Some(vec!["robot.example.com".into()]),
-        foxglove: Some(true),
+        foxglove: Some(false),
         rosbridge: Some(true),
         allow_origin: Some(vec!["https://lab.example".into()]),
         token_file: path(),
-        record: path(),
+        record: Some(PathBuf::from("/x/")),
         record_piece_mib: Some(10),
         record_piece_minutes: Some(2),
         record_budget_mib: Some(100),
@@ -276,7 +276,10 @@ fn a_robot_goes_home_only_by_a_right_and_a_map_is_made_by_a_method_that_there_is
     let home = "[map]\non-link-loss = \"home\"";
     assert!(refused(home).contains("failsafe-right"));
     assert!(refused("[map]\nlow-volts = nan").contains("low-volts is NaN; expected 1 to 100"));
-    assert!(refused("[map]\nsave-seconds = 0").contains("save-seconds is 0; expected 1 to"));
+    assert!(
+        refused("[map]\nfile = \"a\"\nsave-seconds = 0")
+            .contains("save-seconds is 0; expected 1 to")
+    );
     let method = refused("[map]\nmethod = \"magic\"");
     assert!(
         method.contains("magic") && method.contains("scan-matching"),
@@ -335,4 +338,31 @@ fn a_router_that_cannot_be_reached_as_asked_is_said_in_words() {
     check(&namespace("/a"), "zenoh ros-namespace");
     check(&namespace("a-b"), "zenoh ros-namespace");
     check(&namespace("floor_1/rp6"), "nothing");
+}
+
+#[test]
+fn paths_without_a_name_and_settings_that_do_nothing_are_refused() {
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
+    for (text, words) in [
+        ("audit = \"\"", "audit is empty"),
+        ("record = \"\"", "record is empty"),
+        ("token-file = \"\"", "token-file is empty"),
+        ("tls-cert = \"\"\ntls-key = \"\"", "tls-cert is empty"),
+        ("[map]\nfile = \"\"", "map file is empty"),
+        ("private = true\nfoxglove = true", "foxglove does nothing"),
+        (
+            "[map]\nfailsafe-right = \"a\"",
+            "failsafe-right does nothing",
+        ),
+        ("[map]\nlow-volts = 6", "low-volts does nothing"),
+        ("[map]\nsave-seconds = 9", "save-seconds does nothing"),
+        (
+            "record = \"/x/a.mcap\"\nrecord-budget-mib = 4000",
+            "record-budget-mib does nothing",
+        ),
+    ] {
+        let error = refused(text);
+        assert!(error.contains(words), "{text}: {error}");
+    }
+    assert!(read("record = \"/x/a.mcap\"").unwrap().complete().is_ok());
 }

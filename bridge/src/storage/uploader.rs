@@ -15,7 +15,7 @@ use super::ledger::{Ledger, piece_of};
 use super::upload::{Fault, upload};
 use super::{StorageConfig, StorageError};
 use crate::hub::FromClient;
-use crate::record::{Current, MEBIBYTE, is_piece};
+use crate::record::{Current, MEBIBYTE, is_folder, is_piece};
 
 /// Between two looks for a finished piece.
 const LOOK: Duration = Duration::from_secs(5);
@@ -62,30 +62,51 @@ impl Uploads {
     }
 }
 
-/// Begins to store what is in the folder of the recording, and what comes.
+/// A store and the folder whose pieces it takes: everything that can be wrong with them was looked at.
+pub(crate) struct Ready {
+    config: StorageConfig,
+    bucket: Bucket,
+    folder: PathBuf,
+}
+
+/// Looks at settings and folder; nothing is asked of the store, and nothing written.
 ///
 /// # Errors    [`StorageError`].
-pub(crate) fn start(
-    config: &StorageConfig,
-    folder: PathBuf,
-    current: Current,
-    hub: mpsc::Sender<FromClient>,
-) -> Result<(Arc<Uploads>, impl Future<Output = ()> + use<>), StorageError> {
+pub(crate) fn ready(config: &StorageConfig, record: Option<&Path>) -> Result<Ready, StorageError> {
     // The store's client takes what the program has; a second start finds it there.
     let _ = tokio_rustls::rustls::crypto::ring::default_provider().install_default();
-    let uploads = Arc::new(Uploads {
+    let folder = record.filter(|path| is_folder(path));
+    let folder = folder.ok_or_else(|| StorageError::NoFolder {
+        url: config.url.clone(),
+    })?;
+    Ok(Ready {
         bucket: Bucket::open(config)?,
-        folder,
-        current,
-        fault: Mutex::default(),
-    });
-    let uploader = Uploader {
-        uploads: Arc::clone(&uploads),
-        part_bytes: config.part_mib * MEBIBYTE,
-        verify: config.verify,
-        hub,
-    };
-    Ok((uploads, uploader.run()))
+        config: config.clone(),
+        folder: folder.to_owned(),
+    })
+}
+
+impl Ready {
+    /// Begins to store what is in the folder of the recording, and what comes.
+    pub(crate) fn start(
+        self,
+        current: Current,
+        hub: mpsc::Sender<FromClient>,
+    ) -> (Arc<Uploads>, impl Future<Output = ()> + use<>) {
+        let uploads = Arc::new(Uploads {
+            bucket: self.bucket,
+            folder: self.folder,
+            current,
+            fault: Mutex::default(),
+        });
+        let uploader = Uploader {
+            uploads: Arc::clone(&uploads),
+            part_bytes: self.config.part_mib * MEBIBYTE,
+            verify: self.config.verify,
+            hub,
+        };
+        (uploads, uploader.run())
+    }
 }
 
 struct Uploader {

@@ -53,9 +53,9 @@ mod router;
 mod streams;
 
 #[cfg(not(feature = "zenoh"))]
-pub(crate) use absent::ready;
+pub(crate) use absent::{Ready, ready};
 pub use config::{Endpoint, EndpointError, RosConfig, ZenohConfig, ZenohError};
 #[cfg(feature = "zenoh")]
 pub(crate) use fleet::{Fleet, routes};
 #[cfg(feature = "zenoh")]
-pub(crate) use link::ready;
+pub(crate) use link::{Ready, ready};

@@ -22,7 +22,7 @@ const FENCE: Readonly<Record<FenceStateName, string>> = {
   within: "The robot is within its geofence.",
   held: "The geofence holds the robot back. It goes wherever that brings it no nearer to the border.",
   outside: "The robot is outside its geofence. Armed, it goes back in, and no other way.",
-  "no-pose": "There is a geofence, and it is not known where the robot is: it stands until it finds itself in the map.",
+  "no-pose": "There is a geofence, and it is not known where the robot is: it does not drive. Push it about by hand until it finds itself in the map, or let an owner lift the geofence.",
 };
 
 export function render(here: Here): TemplateResult {
@@ -35,6 +35,7 @@ export function render(here: Here): TemplateResult {
     <p role=${isFault ? "alert" : "status"} data-testid="geofence">${FENCE[map.fenceState]}</p>
     ${store.fence ? drawing(here, store.fence) : html`<p class="row">
       ${bridge.role === "owner" ? html`<button data-testid="geofence-draw" ?disabled=${!map.place} title="Where the robot may be, corner by corner" @click=${() => begin(here)}>${map.geofence.zones.length > 0 ? "Change the geofence" : "Draw a geofence"}</button>` : nothing}
+      ${bridge.role === "owner" && map.fenceState === "no-pose" ? html`<button data-testid="geofence-lift" title="The robot may drive everywhere then, and so finds itself; draw the geofence again after that" @click=${() => lift(client)}>Lift the geofence</button>` : nothing}
       ${bridge.mayDrive ? html`<button data-testid="bridge-map-reset" title="The map before stays in a file of its own beside the new one, where the bridge keeps one" @click=${() => anew(client)}>Begin the bridge's map anew</button>` : nothing}
     </p>`}`;
 }
@@ -70,7 +71,11 @@ function drawing({ store, client }: Here, fence: FenceDraft): TemplateResult {
 }
 
 function anew(client: Client): void {
-  if (confirm("Begin the bridge's own map anew, from where the robot stands? Its geofence is gone with it.")) client.resetBridgeMap();
+  if (confirm(t("Begin the bridge's own map anew, from where the robot stands? Its geofence is gone with it."))) client.resetBridgeMap();
+}
+
+function lift(client: Client): void {
+  if (confirm(t("Lift the geofence? The robot may drive everywhere then. It is to be drawn again once the robot has found itself."))) client.setGeofence([]);
 }
 
 function areas(count: number): string {

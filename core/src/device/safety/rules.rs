@@ -23,13 +23,27 @@ impl Safety {
         message: &ToBridge,
     ) {
         let id = client.id;
-        let done = match *message {
+        let done = match client.role {
+            role if role.may(message) => self.obey(now, client, sequence, message),
+            // Who drives is not thrown out for that.
+            role if role.may_drive() => Err(RefusalReason::NoRight),
+            _ => return self.out.push(Output::Close(id, close::NO_RIGHT)),
+        };
+        if let Err(reason) = done {
+            self.out.push(Output::Refused(id, reason));
+        }
+    }
+
+    /// What the client may ask for.
+    fn obey(&mut self, now: Duration, client: Client, sequence: u32, message: &ToBridge) -> Done {
+        let id = client.id;
+        match *message {
             // They keep the conversation going, and ask for nothing that could be refused.
             ToBridge::Hello(_) | ToBridge::Heartbeat | ToBridge::Probe { .. } => Ok(()),
-            _ if !client.role.may(message) => {
-                return self.out.push(Output::Close(id, close::NO_RIGHT));
+            ToBridge::Stop | ToBridge::EmergencyStop => {
+                self.stop(now, message);
+                Ok(())
             }
-            ToBridge::Stop | ToBridge::EmergencyStop => return self.stop(now, message),
             ToBridge::Take { force } => self.take(now, client, force),
             ToBridge::Renew { epoch } => self.holder(id, epoch).map(|holder| holder.used = now),
             ToBridge::Release { epoch } => self.release(id, epoch),
@@ -52,9 +66,6 @@ impl Safety {
                 self.out.push(Output::SetGeofence(id));
                 Ok(())
             }
-        };
-        if let Err(reason) = done {
-            self.out.push(Output::Refused(id, reason));
         }
     }
 

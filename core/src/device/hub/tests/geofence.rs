@@ -228,10 +228,11 @@ fn an_owner_sets_it_what_is_none_is_refused_and_a_driver_lifts_it_in_no_way() {
     let watcher = hub.join("watcher".to_owned(), of_role(Role::Watcher));
     let owner = hub.join("owner".to_owned(), of_role(Role::Owner));
     set(&mut hub, 21, owner, square(2.0));
-    for client in [driver, watcher] {
-        let all = set(&mut hub, 22, client, vec![]);
-        assert_eq!(all, [Action::Close(client, close::NO_RIGHT)]);
-    }
+    let all = set(&mut hub, 22, watcher, vec![]);
+    assert_eq!(all, [Action::Close(watcher, close::NO_RIGHT)]);
+    // Who drives goes on doing so.
+    let refused = Action::Send(driver, FromBridge::Refused(RefusalReason::NoRight));
+    assert_eq!(set(&mut hub, 22, driver, vec![]), [refused]);
     // It would go with the map.
     hub.message(at(23), at(23), driver, header(23), ToBridge::ResetMap);
     let fenced = Action::Send(driver, FromBridge::Refused(RefusalReason::Fenced));
