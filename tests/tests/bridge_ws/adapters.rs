@@ -42,6 +42,33 @@ async fn say(socket: &mut WebSocketStream<TcpStream>, said: serde_json::Value) {
     socket.send(Message::text(said.to_string())).await.unwrap();
 }
 
+async fn call(
+    socket: &mut WebSocketStream<TcpStream>,
+    service: &str,
+    args: serde_json::Value,
+) -> serde_json::Value {
+    let call = json!({ "op": "call_service", "service": service, "args": args });
+    say(socket, call).await;
+    until(socket, |said| said["op"] == "service_response").await
+}
+
+/// The first message from now on of which this holds.
+async fn until(
+    socket: &mut WebSocketStream<TcpStream>,
+    is: impl Fn(&serde_json::Value) -> bool,
+) -> serde_json::Value {
+    loop {
+        let came = timeout(NEVER, socket.next()).await.unwrap();
+        let Message::Text(text) = came.unwrap().unwrap() else {
+            continue;
+        };
+        let said = serde_json::from_str(&text).unwrap();
+        if is(&said) {
+            return said;
+        }
+    }
+}
+
 /// Reads to the end: code and reason of the close.
 async fn end(socket: &mut WebSocketStream<TcpStream>) -> (u16, String) {
     loop {
@@ -143,6 +170,29 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         say(&mut liar, enter).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         assert_eq!(metric(&bridge, "intruders_total").await, 1);
+        bridge.stop().await;
+    });
+}
+
+/// By topic alone, two parts of a program that had subscribed each by its own `id` silenced each
+/// other.
+#[test]
+fn a_subscription_outlives_another_of_the_same_topic() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            ..with_robot().0
+        })
+        .await;
+        let mut socket = socket(&bridge, "/rosbridge").await;
+        let of = |op: &str, id: &str| json!({ "op": op, "topic": "/odom", "id": id });
+        say(&mut socket, of("subscribe", "subscribe:/odom:1")).await;
+        say(&mut socket, of("subscribe", "subscribe:/odom:2")).await;
+        say(&mut socket, of("unsubscribe", "subscribe:/odom:2")).await;
+        // What was sent before the bridge heard that does not count.
+        call(&mut socket, "/slamlab/challenge", json!({})).await;
+        until(&mut socket, |said| said["topic"] == "/odom").await;
+        drop(socket);
         bridge.stop().await;
     });
 }
