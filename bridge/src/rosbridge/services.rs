@@ -116,16 +116,19 @@ impl Peer<'_> {
         }
     }
 
-    /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one.
+    /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one. Where
+    /// nothing is there to be compared, nothing was tried.
     async fn enter(&mut self, args: &Value) -> Result<Outcome, End> {
-        let shown = argument(args, "proof")
-            .and_then(Value::as_str)
-            .and_then(hexadecimal::read);
-        let challenge = self.services.challenge.take();
-        let (Some(shown), Some(challenge)) = (shown, challenge) else {
-            return Err(Some(close::ACCESS));
+        let Some(shown) = argument(args, "proof").and_then(Value::as_str) else {
+            return Ok((false, json!("proof is missing, or no text")));
         };
-        let Some(granted) = self.shared.proved(&challenge, &shown) else {
+        let Some(challenge) = self.services.challenge.take() else {
+            let why = "ask for /slamlab/challenge first: each is worth one proof";
+            return Ok((false, json!(why)));
+        };
+        let shown = hexadecimal::read(shown);
+        let granted = shown.and_then(|shown| self.shared.proved(&challenge, &shown));
+        let Some(granted) = granted else {
             return Err(Some(close::ACCESS));
         };
         let values = json!({ "role": granted.right.role, "name": granted.right.name });

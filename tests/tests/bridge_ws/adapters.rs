@@ -153,9 +153,10 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         assert_eq!(code, close::ACCESS);
         assert!(reason.contains("proof"), "{reason}");
 
+        let enter = json!({ "op": "call_service", "service": "/slamlab/enter",
+            "args": { "proof": "00".repeat(32) } });
         let mut liar = socket(&bridge, "/rosbridge").await;
-        let enter =
-            json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
+        call(&mut liar, "/slamlab/challenge", json!({})).await;
         say(&mut liar, enter.clone()).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         bridge.stop().await;
@@ -167,9 +168,39 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         })
         .await;
         let mut liar = socket(&bridge, "/rosbridge").await;
+        call(&mut liar, "/slamlab/challenge", json!({})).await;
         say(&mut liar, enter).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         assert_eq!(metric(&bridge, "intruders_total").await, 1);
+        bridge.stop().await;
+    });
+}
+
+/// It ended the connection, as if somebody had tried a proof that is wrong.
+#[test]
+fn who_enters_without_challenge_or_proof_is_told_what_is_missing() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            ..with_robot().0
+        })
+        .await;
+        let mut socket = socket(&bridge, "/rosbridge").await;
+        let proof = json!({ "proof": "00".repeat(32) });
+        let without = call(&mut socket, "/slamlab/enter", proof).await;
+        assert_eq!(without["result"], false);
+        assert!(without["values"].to_string().contains("challenge"));
+        call(&mut socket, "/slamlab/challenge", json!({})).await;
+        for args in [json!({}), json!({ "proof": 7 }), json!([])] {
+            let without = call(&mut socket, "/slamlab/enter", args).await;
+            assert_eq!(without["result"], false);
+            assert!(without["values"].to_string().contains("proof"));
+        }
+        // The challenge stands: it is worth one proof, and none was shown.
+        let enter = json!({ "op": "call_service", "service": "/slamlab/enter",
+            "args": { "proof": "no figures" } });
+        say(&mut socket, enter).await;
+        assert_eq!(end(&mut socket).await.0, close::ACCESS);
         bridge.stop().await;
     });
 }
