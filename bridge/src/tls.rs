@@ -87,6 +87,14 @@ pub enum TlsError {
         /// The other.
         missing: PathBuf,
     },
+    /// The certificate beside the bridge's own key is that of another key.
+    #[error("{} is not the certificate of {}: put the right one back, or delete both, and both are made again", cert.display(), key.display())]
+    Foreign {
+        /// The file of the certificate.
+        cert: PathBuf,
+        /// That of the key.
+        key: PathBuf,
+    },
     /// A key that cannot sign.
     #[error("TLS file {}: expected a private key in PEM: {source}", path.display())]
     Key {
@@ -348,6 +356,20 @@ mod tests {
         let [cert, key] = authority::FILES.map(|name| folder.path().join(name));
         let theirs = Identity::load(&cert, &key).unwrap();
         assert!(!theirs.renew().unwrap() && theirs.authority().is_none());
+    }
+
+    /// Phones were told to trust it, and it had signed nothing that the bridge shows.
+    #[test]
+    fn an_authority_that_signs_nothing_here_is_not_offered() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let [own, other] = ["own", "other"].map(|name| folder.path().join(name));
+        Identity::load_or_make(&own).unwrap();
+        Identity::load_or_make(&other).unwrap();
+        let [cert, _] = authority::FILES;
+        fs::copy(other.join(cert), own.join(cert)).unwrap();
+        let error = Identity::load_or_make(&own).unwrap_err();
+        assert!(matches!(error, TlsError::Foreign { .. }), "{error}");
+        assert!(error.to_string().contains("delete both"), "{error}");
     }
 
     #[test]
