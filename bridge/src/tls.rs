@@ -16,9 +16,9 @@
 mod authority;
 mod files;
 mod leaf;
+mod names;
 mod validity;
 
-use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -36,6 +36,7 @@ use crate::secret_file::SecretFileError;
 use authority::Authority;
 use files::Files;
 use leaf::Leaf;
+pub use names::UNNAMED;
 
 /// A certificate with its key. It prints as its fingerprint.
 #[derive(Clone)]
@@ -151,7 +152,7 @@ impl Identity {
     /// # Errors    [`TlsError`]: it cannot be read, made or used.
     pub fn load_or_make(folder: &Path) -> Result<Self, TlsError> {
         let authority = Arc::new(Authority::load_or_make(folder)?);
-        let (leaf, _) = Leaf::load_or_make(folder, &authority, &names(), time_of_day())?;
+        let (leaf, _) = Leaf::load_or_make(folder, &authority, &names::all(), time_of_day())?;
         let certified = of_leaf(folder, &leaf)?;
         let fingerprint = authority.fingerprint();
         let origin = Origin::Own(Own {
@@ -190,7 +191,7 @@ impl Identity {
     ///
     /// # Errors    [`TlsError`]: none can be made; the old one is shown on.
     pub fn renew(&self) -> Result<bool, TlsError> {
-        self.renew_for(&names(), time_of_day())
+        self.renew_for(&names::all(), time_of_day())
     }
 
     fn renew_for(&self, names: &[String], now: Duration) -> Result<bool, TlsError> {
@@ -260,21 +261,6 @@ fn time_of_day() -> Duration {
         .unwrap_or_default()
 }
 
-/// All that a browser on the same network may call this machine by, and the authority may vouch
-/// for.
-fn names() -> Vec<String> {
-    let mut names = vec!["localhost".to_owned()];
-    names.extend(crate::address::host_name().map(|name| format!("{name}.local")));
-    let loopback = [
-        IpAddr::from([127, 0, 0, 1]),
-        IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]),
-    ];
-    let others = crate::address::of_this_machine();
-    names.extend(loopback.into_iter().chain(others).map(|ip| ip.to_string()));
-    names.retain(|name| authority::may_name(name));
-    names
-}
-
 fn fingerprint(cert: &CertificateDer<'_>) -> String {
     let bytes = Sha256::digest(cert);
     let pairs: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
@@ -332,7 +318,7 @@ mod tests {
     fn a_certificate_is_made_anew_before_its_end_and_for_other_names() {
         let folder = tempfile::TempDir::new().unwrap();
         let identity = Identity::load_or_make(folder.path()).unwrap();
-        let (names, now) = (names(), time_of_day());
+        let (names, now) = (names::all(), time_of_day());
         let renewed = |names: &[String], now| identity.renew_for(names, now).unwrap();
         assert!(!renewed(&names, now + 59 * DAY));
         assert!(renewed(&names, now + 61 * DAY));
