@@ -14,18 +14,23 @@ use crate::ending::{End, INTERNAL};
 use crate::hexadecimal;
 use crate::hub::Answer;
 
-/// Behind `/slamlab/`.
-pub(super) const NAMES: [&str; 10] = [
-    "challenge",
-    "enter",
-    "take",
-    "renew",
-    "release",
-    "arm",
-    "stop",
-    "emergency_stop",
-    "reset_emergency_stop",
-    "reset_map",
+/// Of a call without arguments, and of an answer without values.
+const EMPTY: &str = "std_srvs/srv/Empty";
+/// ROS has no type for it.
+const OWN: &str = "";
+
+/// Behind `/slamlab/`, with their types.
+pub(super) const SERVICES: [(&str, &str); 10] = [
+    ("challenge", OWN),
+    ("enter", OWN),
+    ("take", OWN),
+    ("renew", EMPTY),
+    ("release", EMPTY),
+    ("arm", OWN),
+    ("stop", EMPTY),
+    ("emergency_stop", EMPTY),
+    ("reset_emergency_stop", EMPTY),
+    ("reset_map", EMPTY),
 ];
 
 /// How far a client has come.
@@ -140,6 +145,9 @@ impl Peer<'_> {
 fn no_service() -> Outcome {
     (
         false,
-        json!(format!("there are {}", rosapi::services().join(", "))),
+        json!(format!(
+            "there are {}",
+            rosapi::names_of_services().join(", ")
+        )),
     )
 }
