@@ -58,6 +58,43 @@ pub fn urls(listening: SocketAddr, is_tls: bool) -> Vec<String> {
         .collect()
 }
 
+/// Of the page's addresses, the one for a phone: that in the network by which this machine reaches
+/// all others, for a phone is seldom in that of a virtual machine or a container; else the first in
+/// figures, which phones find without multicast DNS; else the last.
+#[must_use]
+pub fn for_a_phone(urls: &[String]) -> Option<&String> {
+    phones_choice(urls, towards_all_others())
+}
+
+fn phones_choice(urls: &[String], own: Option<IpAddr>) -> Option<&String> {
+    let in_figures = |url: &&String| host_in(url).parse::<IpAddr>().ok();
+    let is_own = |url: &&String| own.is_some() && in_figures(url) == own;
+    let first = || urls.iter().find(|url| in_figures(url).is_some());
+    urls.iter().find(is_own).or_else(first).or(urls.last())
+}
+
+/// The host in one of these addresses, without brackets.
+pub(crate) fn host_in(url: &str) -> &str {
+    let authority = url.split("://").nth(1).unwrap_or(url);
+    let authority = authority.split('/').next().unwrap_or_default();
+    let host = match authority.rsplit_once(':') {
+        Some((_, rest)) if rest.ends_with(']') => authority,
+        Some((host, _)) => host,
+        None => authority,
+    };
+    host.trim_matches(['[', ']'])
+}
+
+/// The machine's own address on the default route. Nothing is sent: a UDP socket that is connected
+/// only learns from where it would.
+fn towards_all_others() -> Option<IpAddr> {
+    // Addresses for documentation (RFC 5737): nobody has them, so the default route counts.
+    const ANYBODY: ([u8; 4], u16) = ([203, 0, 113, 1], 9);
+    let socket = std::net::UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
+    socket.connect(SocketAddr::from(ANYBODY)).ok()?;
+    Some(socket.local_addr().ok()?.ip())
+}
+
 /// The page's address for whoever is behind that host: of a machine with several networks, that in
 /// the one by which it reaches the host itself. None where no address of the machine is known.
 pub async fn url_towards(listening: SocketAddr, is_tls: bool, host: (&str, u16)) -> Option<String> {
@@ -159,6 +196,38 @@ mod tests {
         for url in &urls {
             let host = url.trim_start_matches("https://").trim_end_matches('/');
             assert!(crate::host::is_ours(host, &[]), "{host}");
+        }
+    }
+
+    /// It was the highest number: where a container had run, that of its bridge, which no phone
+    /// reaches.
+    #[test]
+    fn a_phone_gets_the_address_on_the_default_route() {
+        let all = ["localhost", "robot.local", "10.0.0.5", "172.17.0.1"];
+        let urls = all.map(|host| format!("https://{host}:8080/"));
+        let chosen = |count: usize, own: Option<&str>| {
+            let own = own.map(|own| own.parse().unwrap());
+            phones_choice(&urls[..count], own).map(|url| host_in(url))
+        };
+        assert_eq!(chosen(4, Some("10.0.0.5")), Some("10.0.0.5"));
+        assert_eq!(chosen(4, Some("172.17.0.1")), Some("172.17.0.1"));
+        assert_eq!(chosen(4, Some("192.0.2.2")), Some("10.0.0.5"));
+        assert_eq!(chosen(4, None), Some("10.0.0.5"));
+        assert_eq!(chosen(2, Some("192.0.2.2")), Some("robot.local"));
+        assert_eq!(chosen(0, None), None);
+        let here = towards_all_others();
+        assert!(here.is_none_or(|ip| ip.is_loopback() || of_this_machine().contains(&ip)));
+    }
+
+    #[test]
+    fn the_host_of_an_address_stands_alone() {
+        for (url, host) in [
+            ("https://[fd00::7]:8080/", "fd00::7"),
+            ("http://10.0.0.5:80/", "10.0.0.5"),
+            ("https://robot.local/", "robot.local"),
+            ("https://[::1]/", "::1"),
+        ] {
+            assert_eq!(host_in(url), host);
         }
     }
 

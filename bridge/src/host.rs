@@ -8,6 +8,10 @@
 
 use std::net::{Ipv4Addr, Ipv6Addr};
 
+/// What a browser leaves out of an origin of that scheme.
+const HTTP_PORT: &str = ":80";
+const HTTPS_PORT: &str = ":443";
+
 /// Whether `authority`, a `Host` header such as `127.0.0.1:8080`, `[::1]` or `robot.local`, is one
 /// of ours, or one that was `allowed` by name. The port is whatever it is.
 ///
@@ -40,7 +44,9 @@ pub fn is_ours(authority: &str, allowed: &[String]) -> bool {
 /// Whether a page of this `Origin` may connect to a server that was called by this `Host`: the page
 /// that the server itself sent, or one that was allowed by name. Without an origin it is no
 /// browser, and no page can have made it connect. A server that speaks TLS sent no page by `http`;
-/// one that does not may stand behind another that does.
+/// one that does not may stand behind another that does. Letters count the same in both cases, and
+/// the scheme's own port the same as none: a browser leaves it out of `Origin`, and others write
+/// `Host` as it was typed.
 #[must_use]
 pub fn is_allowed_origin(
     origin: Option<&str>,
@@ -51,9 +57,18 @@ pub fn is_allowed_origin(
     let Some(origin) = origin else {
         return true;
     };
-    let plain = origin.strip_prefix("http://").filter(|_| !is_tls);
-    let own = plain.or(origin.strip_prefix("https://"));
-    own.is_some() && own == host || allowed.iter().any(|allowed| allowed == origin)
+    let plain = origin.strip_prefix("http://").map(|own| (own, HTTP_PORT));
+    let secure = origin.strip_prefix("https://").map(|own| (own, HTTPS_PORT));
+    let own = plain.filter(|_| !is_tls).or(secure);
+    own.zip(host)
+        .is_some_and(|((own, port), host)| is_same(own, host, port))
+        || allowed.iter().any(|allowed| allowed == origin)
+}
+
+/// Whether two authorities name the same where the scheme has this port.
+fn is_same(one: &str, other: &str, port: &str) -> bool {
+    let [one, other] = [one, other].map(|name| name.strip_suffix(port).unwrap_or(name));
+    !one.is_empty() && one.eq_ignore_ascii_case(other)
 }
 
 /// Whether a browser can write this as an `Origin`; one that it cannot would never let anybody in.
@@ -94,7 +109,9 @@ pub fn check_origin(origin: &str) -> Result<(), &'static str> {
     }
     let port = authority.get(host.len()..).unwrap_or_default();
     match (scheme, port) {
-        ("http", ":80") | ("https", ":443") => Err("browsers leave the scheme's own port out"),
+        ("http", HTTP_PORT) | ("https", HTTPS_PORT) => {
+            Err("browsers leave the scheme's own port out")
+        }
         _ => Ok(()),
     }
 }
@@ -208,6 +225,24 @@ mod tests {
         }
         check(Some("http://robot.local:8080"), None, false);
         check(Some("https://robot.local:8080"), host, true);
+    }
+
+    /// A script that wrote the name in upper case got the page, and then no way to the robot.
+    #[test]
+    fn letters_in_both_cases_and_the_schemes_own_port_name_the_same() {
+        let check = |origin, host, expect| {
+            let is_allowed = is_allowed_origin(Some(origin), Some(host), false, &[]);
+            assert_eq!(is_allowed, expect, "{origin} {host}");
+        };
+        check("http://robot.local:8080", "ROBOT.Local:8080", true);
+        check("http://robot.local", "robot.local:80", true);
+        check("https://robot.local", "ROBOT.LOCAL:443", true);
+        check("https://[fd00::7]", "[FD00::7]:443", true);
+        // The port of the other scheme is one like any other.
+        check("https://robot.local", "robot.local:80", false);
+        check("http://robot.local", "robot.local:443", false);
+        check("http://robot.local:8080", "robot.local:80", false);
+        check("http://", ":80", false);
     }
 
     #[test]

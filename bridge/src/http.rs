@@ -251,10 +251,38 @@ fn is_for_us(request: &Request, hosts: &[String]) -> bool {
     named.next().is_none() && header.is_some_and(is_ours) && target.is_none_or(is_ours)
 }
 
+/// What is not there is told in a sentence; who has one of its own knows better what is missing.
 fn explain(response: Response, path: &str) -> Response {
-    if response.status() != StatusCode::NOT_FOUND {
+    let has_sentence = response.headers().contains_key(header::CONTENT_TYPE);
+    if response.status() != StatusCode::NOT_FOUND || has_sentence {
         return response;
     }
     let why = format!("There is no {path} in this page.\n");
     (StatusCode::NOT_FOUND, why).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    async fn said(response: Response) -> String {
+        let explained = explain(response, "/fleet/stop/none");
+        assert_eq!(explained.status(), StatusCode::NOT_FOUND);
+        let body = axum::body::to_bytes(explained.into_body(), 1000).await;
+        String::from_utf8(body.unwrap().to_vec()).unwrap()
+    }
+
+    /// Who stopped a robot that is not there was told of a page.
+    #[tokio::test]
+    async fn an_own_sentence_of_what_is_missing_is_not_replaced() {
+        const OWN: &str = "No robot at the router is called none.\n";
+        assert_eq!(
+            said((StatusCode::NOT_FOUND, OWN).into_response()).await,
+            OWN
+        );
+        assert_eq!(
+            said(StatusCode::NOT_FOUND.into_response()).await,
+            "There is no /fleet/stop/none in this page.\n"
+        );
+    }
 }

@@ -12,7 +12,7 @@ use slamlab_bridge::record;
 use slamlab_bridge::rights::{Files, Keys};
 use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
-use slamlab_bridge::tls::Identity;
+use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
 #[cfg(feature = "zenoh")]
@@ -111,6 +111,10 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
     let stop = stop_signal();
     let listening = listener.local_addr()?;
     let urls = address::urls(listening, tls.is_some());
+    let urls = match &tls {
+        Some(identity) => identity.named(urls),
+        None => urls,
+    };
     let is_private = settings.private == Some(true);
     let mut lines = lines_for(&urls, tls.as_ref(), token.is_some());
     if token.is_some() {
@@ -133,6 +137,16 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
             rights: token_command::rights(&settings)?,
         }),
     };
+    let hosts = settings.allow_host.clone().unwrap_or_default();
+    let lacking = tls.as_ref().map(|identity| identity.lacking(&hosts));
+    let lacking = lacking.unwrap_or_default();
+    if !lacking.is_empty() {
+        tracing::warn!(
+            "the bridge's own certificate does not name {}, so that browsers refuse what --allow-host lets in: --tls-cert \
+             and --tls-key take one that does",
+            lacking.join(", ")
+        );
+    }
     let (is_tls, keep, audit) = (tls.is_some(), settings.keep(), settings.audit());
     let map = settings.map()?;
     let (storage, zenoh) = (settings.storage()?, settings.zenoh()?);
@@ -142,7 +156,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         keys,
         watching: is_private.then_some(Watching::Token),
         origins: settings.allow_origin.unwrap_or_default(),
-        hosts: settings.allow_host.unwrap_or_default(),
+        hosts,
         foxglove: settings.foxglove == Some(true),
         rosbridge: settings.rosbridge == Some(true),
         tls,
@@ -184,9 +198,12 @@ fn lines_for(urls: &[String], tls: Option<&Identity>, has_token: bool) -> Vec<St
             _ => format!("  from elsewhere: {url}\n"),
         });
     }
+    if urls.is_empty() {
+        lines.push(format!("slamlab serves, but {UNNAMED} (Ctrl+C stops it)\n"));
+    }
     lines.extend(tls.map(|tls| {
         let fingerprint = tls.fingerprint();
-        match (tls.authority(), urls.last()) {
+        match (tls.authority(), address::for_a_phone(urls)) {
             (Some(_), Some(url)) => format!(
                 "{} explains how a phone comes to trust it; the SHA-256 fingerprint there must be {fingerprint}\n",
                 trust::address(url, "").trim_end_matches("#sha256=")

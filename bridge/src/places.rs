@@ -168,7 +168,7 @@ impl Drop for Place {
 
 /// One household has 2^64 addresses of IPv6: the first half counts. An IPv4 address that is written
 /// as IPv6 counts as what it is.
-fn network(address: IpAddr) -> IpAddr {
+pub(crate) fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(ip) => IpAddr::from((ip.to_bits() >> 64 << 64).to_be_bytes()),
         ipv4 => ipv4,

@@ -2,34 +2,58 @@
 
 use std::time::Duration;
 
-/// Fills by `rate` a second, and holds twice that.
+/// Fills by `rate` a second, and holds `most`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bucket {
     rate: f64,
+    most: f64,
     level: f64,
     filled: Duration,
 }
 
 impl Bucket {
+    /// So often a second, and twice as often at once.
     pub(crate) fn new(rate: u32, now: Duration) -> Self {
         let rate = f64::from(rate);
+        Self::full(rate, 2.0 * rate, now)
+    }
+
+    /// So often a minute, and as often at once.
+    #[cfg(feature = "storage")]
+    pub(crate) fn a_minute(rate: u32, now: Duration) -> Self {
+        let rate = f64::from(rate);
+        Self::full(rate / 60.0, rate, now)
+    }
+
+    fn full(rate: f64, most: f64, now: Duration) -> Self {
         Self {
             rate,
-            level: 2.0 * rate,
+            most,
+            level: most,
             filled: now,
         }
     }
 
+    /// Whether nothing of it is taken.
+    #[cfg(feature = "storage")]
+    pub(crate) fn is_full(&self, now: Duration) -> bool {
+        self.at(now) >= self.most
+    }
+
     /// Whether it may happen once more.
     pub(crate) fn take(&mut self, now: Duration) -> bool {
-        let passed = now.saturating_sub(self.filled).as_secs_f64();
+        self.level = self.at(now);
         self.filled = now;
-        self.level = (self.level + self.rate * passed).min(2.0 * self.rate);
         let is_left = self.level >= 1.0;
         if is_left {
             self.level -= 1.0;
         }
         is_left
+    }
+
+    fn at(&self, now: Duration) -> f64 {
+        let passed = now.saturating_sub(self.filled).as_secs_f64();
+        (self.level + self.rate * passed).min(self.most)
     }
 }
 

@@ -13,7 +13,8 @@
 //!    and not before, the piece counts as stored.
 //! 3. What goes wrong is said once to everybody, with what and where, and tried again after a
 //!    while that grows. Recording and robot never wait for it.
-//! 4. Pieces here and there are listed and handed out over HTTP (`serve`).
+//! 4. Pieces here and there are listed and handed out over HTTP (`serve`), and the store is asked
+//!    no more of that than it should be (`listing`, `fetches`).
 //!
 //! The recording's budget is what counts: a piece that goes before it was stored is gone, which is
 //! said. Only compiled with the feature `storage`: what speaks HTTP and its signatures is as large
@@ -24,7 +25,11 @@ use std::collections::BTreeMap;
 #[cfg(feature = "storage")]
 mod bucket;
 #[cfg(feature = "storage")]
+mod fetches;
+#[cfg(feature = "storage")]
 mod ledger;
+#[cfg(feature = "storage")]
+mod listing;
 #[cfg(feature = "storage")]
 mod serve;
 #[cfg(feature = "storage")]

@@ -10,13 +10,15 @@
 //!    `NAME.local`, and the addresses that it has at the time. It is made anew while the bridge
 //!    runs ([`Identity::renew`]).
 //! 3. All lies beside the token, keys readable by their owner only.
-//! 4. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
+//! 4. A certificate that somebody else made is read again when its files change (`files`).
+//! 5. The provider is `ring`; TLS 1.2 and 1.3, HTTP/1.1.
 
 mod authority;
+mod files;
 mod leaf;
+mod names;
+mod validity;
 
-use std::fs;
-use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -30,9 +32,11 @@ use tokio_rustls::rustls::server::{ClientHello, ResolvesServerCert};
 use tokio_rustls::rustls::sign::CertifiedKey;
 use tokio_rustls::rustls::{self, ServerConfig};
 
-use crate::secret_file::{self, SecretFileError};
+use crate::secret_file::SecretFileError;
 use authority::Authority;
+use files::Files;
 use leaf::Leaf;
+pub use names::UNNAMED;
 
 /// A certificate with its key. It prints as its fingerprint.
 #[derive(Clone)]
@@ -40,12 +44,19 @@ pub struct Identity {
     config: Arc<ServerConfig>,
     shown: Arc<Shown>,
     fingerprint: String,
-    own: Option<Own>,
+    origin: Origin,
 }
 
 /// What is shown to who connects; another one once it is renewed.
 #[derive(Debug)]
 struct Shown(RwLock<Arc<CertifiedKey>>);
+
+/// Where the certificate is from, and the next one will be.
+#[derive(Clone)]
+enum Origin {
+    Own(Own),
+    Files(Arc<Files>),
+}
 
 /// The bridge's own authority, and where it lies.
 #[derive(Clone)]
@@ -87,6 +98,14 @@ pub enum TlsError {
         /// The other.
         missing: PathBuf,
     },
+    /// The certificate beside the bridge's own key is that of another key.
+    #[error("{} is not the certificate of {}: put the right one back, or delete both, and both are made again", cert.display(), key.display())]
+    Foreign {
+        /// The file of the certificate.
+        cert: PathBuf,
+        /// That of the key.
+        key: PathBuf,
+    },
     /// A key that cannot sign.
     #[error("TLS file {}: expected a private key in PEM: {source}", path.display())]
     Key {
@@ -119,25 +138,13 @@ impl Identity {
     ///
     /// # Errors    [`TlsError`]: a file that cannot be read or used.
     pub fn load(cert: &Path, key: &Path) -> Result<Self, TlsError> {
-        let secret = secret_file::read(key)?;
-        let text = fs::read(cert).map_err(|source| SecretFileError::of(cert, source))?;
-        let chain: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&text).collect();
-        let chain = chain.and_then(|chain| match chain.is_empty() {
-            true => Err(pem::Error::NoItemsFound),
-            false => Ok(chain),
-        });
-        let chain = chain.map_err(|source| unreadable(cert, "a certificate", source))?;
-        let secret = PrivateKeyDer::from_pem_slice(secret.as_bytes())
-            .map_err(|source| unreadable(key, "a private key", source))?;
-        let fingerprint = chain
-            .first()
-            .map_or_else(String::new, |first| fingerprint(first));
-        let useless = |source| TlsError::Useless {
+        let (files, certified) = Files::open(cert, key, time_of_day())?;
+        let fingerprint = (certified.cert.first()).map_or_else(String::new, fingerprint);
+        let origin = Origin::Files(Arc::new(files));
+        Self::new(certified, fingerprint, origin).map_err(|source| TlsError::Useless {
             path: cert.to_owned(),
             source,
-        };
-        let certified = certify(chain, secret).map_err(useless)?;
-        Self::new(certified, fingerprint, None).map_err(useless)
+        })
     }
 
     /// Reads the bridge's own authority in `folder`, or makes it, and a certificate signed by it.
@@ -145,14 +152,14 @@ impl Identity {
     /// # Errors    [`TlsError`]: it cannot be read, made or used.
     pub fn load_or_make(folder: &Path) -> Result<Self, TlsError> {
         let authority = Arc::new(Authority::load_or_make(folder)?);
-        let (leaf, _) = Leaf::load_or_make(folder, &authority, &names(), time_of_day())?;
+        let (leaf, _) = Leaf::load_or_make(folder, &authority, &names::all(), time_of_day())?;
         let certified = of_leaf(folder, &leaf)?;
         let fingerprint = authority.fingerprint();
-        let own = Own {
+        let origin = Origin::Own(Own {
             folder: folder.to_owned(),
             authority,
-        };
-        Self::new(certified, fingerprint, Some(own)).map_err(|source| TlsError::Useless {
+        });
+        Self::new(certified, fingerprint, origin).map_err(|source| TlsError::Useless {
             path: folder.join(leaf::FILE),
             source,
         })
@@ -161,7 +168,7 @@ impl Identity {
     fn new(
         certified: CertifiedKey,
         fingerprint: String,
-        own: Option<Own>,
+        origin: Origin,
     ) -> Result<Self, rustls::Error> {
         let shown = Arc::new(Shown(RwLock::new(Arc::new(certified))));
         let provider = Arc::new(ring::default_provider());
@@ -174,32 +181,36 @@ impl Identity {
             config: Arc::new(config),
             shown,
             fingerprint,
-            own,
+            origin,
         })
     }
 
     /// Shows a new certificate from now on, if the one that the bridge made ends soon or names
-    /// other addresses than the machine has; whether it does.
+    /// other addresses than the machine has, or if the files of another's have changed; whether it
+    /// does.
     ///
     /// # Errors    [`TlsError`]: none can be made; the old one is shown on.
     pub fn renew(&self) -> Result<bool, TlsError> {
-        self.renew_for(&names(), time_of_day())
+        self.renew_for(&names::all(), time_of_day())
     }
 
     fn renew_for(&self, names: &[String], now: Duration) -> Result<bool, TlsError> {
-        let Some(Own { folder, authority }) = &self.own else {
-            return Ok(false);
+        let certified = match &self.origin {
+            Origin::Files(files) => files.renewed(now),
+            Origin::Own(Own { folder, authority }) => {
+                let (leaf, is_new) = Leaf::load_or_make(folder, authority, names, now)?;
+                is_new.then(|| of_leaf(folder, &leaf)).transpose()?
+            }
         };
-        let (leaf, is_new) = Leaf::load_or_make(folder, authority, names, now)?;
-        if is_new {
-            let certified = Arc::new(of_leaf(folder, &leaf)?);
+        let is_new = certified.is_some();
+        if let Some(certified) = certified.map(Arc::new) {
             *self.shown.0.write().unwrap_or_else(PoisonError::into_inner) = certified;
         }
         Ok(is_new)
     }
 
     /// SHA-256 of what a person is to trust, as browsers show it, `AB:01:…`: of the bridge's own
-    /// authority, else of the certificate.
+    /// authority, else of the certificate that was read at the start.
     #[must_use]
     pub fn fingerprint(&self) -> &str {
         &self.fingerprint
@@ -208,7 +219,10 @@ impl Identity {
     /// The certificate of the bridge's own authority, DER; none where the certificate is another's.
     #[must_use]
     pub fn authority(&self) -> Option<&[u8]> {
-        self.own.as_ref().map(|own| own.authority.der.as_ref())
+        match &self.origin {
+            Origin::Own(own) => Some(own.authority.der.as_ref()),
+            Origin::Files(_) => None,
+        }
     }
 
     pub(crate) fn acceptor(&self) -> TlsAcceptor {
@@ -247,21 +261,6 @@ fn time_of_day() -> Duration {
         .unwrap_or_default()
 }
 
-/// All that a browser on the same network may call this machine by, and the authority may vouch
-/// for.
-fn names() -> Vec<String> {
-    let mut names = vec!["localhost".to_owned()];
-    names.extend(crate::address::host_name().map(|name| format!("{name}.local")));
-    let loopback = [
-        IpAddr::from([127, 0, 0, 1]),
-        IpAddr::from([0, 0, 0, 0, 0, 0, 0, 1]),
-    ];
-    let others = crate::address::of_this_machine();
-    names.extend(loopback.into_iter().chain(others).map(|ip| ip.to_string()));
-    names.retain(|name| authority::may_name(name));
-    names
-}
-
 fn fingerprint(cert: &CertificateDer<'_>) -> String {
     let bytes = Sha256::digest(cert);
     let pairs: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
@@ -278,7 +277,10 @@ fn unreadable(path: &Path, expected: &'static str, source: pem::Error) -> TlsErr
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
+    use crate::secret_file;
 
     const DAY: Duration = Duration::from_secs(24 * 60 * 60);
 
@@ -316,7 +318,7 @@ mod tests {
     fn a_certificate_is_made_anew_before_its_end_and_for_other_names() {
         let folder = tempfile::TempDir::new().unwrap();
         let identity = Identity::load_or_make(folder.path()).unwrap();
-        let (names, now) = (names(), time_of_day());
+        let (names, now) = (names::all(), time_of_day());
         let renewed = |names: &[String], now| identity.renew_for(names, now).unwrap();
         assert!(!renewed(&names, now + 59 * DAY));
         assert!(renewed(&names, now + 61 * DAY));
@@ -348,6 +350,20 @@ mod tests {
         let [cert, key] = authority::FILES.map(|name| folder.path().join(name));
         let theirs = Identity::load(&cert, &key).unwrap();
         assert!(!theirs.renew().unwrap() && theirs.authority().is_none());
+    }
+
+    /// Phones were told to trust it, and it had signed nothing that the bridge shows.
+    #[test]
+    fn an_authority_that_signs_nothing_here_is_not_offered() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let [own, other] = ["own", "other"].map(|name| folder.path().join(name));
+        Identity::load_or_make(&own).unwrap();
+        Identity::load_or_make(&other).unwrap();
+        let [cert, _] = authority::FILES;
+        fs::copy(other.join(cert), own.join(cert)).unwrap();
+        let error = Identity::load_or_make(&own).unwrap_err();
+        assert!(matches!(error, TlsError::Foreign { .. }), "{error}");
+        assert!(error.to_string().contains("delete both"), "{error}");
     }
 
     #[test]

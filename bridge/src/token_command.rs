@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use anyhow::Context;
 use slamlab_bridge::rights::{Name, RightsFile};
 use slamlab_bridge::settings::{Settings, Tls};
-use slamlab_bridge::tls::Identity;
+use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::token::{self, Token, TokenError};
 use slamlab_bridge::{address, trust};
 use slamlab_core::wire::message::Role;
@@ -80,28 +80,30 @@ fn revoke(name: &Name, settings: &Settings) -> anyhow::Result<()> {
 
 /// Prints the addresses with the token, and on request one as a picture.
 fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> anyhow::Result<()> {
-    let plain = address::urls(settings.address(), settings.tls == Some(true));
-    let urls: Vec<_> = plain
-        .iter()
-        .map(|url| format!("{url}#token={}", token.reveal()))
-        .collect();
-    for url in &urls {
-        println!("{url}");
+    let tls = settings.tls()?;
+    let own = match &tls {
+        Tls::Own => Some(Identity::load_or_make(&folder(settings)?)?),
+        Tls::Off | Tls::Files { .. } => None,
+    };
+    let all = address::urls(settings.address(), tls != Tls::Off);
+    let plain = own.as_ref().map_or(all.clone(), |own| own.named(all));
+    let with_token = |url: &str| format!("{url}#token={}", token.reveal());
+    for url in &plain {
+        println!("{}", with_token(url));
     }
-    // The last is an address in figures, which phones find without multicast DNS.
-    let Some((plain, with_token)) = plain.last().zip(urls.last()) else {
+    let Some(of_phone) = address::for_a_phone(&plain) else {
+        println!("the token is {}; {UNNAMED}", token.reveal());
         return Ok(());
     };
-    if settings.tls()? == Tls::Own {
-        let identity = Identity::load_or_make(&folder(settings)?)?;
-        let first = trust::address(plain, identity.fingerprint());
+    if let Some(identity) = own {
+        let first = trust::address(of_phone, identity.fingerprint());
         println!("\nonce on each phone, so that it trusts the robot:\n{first}");
         if with_picture {
             println!("{}\nthen, {may}:", picture(&first)?);
         }
     }
     if with_picture {
-        println!("{}", picture(with_token)?);
+        println!("{}", picture(&with_token(of_phone))?);
     }
     Ok(())
 }

@@ -171,7 +171,7 @@ test('rosapi says what there is', { timeout: 60_000 }, async () => {
   ros.close();
 });
 
-test('nobody drives without the token, and a wrong or replayed proof ends the connection', { timeout: 60_000 }, async () => {
+test('nobody drives without the token, a wrong proof ends the connection, and a replayed one is worth nothing', { timeout: 60_000 }, async () => {
   const closed = async (act) => {
     const socket = new WebSocket(address());
     await once(socket, 'open');
@@ -185,17 +185,26 @@ test('nobody drives without the token, and a wrong or replayed proof ends the co
   watcher.say({ op: 'publish', topic: '/cmd_vel', msg });
   assert.match((await watcher.until((message) => message.op === 'status')).msg, /no-right/);
   watcher.socket.terminate();
-  const wrong = { op: 'call_service', service: '/slamlab/enter', args: { proof: '00'.repeat(32) } };
-  assert.equal(await closed((socket) => say(socket, wrong)), 4001);
-  const replayed = async (socket) => {
+  const enter = (proof) => ({ op: 'call_service', id: proof, service: '/slamlab/enter', args: { proof } });
+  const challenged = async (socket) => {
     say(socket, { op: 'call_service', service: '/slamlab/challenge' });
     const [data] = await once(socket, 'message');
-    const { challenge } = JSON.parse(data).values;
-    const proof = { op: 'call_service', service: '/slamlab/enter', args: { proof: proofOf(bridge.token, challenge) } };
-    say(socket, proof);
-    say(socket, proof);
+    return JSON.parse(data).values.challenge;
   };
-  assert.equal(await closed(replayed), 4001);
+  const wrong = async (socket) => {
+    await challenged(socket);
+    say(socket, enter('00'.repeat(32)));
+  };
+  assert.equal(await closed(wrong), 4001);
+  const client = await raw();
+  client.say({ op: 'call_service', id: 'challenge', service: '/slamlab/challenge' });
+  const { values } = await client.until((message) => message.id === 'challenge');
+  const proof = enter(proofOf(bridge.token, values.challenge));
+  client.say(proof);
+  client.say({ ...proof, id: 'again' });
+  assert.equal((await client.until((message) => message.id === proof.id)).result, true);
+  assert.equal((await client.until((message) => message.id === 'again')).result, false);
+  client.socket.terminate();
 });
 
 /** A client that answers no ping cannot show that its commands are fresh. */

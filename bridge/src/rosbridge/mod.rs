@@ -24,8 +24,8 @@ mod message;
 mod request;
 mod rosapi;
 mod services;
+mod subscriptions;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -46,6 +46,7 @@ use crate::shared::{Shared, Visitor};
 use message::{Reply, Topics};
 use request::{Asked, Request, velocity};
 use services::Services;
+use subscriptions::Subscriptions;
 use tokio::sync::oneshot;
 
 /// Path of the endpoint.
@@ -57,8 +58,6 @@ const DRIVER_PING: Duration = Duration::from_millis(100);
 const TTL_MILLIS: u16 = 400;
 /// Between two answers that say why the same way that a command was left out.
 const SAY_AGAIN: Duration = Duration::from_secs(1);
-/// Subscriptions of one client.
-const MOST_SUBSCRIPTIONS: usize = 64;
 
 /// Serves a client to its end.
 pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
@@ -70,7 +69,7 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
         client: None,
         outbox: Arc::new(Outbox::default()),
         topics: Topics::default(),
-        subscriptions: BTreeMap::new(),
+        subscriptions: Subscriptions::default(),
         services: Services::default(),
         seen: 0,
         sequence: 0,
@@ -78,13 +77,6 @@ pub(crate) async fn run(socket: WebSocket, shared: &Shared, visitor: &Visitor) {
     };
     writer.beside(visitor, peer.live()).await;
     peer.leave().await;
-}
-
-/// What a client wants of a topic.
-struct Subscription {
-    /// At least so long between two messages.
-    throttle: Duration,
-    sent: Option<Duration>,
 }
 
 struct Peer<'a> {
@@ -95,7 +87,7 @@ struct Peer<'a> {
     client: Option<(ClientId, bool)>,
     outbox: Arc<Outbox>,
     topics: Topics,
-    subscriptions: BTreeMap<String, Subscription>,
+    subscriptions: Subscriptions,
     services: Services,
     /// Newest bridge time that it has surely seen, µs.
     seen: u64,
@@ -183,7 +175,7 @@ impl Peer<'_> {
         match asked {
             Asked::Subscribe { topic, throttle } => self.subscribe(id, topic, throttle),
             Asked::Unsubscribe { topic } => {
-                self.subscriptions.remove(&topic);
+                self.subscriptions.remove(&topic, id.as_ref());
                 Ok(())
             }
             Asked::Publish { topic, msg } if topic == VELOCITY => match velocity(&msg) {
@@ -210,18 +202,17 @@ impl Peer<'_> {
         if !Topics::names(maps).contains(&topic.as_str()) {
             return self.refuse(id, &message::no_topic(&topic, maps));
         }
-        if self.subscriptions.len() < MOST_SUBSCRIPTIONS {
-            let (sent, is_map) = (None, topic == "/map");
-            self.subscriptions
-                .insert(topic, Subscription { throttle, sent });
-            // It is sent when it changes, and to who asks for it, who may have missed that.
-            let mapping = self.shared.mapping.as_ref();
-            let map = mapping.and_then(|mapping| mapping.shown().borrow().map.clone());
-            if let Some(map) = map.filter(|_| is_map) {
-                return self.forward(&map);
-            }
+        let is_map = topic == "/map";
+        if let Err(why) = self.subscriptions.add(topic, id.as_ref(), throttle) {
+            return self.refuse(id, &why);
         }
-        Ok(())
+        // It is sent when it changes, and to who asks for it, who may have missed that.
+        let mapping = self.shared.mapping.as_ref();
+        let map = mapping.and_then(|mapping| mapping.shown().borrow().map.clone());
+        match map.filter(|_| is_map) {
+            Some(map) => self.forward(&map),
+            None => Ok(()),
+        }
     }
 
     async fn drive(&mut self, id: Option<Value>, motion: Command) -> Result<(), End> {
@@ -272,14 +263,7 @@ impl Peer<'_> {
             .topics
             .messages(message, self.shared.clock.time_of_day(now))
         {
-            let Some(subscription) = self.subscriptions.get_mut(topic) else {
-                continue;
-            };
-            if subscription
-                .sent
-                .is_none_or(|at| now >= at + subscription.throttle)
-            {
-                subscription.sent = Some(now);
+            if self.subscriptions.is_due(topic, now) {
                 self.adapter.send(&Reply::Publish { topic, msg })?;
             }
         }

@@ -66,13 +66,12 @@ pub(super) fn answer(
             let takes = text("topic")? == super::VELOCITY;
             json!({ "subscribers": if takes { vec![NODE] } else { vec![] } })
         }
-        "services" => json!({ "services": services() }),
+        "services" => json!({ "services": names_of_services() }),
         "service_type" => {
-            let known = services().contains(&text("service")?.to_owned());
-            json!({ "type": if known { "std_srvs/srv/Trigger" } else { "" } })
+            json!({ "type": type_of_service(text("service")?).unwrap_or_default() })
         }
         "service_node" => {
-            let known = services().contains(&text("service")?.to_owned());
+            let known = type_of_service(text("service")?).is_some();
             json!({ "node": if known { NODE } else { "" } })
         }
         "nodes" => json!({ "nodes": [NODE] }),
@@ -81,7 +80,7 @@ pub(super) fn answer(
             json!({
                 "subscribing": [super::VELOCITY],
                 "publishing": names(published),
-                "services": services(),
+                "services": names_of_services(),
             })
         }
         "get_param_names" => {
@@ -101,35 +100,45 @@ pub(super) fn answer(
             json!({ "time": { "secs": seconds, "nsecs": nanos, "sec": seconds, "nanosec": nanos } })
         }
         "get_ros_version" => json!({ "version": 2, "distro": "" }),
-        _ => return Err(format!("there are {}", services().join(", "))),
+        _ => return Err(format!("there are {}", names_of_services().join(", "))),
     })
 }
 
-const SERVICES: [&str; 15] = [
-    "topics",
-    "topics_for_type",
-    "topic_type",
-    "publishers",
-    "subscribers",
-    "services",
-    "service_type",
-    "service_node",
-    "nodes",
-    "node_details",
-    "get_param_names",
-    "has_param",
-    "get_param",
-    "get_time",
-    "get_ros_version",
+/// Behind `/rosapi/`, with their types.
+const SERVICES: [(&str, &str); 15] = [
+    ("topics", "rosapi_msgs/srv/Topics"),
+    ("topics_for_type", "rosapi_msgs/srv/TopicsForType"),
+    ("topic_type", "rosapi_msgs/srv/TopicType"),
+    ("publishers", "rosapi_msgs/srv/Publishers"),
+    ("subscribers", "rosapi_msgs/srv/Subscribers"),
+    ("services", "rosapi_msgs/srv/Services"),
+    ("service_type", "rosapi_msgs/srv/ServiceType"),
+    ("service_node", "rosapi_msgs/srv/ServiceNode"),
+    ("nodes", "rosapi_msgs/srv/Nodes"),
+    ("node_details", "rosapi_msgs/srv/NodeDetails"),
+    ("get_param_names", "rosapi_msgs/srv/GetParamNames"),
+    ("has_param", "rosapi_msgs/srv/HasParam"),
+    ("get_param", "rosapi_msgs/srv/GetParam"),
+    ("get_time", "rosapi_msgs/srv/GetTime"),
+    ("get_ros_version", "rosapi_msgs/srv/GetROSVersion"),
 ];
 
-/// All services of this bridge.
-pub(super) fn services() -> Vec<String> {
-    let of_api = SERVICES.into_iter().map(|name| format!("/rosapi/{name}"));
-    let own = super::services::NAMES.into_iter();
-    own.map(|name| format!("/slamlab/{name}"))
-        .chain(of_api)
-        .collect()
+/// All services of this bridge, with their types.
+fn services() -> impl Iterator<Item = (String, &'static str)> {
+    let of_api = SERVICES.map(|(name, kind)| (format!("/rosapi/{name}"), kind));
+    let own = super::services::SERVICES.map(|(name, kind)| (format!("/slamlab/{name}"), kind));
+    own.into_iter().chain(of_api)
+}
+
+/// Their names.
+pub(super) fn names_of_services() -> Vec<String> {
+    services().map(|(name, _)| name).collect()
+}
+
+/// The type of a service; empty where ROS has none for it. None where there is no such service.
+fn type_of_service(service: &str) -> Option<&'static str> {
+    let mut all = services();
+    all.find(|(name, _)| name == service).map(|(_, kind)| kind)
 }
 
 /// What is fixed for as long as the bridge runs.
@@ -171,4 +180,29 @@ fn names<'a>(
 /// `sensor_msgs/LaserScan` is `sensor_msgs/msg/LaserScan`.
 fn same_type(kind: &str, other: &str) -> bool {
     kind.replace("/msg/", "/") == other.replace("/msg/", "/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All were called a Trigger, which has an answer that none of them gives.
+    #[test]
+    fn a_service_is_of_its_own_type_or_of_none_that_ros_knows() {
+        let types = [
+            ("/slamlab/stop", Some("std_srvs/srv/Empty")),
+            ("/slamlab/enter", Some("")),
+            ("/rosapi/topics", Some("rosapi_msgs/srv/Topics")),
+            (
+                "/rosapi/get_ros_version",
+                Some("rosapi_msgs/srv/GetROSVersion"),
+            ),
+            ("/slamlab", None),
+            ("stop", None),
+        ];
+        for (service, kind) in types {
+            assert_eq!(type_of_service(service), kind, "{service}");
+        }
+        assert_eq!(names_of_services().len(), 25);
+    }
 }

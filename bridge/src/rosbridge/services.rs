@@ -14,18 +14,23 @@ use crate::ending::{End, INTERNAL};
 use crate::hexadecimal;
 use crate::hub::Answer;
 
-/// Behind `/slamlab/`.
-pub(super) const NAMES: [&str; 10] = [
-    "challenge",
-    "enter",
-    "take",
-    "renew",
-    "release",
-    "arm",
-    "stop",
-    "emergency_stop",
-    "reset_emergency_stop",
-    "reset_map",
+/// Of a call without arguments, and of an answer without values.
+const EMPTY: &str = "std_srvs/srv/Empty";
+/// ROS has no type for it.
+const OWN: &str = "";
+
+/// Behind `/slamlab/`, with their types.
+pub(super) const SERVICES: [(&str, &str); 10] = [
+    ("challenge", OWN),
+    ("enter", OWN),
+    ("take", OWN),
+    ("renew", EMPTY),
+    ("release", EMPTY),
+    ("arm", OWN),
+    ("stop", EMPTY),
+    ("emergency_stop", EMPTY),
+    ("reset_emergency_stop", EMPTY),
+    ("reset_map", EMPTY),
 ];
 
 /// How far a client has come.
@@ -116,16 +121,19 @@ impl Peer<'_> {
         }
     }
 
-    /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one.
+    /// A wrong proof ends the connection, as it does everywhere; a challenge is worth one. Where
+    /// nothing is there to be compared, nothing was tried.
     async fn enter(&mut self, args: &Value) -> Result<Outcome, End> {
-        let shown = argument(args, "proof")
-            .and_then(Value::as_str)
-            .and_then(hexadecimal::read);
-        let challenge = self.services.challenge.take();
-        let (Some(shown), Some(challenge)) = (shown, challenge) else {
-            return Err(Some(close::ACCESS));
+        let Some(shown) = argument(args, "proof").and_then(Value::as_str) else {
+            return Ok((false, json!("proof is missing, or no text")));
         };
-        let Some(granted) = self.shared.proved(&challenge, &shown) else {
+        let Some(challenge) = self.services.challenge.take() else {
+            let why = "ask for /slamlab/challenge first: each is worth one proof";
+            return Ok((false, json!(why)));
+        };
+        let shown = hexadecimal::read(shown);
+        let granted = shown.and_then(|shown| self.shared.proved(&challenge, &shown));
+        let Some(granted) = granted else {
             return Err(Some(close::ACCESS));
         };
         let values = json!({ "role": granted.right.role, "name": granted.right.name });
@@ -137,6 +145,9 @@ impl Peer<'_> {
 fn no_service() -> Outcome {
     (
         false,
-        json!(format!("there are {}", rosapi::services().join(", "))),
+        json!(format!(
+            "there are {}",
+            rosapi::names_of_services().join(", ")
+        )),
     )
 }

@@ -2,29 +2,32 @@
 //! them (`/recordings/NAME`), from here where it still is.
 //!
 //! Who may look at the robot may look at its recordings. Where watching needs a token nobody gets
-//! them this way, for a plain request has no place for a proof.
+//! them this way, for a plain request has no place for a proof. The store is asked for its list
+//! seldom (`listing`), and for recordings within bounds (`fetches`).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use axum::body::Body;
-use axum::extract::{Path, State};
+use axum::extract::{Extension, Path, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum::{Json, Router};
 use futures_util::TryStreamExt;
-use object_store::{ObjectStore, ObjectStoreExt};
+use object_store::{ObjectMeta, ObjectStore, ObjectStoreExt};
 use serde::Serialize;
 use slamlab_core::wire::message::Watching;
 use tokio::fs::File;
 use tokio::io::AsyncReadExt;
 
-use super::bucket::words;
+use super::bucket::{Bucket, words};
+use super::fetches::TooMany;
 use super::ledger::Ledger;
+use super::listing::{self, Stored};
 use super::uploader::Uploads;
 use crate::record::is_piece;
-use crate::shared::Shared;
+use crate::shared::{Shared, Visitor};
 
 /// A recording.
 #[derive(Debug, Default, Serialize)]
@@ -76,6 +79,14 @@ fn nothing() -> Response {
     (StatusCode::NOT_FOUND, "There is no such recording.\n").into_response()
 }
 
+fn later(why: TooMany) -> Response {
+    let status = match why {
+        TooMany::AtOnce => StatusCode::SERVICE_UNAVAILABLE,
+        TooMany::AMinute => StatusCode::TOO_MANY_REQUESTS,
+    };
+    (status, [(header::RETRY_AFTER, "10")], format!("{why}\n")).into_response()
+}
+
 async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
     let mut all: BTreeMap<String, Listed> = BTreeMap::new();
@@ -102,26 +113,13 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
             }
         }
     }
-    let folder = Some(uploads.bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
-    let stored: Result<Vec<_>, _> = uploads.bucket.store.list(folder).try_collect().await;
-    match stored {
-        Err(error) => {
-            fault = fault.or_else(|| {
-                Some(format!(
-                    "{} cannot be listed: {}",
-                    uploads.bucket.url,
-                    words(&error)
-                ))
-            })
-        }
-        Ok(objects) => {
-            for object in objects {
-                let Some(name) = object.location.filename().filter(|name| is_piece(name)) else {
-                    continue;
-                };
-                all.entry(name.to_owned()).or_insert_with(|| Listed {
-                    name: name.to_owned(),
-                    bytes: object.size,
+    match &*uploads.listing.get(ask(uploads.bucket.clone())).await {
+        Err(why) => fault = fault.or_else(|| Some(why.clone())),
+        Ok(stored) => {
+            for Stored { name, bytes } in stored {
+                all.entry(name.clone()).or_insert_with(|| Listed {
+                    name: name.clone(),
+                    bytes: *bytes,
                     stored: true,
                     part: 1.0,
                     ..Listed::default()
@@ -139,8 +137,25 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     Ok(([(header::CACHE_CONTROL, never)], Json(list)).into_response())
 }
 
+/// Asks the store which pieces it has.
+async fn ask(bucket: Bucket) -> listing::Answer {
+    let folder = Some(bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
+    let listed: Result<Vec<_>, _> = bucket.store.list(folder).try_collect().await;
+    let objects =
+        listed.map_err(|error| format!("{} cannot be listed: {}", bucket.url, words(&error)))?;
+    let piece = |object: ObjectMeta| {
+        let name = object.location.filename().filter(|name| is_piece(name))?;
+        Some(Stored {
+            name: name.to_owned(),
+            bytes: object.size,
+        })
+    };
+    Ok(objects.into_iter().filter_map(piece).collect())
+}
+
 async fn one(
     State(shared): State<Arc<Shared>>,
+    Extension(visitor): Extension<Visitor>,
     Path(name): Path<String>,
 ) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
@@ -159,8 +174,16 @@ async fn one(
         });
         return Ok((headers, Body::from_stream(body)).into_response());
     }
+    let leave = uploads.fetches.begin(visitor.peer, shared.clock.now());
+    let leave = leave.map_err(later)?;
     match uploads.bucket.store.get(&uploads.bucket.path(&name)).await {
-        Ok(found) => Ok((headers, Body::from_stream(found.into_stream())).into_response()),
+        Ok(found) => {
+            // It counts as one that runs until all of it is sent, or nobody takes it any more.
+            let bytes = found.into_stream().inspect_ok(move |_| {
+                let _ = &leave;
+            });
+            Ok((headers, Body::from_stream(bytes)).into_response())
+        }
         Err(object_store::Error::NotFound { .. }) => Err(nothing()),
         Err(error) => {
             let why = format!(

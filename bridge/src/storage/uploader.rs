@@ -11,7 +11,9 @@ use slamlab_core::wire::message::Severity;
 use tokio::sync::mpsc;
 
 use super::bucket::Bucket;
+use super::fetches::Fetches;
 use super::ledger::{Ledger, piece_of};
+use super::listing::Listing;
 use super::upload::{Fault, upload};
 use super::{StorageConfig, StorageError};
 use crate::hub::FromClient;
@@ -29,6 +31,9 @@ pub(crate) struct Uploads {
     pub(super) folder: PathBuf,
     current: Current,
     fault: Mutex<Option<String>>,
+    /// What the store had when it was asked last.
+    pub(super) listing: Listing,
+    pub(super) fetches: Fetches,
 }
 
 impl Uploads {
@@ -62,7 +67,8 @@ impl Uploads {
     }
 }
 
-/// A store and the folder whose pieces it takes: everything that can be wrong with them was looked at.
+/// A store and the folder whose pieces it takes: everything that can be wrong with them was looked
+/// at.
 pub(crate) struct Ready {
     config: StorageConfig,
     bucket: Bucket,
@@ -98,6 +104,8 @@ impl Ready {
             folder: self.folder,
             current,
             fault: Mutex::default(),
+            listing: Listing::default(),
+            fetches: Fetches::default(),
         });
         let uploader = Uploader {
             uploads: Arc::clone(&uploads),

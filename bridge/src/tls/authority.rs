@@ -14,10 +14,10 @@ use rcgen::{
     IsCa, Issuer, KeyPair, KeyUsagePurpose, NameConstraints, PublicKeyData,
 };
 use sha2::{Digest, Sha256};
-use tokio_rustls::rustls::pki_types::CertificateDer;
 use tokio_rustls::rustls::pki_types::pem::PemObject;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
-use super::{TlsError, fingerprint, unreadable};
+use super::{TlsError, certify, fingerprint, unreadable};
 use crate::secret_file::{self, SecretFileError};
 
 /// Certificate and key, beside the token.
@@ -53,12 +53,20 @@ impl Authority {
             (true, true) => (),
         }
         let secret = secret_file::read(&key)?;
-        let pair =
-            KeyPair::from_pem(&secret).map_err(|source| TlsError::Key { path: key, source })?;
+        let pair = KeyPair::from_pem(&secret).map_err(|source| TlsError::Key {
+            path: key.clone(),
+            source,
+        })?;
         let pem =
             std::fs::read_to_string(&cert).map_err(|source| SecretFileError::of(&cert, source))?;
         let der = CertificateDer::from_pem_slice(pem.as_bytes())
             .map_err(|source| unreadable(&cert, "a certificate", source))?;
+        // Else phones would be asked to trust who signs nothing here.
+        let own = PrivateKeyDer::try_from(pair.serialize_der()).ok();
+        let belongs = own.is_some_and(|own| certify(vec![der.clone()], own).is_ok());
+        if !belongs {
+            return Err(TlsError::Foreign { cert, key });
+        }
         let issuer = Issuer::new(params(&pair), pair);
         Ok(Self { der, issuer })
     }

@@ -42,6 +42,33 @@ async fn say(socket: &mut WebSocketStream<TcpStream>, said: serde_json::Value) {
     socket.send(Message::text(said.to_string())).await.unwrap();
 }
 
+async fn call(
+    socket: &mut WebSocketStream<TcpStream>,
+    service: &str,
+    args: serde_json::Value,
+) -> serde_json::Value {
+    let call = json!({ "op": "call_service", "service": service, "args": args });
+    say(socket, call).await;
+    until(socket, |said| said["op"] == "service_response").await
+}
+
+/// The first message from now on of which this holds.
+async fn until(
+    socket: &mut WebSocketStream<TcpStream>,
+    is: impl Fn(&serde_json::Value) -> bool,
+) -> serde_json::Value {
+    loop {
+        let came = timeout(NEVER, socket.next()).await.unwrap();
+        let Message::Text(text) = came.unwrap().unwrap() else {
+            continue;
+        };
+        let said = serde_json::from_str(&text).unwrap();
+        if is(&said) {
+            return said;
+        }
+    }
+}
+
 /// Reads to the end: code and reason of the close.
 async fn end(socket: &mut WebSocketStream<TcpStream>) -> (u16, String) {
     loop {
@@ -126,9 +153,10 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         assert_eq!(code, close::ACCESS);
         assert!(reason.contains("proof"), "{reason}");
 
+        let enter = json!({ "op": "call_service", "service": "/slamlab/enter",
+            "args": { "proof": "00".repeat(32) } });
         let mut liar = socket(&bridge, "/rosbridge").await;
-        let enter =
-            json!({ "op": "call_service", "service": "/slamlab/enter", "args": { "proof": "" } });
+        call(&mut liar, "/slamlab/challenge", json!({})).await;
         say(&mut liar, enter.clone()).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         bridge.stop().await;
@@ -140,9 +168,62 @@ fn who_shows_no_proof_to_a_private_rosbridge_in_time_is_sent_away_and_counted() 
         })
         .await;
         let mut liar = socket(&bridge, "/rosbridge").await;
+        call(&mut liar, "/slamlab/challenge", json!({})).await;
         say(&mut liar, enter).await;
         assert_eq!(end(&mut liar).await.0, close::ACCESS);
         assert_eq!(metric(&bridge, "intruders_total").await, 1);
+        bridge.stop().await;
+    });
+}
+
+/// It ended the connection, as if somebody had tried a proof that is wrong.
+#[test]
+fn who_enters_without_challenge_or_proof_is_told_what_is_missing() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            ..with_robot().0
+        })
+        .await;
+        let mut socket = socket(&bridge, "/rosbridge").await;
+        let proof = json!({ "proof": "00".repeat(32) });
+        let without = call(&mut socket, "/slamlab/enter", proof).await;
+        assert_eq!(without["result"], false);
+        assert!(without["values"].to_string().contains("challenge"));
+        call(&mut socket, "/slamlab/challenge", json!({})).await;
+        for args in [json!({}), json!({ "proof": 7 }), json!([])] {
+            let without = call(&mut socket, "/slamlab/enter", args).await;
+            assert_eq!(without["result"], false);
+            assert!(without["values"].to_string().contains("proof"));
+        }
+        // The challenge stands: it is worth one proof, and none was shown.
+        let enter = json!({ "op": "call_service", "service": "/slamlab/enter",
+            "args": { "proof": "no figures" } });
+        say(&mut socket, enter).await;
+        assert_eq!(end(&mut socket).await.0, close::ACCESS);
+        bridge.stop().await;
+    });
+}
+
+/// By topic alone, two parts of a program that had subscribed each by its own `id` silenced each
+/// other.
+#[test]
+fn a_subscription_outlives_another_of_the_same_topic() {
+    async_on_a_calm_machine(async || {
+        let bridge = Bridge::start(Config {
+            rosbridge: true,
+            ..with_robot().0
+        })
+        .await;
+        let mut socket = socket(&bridge, "/rosbridge").await;
+        let of = |op: &str, id: &str| json!({ "op": op, "topic": "/odom", "id": id });
+        say(&mut socket, of("subscribe", "subscribe:/odom:1")).await;
+        say(&mut socket, of("subscribe", "subscribe:/odom:2")).await;
+        say(&mut socket, of("unsubscribe", "subscribe:/odom:2")).await;
+        // What was sent before the bridge heard that does not count.
+        call(&mut socket, "/slamlab/challenge", json!({})).await;
+        until(&mut socket, |said| said["topic"] == "/odom").await;
+        drop(socket);
         bridge.stop().await;
     });
 }

@@ -175,6 +175,34 @@ fn golden_text() {
     assert!(scan.contains(r#""ranges":[1.5,"inf","nan"]"#), "{scan}");
 }
 
+/// A script in JavaScript could not: of a number above 2^53 it reads the nearest one that it can
+/// hold.
+#[test]
+fn a_script_can_send_the_schema_back_as_it_came() {
+    let hello = encode(HEADER, &from_bridge()[0], Format::Json).unwrap();
+    let hello: serde_json::Value = serde_json::from_slice(&hello).unwrap();
+    let schema = &hello["message"]["Hello"]["schema"];
+    assert_eq!(schema, "0000000000000003");
+    let said = |schema: &serde_json::Value| {
+        let hello = serde_json::json!({ "schema": schema, "name": "script", "proof": null });
+        let text = serde_json::json!({ "protocol": 2, "sequence": 1, "micros": 0,
+            "message": { "Hello": hello } });
+        let read = decode::<ToBridge>(text.to_string().as_bytes(), Format::Json);
+        read.map(|(_, message)| match message {
+            ToBridge::Hello(hello) => hello.schema,
+            other => panic!("{other:?}"),
+        })
+    };
+    assert_eq!(said(schema), Ok(3));
+    // As it was written before.
+    assert_eq!(said(&SCHEMA.into()), Ok(SCHEMA));
+    assert_eq!(said(&format!("{SCHEMA:X}").into()), Ok(SCHEMA));
+    for wrong in ["", "0x3", "schema", "10000000000000000"] {
+        let error = said(&wrong.into()).unwrap_err().to_string();
+        assert!(error.contains("hexadecimal"), "{error}");
+    }
+}
+
 #[test]
 fn what_is_no_message_is_refused_with_its_place() {
     let check = |bytes: &[u8], expect: &str| {

@@ -1,0 +1,106 @@
+//! What the store has, without asking it more often than it changes: each question costs a request
+//! there, and whoever may watch may ask.
+//!
+//! In: how it is listed. Out: the last list, no older than [`FRESH`], or why there is none.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::Mutex;
+use tokio::time::Instant;
+
+/// How long a list counts, and what went wrong instead.
+const FRESH: Duration = Duration::from_secs(5);
+
+/// A piece in the store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Stored {
+    pub(super) name: String,
+    pub(super) bytes: u64,
+}
+
+/// What is there, or why that is not known, in words.
+pub(super) type Answer = Result<Vec<Stored>, String>;
+
+/// The last answer of the store.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Listing(Arc<Mutex<Option<(Instant, Arc<Answer>)>>>);
+
+impl Listing {
+    /// The last answer, or where it is old what `ask` brings; one such question is open at a time,
+    /// and the others wait for its answer.
+    ///
+    /// It is asked on a task of its own: who asks and goes at once leaves the answer to the next,
+    /// in place of a question that begins again.
+    pub(super) async fn get(
+        &self,
+        ask: impl Future<Output = Answer> + Send + 'static,
+    ) -> Arc<Answer> {
+        let kept = Arc::clone(&self.0);
+        let asked = tokio::spawn(async move {
+            let mut kept = kept.lock().await;
+            if let Some((at, answer)) = &*kept
+                && at.elapsed() < FRESH
+            {
+                return Arc::clone(answer);
+            }
+            let answer = Arc::new(ask.await);
+            *kept = Some((Instant::now(), Arc::clone(&answer)));
+            answer
+        });
+        let failed = |error: tokio::task::JoinError| Arc::new(Err(error.to_string()));
+        asked.await.unwrap_or_else(failed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// A store that answers after a second, and counts how often it is asked.
+    #[derive(Clone, Default)]
+    struct Store(Arc<AtomicUsize>);
+
+    impl Store {
+        async fn list(self) -> Answer {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            tokio::time::sleep(Duration::from_secs(1)).await;
+            Err("the bucket is not there".to_owned())
+        }
+
+        fn asked(&self) -> usize {
+            self.0.load(Ordering::Relaxed)
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn many_who_ask_cost_the_store_one_question_each_few_seconds() {
+        let (listing, store) = (Listing::default(), Store::default());
+        for _ in 0..50 {
+            let _ = listing.get(store.clone().list()).await;
+        }
+        assert_eq!(store.asked(), 1);
+        tokio::time::advance(FRESH).await;
+        let both = [(); 2].map(|()| listing.get(store.clone().list()));
+        let answers = futures_util::future::join_all(both).await;
+        assert!(answers.iter().all(|answer| answer.is_err()));
+        assert_eq!(
+            store.asked(),
+            2,
+            "one at a time, and the second has its answer"
+        );
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_asks_and_goes_makes_nobody_ask_again() {
+        let (listing, store) = (Listing::default(), Store::default());
+        for _ in 0..50 {
+            let soon = Duration::from_millis(10);
+            let _ = tokio::time::timeout(soon, listing.get(store.clone().list())).await;
+        }
+        let _ = listing.get(store.clone().list()).await;
+        assert_eq!(store.asked(), 1);
+    }
+}
