@@ -71,8 +71,8 @@ test('a message over the editor lies on no tool, and goes with the editor', { ta
   await lab.open();
   await lab.show('run');
   await lab.at('draw-world').click();
-  await lab.at('editor-file').setInputFiles({ name: 'photo.json', mimeType: 'application/json', buffer: Buffer.from('{ "slamlab_world": 1,') });
-  await expect(lab.at('toast')).toContainText('photo.json');
+  await lab.at('editor-file').setInputFiles({ name: 'photo.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('\xff\xd8\xff\xe0\0\x10JFIF\0', 'latin1') });
+  await expect(lab.at('toast')).toContainText('photo.jpg');
   const tools = page.locator('slam-editor .head button').filter({ visible: true });
   expect(await tools.count()).toBeGreaterThan(5);
   for (const tool of await tools.all()) expect(await overlap(lab.at('toast'), tool), String(await tool.textContent())).toBe(0);
