@@ -20,7 +20,7 @@ export class SlamLog extends SlamElement {
     h2 { margin-bottom: 10px; }
     .tools { display: flex; flex-wrap: wrap; gap: 6px; margin-bottom: 8px; }
     .tools select { flex: 1 1 120px; width: auto; min-width: 0; }
-    .tools input { flex: 1 1 100px; min-width: 0; min-height: 36px; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
+    .tools input { order: 1; flex: 1 1 100%; min-width: 0; min-height: 36px; padding: 0 10px; border: 1px solid var(--line); border-radius: 9px; background: var(--raised); }
     slam-csv { margin: 0; align-self: center; }
     ol { list-style: none; margin: 0; padding: 0; overflow-y: auto; flex: 1; font-size: 12.5px; line-height: 1.4; }
     li { display: grid; grid-template-columns: 42px 1fr; gap: 8px; padding: 3px 0; }
