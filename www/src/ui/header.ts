@@ -36,10 +36,11 @@ export class SlamHeader extends SlamElement {
       /* "Explored: nothing" is another sentence than "Explored: nothing unknown is left". */
       :host { gap: 6px; padding: 0 2px 0 10px; }
       .caption { gap: 8px; font-size: 12px; }
-      .caption p { line-height: 1.1; -webkit-line-clamp: 4; }
+      .caption p { line-height: 1.2; -webkit-line-clamp: 3; }
       /* What is seen in each icon of the page a long sentence may do without. */
       :host([long]) .brand { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
       :host([long]) .caption { font-size: 11.5px; }
+      :host([long]) .caption p { line-height: 1.1; -webkit-line-clamp: 4; }
     }
   `;
 
