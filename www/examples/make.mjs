@@ -1,7 +1,8 @@
 // Makes ring.gzip, the recording that the page has by itself: a drive all round the world `loop`,
 // as its lidar and its wheels would log it, by our own simulation.
 //
-//     simulate --world loop --sensor lidar --set lidar.beams=180 --seed 7 --method scan-matching --carmen ring.log
+//     simulate --world loop --sensor lidar --set lidar.beams=180 --seed 7 \
+//         --method scan-matching --carmen ring.log
 //     node make.mjs ring.log
 //
 // Of five scans one is left, to a centimetre: the robot goes 30 cm meanwhile, and a lidar of this
