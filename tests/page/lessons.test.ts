@@ -44,6 +44,25 @@ test('a robot that goes through no door is mended, and it stays noted', { tag: '
   await expect(lab.at('lesson-crooked')).not.toContainText('mended');
 });
 
+for (const [lesson, ...groups] of [
+  ['shy', 'Planning and driving'], ['short-sighted', 'Points'], ['long-walls', 'Lines'], ['narrow-gate', 'Filter'], ['perfect-wheels', 'Odometry'],
+  ['crooked', 'Simulated tracks', 'Odometry'], ['too-sure', 'Filter'], ['one-story', 'Grid particles'],
+] as const) {
+  test(`the hint of ${lesson} names settings as their panel does`, async ({ lab }) => {
+    await lab.open(`/#lesson=${lesson}`);
+    await lab.at('lesson').getByText('Hint').click();
+    const hint = await lab.at('lesson').locator('details').innerText();
+    await lab.show('settings');
+    if (hint.includes('All settings')) await lab.at('settings-all').check();
+    for (const group of groups) {
+      expect(hint).toContain(group);
+      await expect(lab.at(`settings-${group}`)).toBeVisible();
+    }
+    // What is wrong is there: each setting that the lesson changed.
+    for (const key of Object.keys((await lab.state()).setup.settings)) await expect(lab.at(`s-${key}`), key).toHaveCount(1);
+  });
+}
+
 test('a teacher passes on an address, and another method may be the way out', async ({ lab, page }) => {
   test.setTimeout(180_000);
   await page.goto('/#lesson=blind-faith');
@@ -83,4 +102,21 @@ test('who goes elsewhere leaves the lesson, its address and its fault', async ({
   expect(new URL(page.url()).hash).toBe('');
   await page.goto('/#lesson=no-such');
   await expect(lab.at('toast')).toContainText('There is no lesson no-such');
+});
+
+test('on a short phone a lesson leaves the map in sight, folds to its name, and says what came of it', { tag: '@phone-only' }, async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await page.setViewportSize({ width: 360, height: 640 });
+  await lab.open('/#lesson=shy');
+  const card = async (): Promise<number> => (await lab.at('lesson').boundingBox())!.height;
+  await expect(lab.at('lesson')).toContainText('goes through none');
+  expect(await card(), 'more than a third of what is left beside bars is map').toBeLessThan(240);
+  await lab.at('fold-lesson').click();
+  await expect(lab.at('lesson')).toContainText('Through no door');
+  await expect(lab.at('lesson')).not.toContainText('goes through none');
+  expect(await card()).toBeLessThan(80);
+  await graded(lab);
+  await expect(lab.at('verdict')).toContainText('Not mended yet');
+  await lab.at('fold-lesson').click();
+  await expect(lab.at('mark-explored')).toBeVisible();
 });

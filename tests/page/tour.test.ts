@@ -25,6 +25,8 @@ test.describe('a first visit', () => {
     expect((await layers(lab))['truth'], 'the answer is not given away').toBe(false);
     expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
     await expect(lab.at('tab-settings'), 'few controls first').toBeHidden();
+    await expect(lab.at('caption'), 'in words that nobody has to know').toContainText('heads for a place not seen yet');
+    await expect(lab.at('caption')).not.toContainText('frontier');
 
     expect(await byWheels(lab)).toBe(0);
     await lab.at('tour-next').click();
@@ -50,6 +52,22 @@ test.describe('a first visit', () => {
     await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
     await expect(lab.at('tour'), 'nobody is greeted twice').toHaveCount(0);
     expect((await lab.state()).setup.world).toBe('office');
+  });
+
+  test('shows who stays at the first step what goes wrong, and its words stay true when the run is over', async ({ lab }) => {
+    test.setTimeout(240_000);
+    await lab.open();
+    await expect(lab.at('tour')).not.toContainText('wheels');
+    await expect(lab.at('tour')).toContainText(/its wheels alone would have drawn: wrong by [\d.]+ c?m/, { timeout: 90_000 });
+    await expect(lab.at('tour')).toContainText('never been here');
+    expect((await lab.status()).time, 'there was time to read').toBeGreaterThan(140);
+    await expect.poll(() => byWheels(lab), 'it is seen').toBeGreaterThan(200);
+    await lab.watch((s) => s.finished, 'the run ends', 120_000).toBe(true);
+    await expect(lab.at('tour')).toContainText('This robot had never been here');
+    await expect(lab.at('tour')).toContainText('what its laser saw last');
+    await expect(lab.at('tour')).not.toContainText('just now');
+    await lab.at('tour-next').click();
+    await expect(lab.at('tour')).toContainText('Its wheels are not enough');
   });
 
   test('can be left at any step, and taken again', async ({ lab, page }) => {

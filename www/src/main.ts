@@ -30,6 +30,7 @@ import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/edit.js";
+import "./ui/elsewhere.js";
 import "./ui/gamepad.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
@@ -252,8 +253,9 @@ function hideEditor(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
-/** What lies behind the lab cannot be reached. */
+/** What lies behind the lab cannot be reached, and what was said there goes with it. */
 function setBehind(isBehind: boolean): void {
+  store.set("toast", { toast: null });
   for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
 }
 

@@ -2,31 +2,18 @@
 
 import { css, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";
+import { openExample } from "../example.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
 import { html, t } from "../words.js";
+import { worldTitle } from "../worlds.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
 
 /** The module takes 32 bits. */
 const MOST_SEED = 4_294_967_295;
-
-const WORLD_WORDS: Readonly<Record<string, string>> = {
-  office: "Office: rooms off a corridor",
-  arena: "Arena: walls and boxes",
-  doors: "Doors: rooms and narrow gaps",
-  corridor: "Corridor: 30 m, hardly a feature",
-  loop: "Loop: a long ring",
-  maze: "Maze: passages all alike",
-  lab: "Lab: glass and dark walls",
-  crowd: "Crowd: ten people walk about",
-  warehouse: "Warehouse: racks and aisles, 40 m",
-  "look-alikes": "Look-alikes: ten equal rooms",
-  parallel: "Parallel: four equal corridors",
-  campus: "Campus: 120 houses, for speed",
-};
 
 /** What a sensor can do, and what it cannot. */
 const SENSOR_WORDS: Readonly<Record<string, string>> = {
@@ -73,7 +60,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: valueOf(e), worldJson: null })}>
             ${recorded ? html`<option selected value="">${source === "bridge" ? "Robot at" : "Recording:"} ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
-            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${worldTitle(w)}</option>`)}
           </select>
           <button class="icon" title="Draw a world of your own, or change this one (O)" aria-label="Draw a world" data-testid="draw-world"
             @click=${() => dispatchEvent(new Event("show-editor"))}>${icons.pencil}</button>
@@ -114,7 +101,8 @@ export class SlamSetup extends SlamElement {
         <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y, or M)" aria-keyshortcuts="Y M Shift+A" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
       </div>
       ${source === "replay" ? html`<p class="muted">Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.</p>`
-        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</details>`}
+        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}
+          <p>Nothing at hand? <button data-testid="example" title="Scans and odometry of a drive all round a ring, from our own simulation" @click=${this.press(() => void openExample(this.store, this.client))}>Map an example</button></p></details>`}
     `;
   }
 
