@@ -24,6 +24,7 @@
 //!    takes its place when it is complete: no scan has to wait for it.
 
 mod adrift;
+mod as_left;
 mod canvas;
 mod closures;
 mod companions;
@@ -294,7 +295,7 @@ impl ScanMatcher {
     fn place(&mut self, mut seen: Seen, moved: &Believed) {
         let stamp = seen.points.stamp;
         let mut tracked = self.track(&mut seen, moved, stamp);
-        if std::mem::take(&mut self.is_new_run) && !self.begins_here(&tracked) {
+        if std::mem::take(&mut self.is_new_run) && !self.begins_here(&seen, &tracked) {
             self.begin_piece();
             tracked = self.track(&mut seen, moved, stamp);
         }

@@ -3,6 +3,7 @@
 
 mod beside;
 mod kidnap;
+mod left;
 mod link;
 mod lost;
 mod outline;

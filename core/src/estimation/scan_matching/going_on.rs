@@ -6,7 +6,7 @@
 //! 1. What newer submaps cover is taken out of the map (`pruning`). The submap of the last run is
 //!    closed and the next one begun. Where the robot is known to
 //!    stand, that one begins there; where it stands as it was left, it is seeded with what was seen
-//!    last, and the first scan has to lie on that.
+//!    last, and the first scan has to show that (`as_left`).
 //! 2. Else the robot maps a piece of its own, in a frame of its own, which hangs on the map by an
 //!    edge that says no more than that it lies somewhere in it. So each submap of the piece is
 //!    searched for in the whole map and in all directions, and a place is believed by the proof
@@ -27,7 +27,6 @@ use super::super::free_space::FreeSpace;
 use super::super::pose_graph::{Edge, information_at_end};
 use super::super::submap::Doubt;
 use super::closures::{Candidate, places_proof};
-use super::tracking::Tracked;
 use super::{Gathering, ScanMatcher};
 use crate::geom::{Pose2, PoseEstimate, pose_cov};
 use crate::map::{Grid, SurfelMap};
@@ -63,8 +62,6 @@ const START_TURN_SIGMA: f64 = 0.3;
 /// How well it is known that a robot stands where it was left, m and rad.
 const LEFT_SIGMA: f64 = 0.1;
 const LEFT_TURN_SIGMA: f64 = 0.1;
-/// It stands there if this part of the first scan lies on what was seen there.
-const LEFT_OVERLAP: f64 = 0.3;
 /// Between runs this time passes, µs.
 pub(super) const BETWEEN_RUNS: u64 = 1_000_000;
 /// A map is never taken to be smaller than this, m.
@@ -134,11 +131,6 @@ impl ScanMatcher {
                 ..points.clone()
             }),
         }
-    }
-
-    /// Whether the first scan of a run lies on what was seen last before it.
-    pub(super) fn begins_here(&self, tracked: &Tracked) -> bool {
-        !tracked.is_loose && tracked.agreement.overlap() >= LEFT_OVERLAP
     }
 
     /// The last submap, of which nothing is mapped yet, becomes the first of a piece of its own.

@@ -78,21 +78,21 @@ pub(super) struct Tried {
 /// A scan of which this part agrees with the submap, ...
 const SURE_OVERLAP: f64 = 0.7;
 /// ... and of all that is said of it this part, surely lies where it was matched.
-const SURE_PART: f64 = 0.85;
+pub(super) const SURE_PART: f64 = 0.85;
 /// A pose that nobody believed first must put this part of the scan on the submap.
 pub(super) const OTHER_OVERLAP: f64 = 0.3;
 /// Motions nearer to each other than this, m and rad, are one: the match pulls in from there.
 const SAME_SHIFT: f64 = 0.06;
 const SAME_TURN: f64 = 0.06;
 /// How a point that contradicts counts beside one that agrees.
-const CONTRADICTION: f64 = 2.0;
+pub(super) const CONTRADICTION: f64 = 2.0;
 /// Of a scan of fewer points than this, what agrees counts as a part of this number: a few points
 /// agree somewhere by chance.
-const FULL_SCAN: f64 = 100.0;
+pub(super) const FULL_SCAN: f64 = 100.0;
 /// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
 const IMPLAUSIBLE: f64 = 0.02;
 /// Motions of which one is this much better, in parts of the points, are e times as likely.
-const LIKELIER: f64 = 0.05;
+pub(super) const LIKELIER: f64 = 0.05;
 /// A scan that may as well lie this far away, m and rad, does not belong to the submap.
 const LOOSE_SHIFT: f64 = 0.15;
 const LOOSE_TURN: f64 = 0.1;
