@@ -1,6 +1,7 @@
 // What is known of a run's past, and of what came after the moment that it went back to.
 
-import type { LogEntry, Store } from "./store.js";
+import type { LogEntry } from "./log.js";
+import type { Store } from "./store.js";
 
 /** A moment that is told on the time line. */
 export type Mark = Pick<LogEntry, "time" | "level" | "text">;

@@ -17,6 +17,7 @@ import type { GamepadState } from "./gamepad.js";
 import type { LastRun } from "./last_run.js";
 import { History } from "./history.js";
 import type { Offline, Renewal } from "./offline.js";
+import { type LogEntry, withEntry } from "./log.js";
 import { type Mark, marked } from "./past.js";
 import type { Shown } from "./gallery.js";
 import type { Compared } from "./compared.js";
@@ -28,16 +29,6 @@ export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" |
 
 /** `frame` is notified at most ten times a second, the others at once. */
 export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad" | "drawing";
-
-export interface LogEntry {
-  time: number;
-  level: Level;
-  text: string;
-  /** Of several entries with the same topic only the newest stands. */
-  topic?: string;
-  /** How many entries this one stands for. */
-  count: number;
-}
 
 /** Walls that light up on the map, in the matrix and in the list of matches. */
 export interface Spot {
@@ -217,7 +208,7 @@ export class Store {
   exhibit: Shown | null = null;
   /** The gamepad that is connected, and what it says. */
   gamepad: GamepadState | null = null;
-  log: LogEntry[] = [];
+  log: readonly LogEntry[] = [];
   toast: Toast | null = null;
   readonly history = new History();
 
@@ -319,10 +310,8 @@ export class Store {
     this.set("spot", { spot: { ...this.spot, ...spot } });
   }
 
-  note(entry: Omit<LogEntry, "count">): void {
-    const earlier = entry.topic === undefined ? undefined : this.log.find((e) => e.topic === entry.topic);
-    const rest = earlier ? this.log.filter((e) => e !== earlier) : this.log.slice(-299);
-    this.log = [...rest, { ...entry, count: (earlier?.count ?? 0) + 1 }];
+  note(entry: LogEntry): void {
+    this.log = withEntry(this.log, entry);
     this.marks = marked(this.marks, entry);
     this.notify("log");
   }

@@ -9,7 +9,7 @@ export interface Note {
   time: number;
   level: Level;
   text: string;
-  /** Of several notes with the same topic only the newest stands, with their number. */
+  /** Several notes with the same topic are told as one line, which opens to all of them. */
   topic?: string;
   /** It is shown at once, not only in the log. */
   alert?: boolean;
@@ -126,7 +126,7 @@ export class Story {
       this.note("info", `All is explored: drives on to ${where}, to close the loop`, `loop ${this.#tasks}`);
       return;
     }
-    // Exploring means replanning all the time: that is one entry, not a hundred.
+    // Exploring means replanning all the time: that is one line, not a hundred.
     const text = s.mode === "explore" ? `Heads for a frontier at ${where}` : `Goal ${where}`;
     this.note("info", text, `task ${this.#tasks}`);
   }
