@@ -28,6 +28,16 @@ test('each of a dozen experiments begins, and says what to watch', async ({ lab 
   await expect(lab.at('exhibit')).toHaveCount(0);
 });
 
+test('worlds are called as the Run panel calls them, in the gallery and where a drawing begins', async ({ lab }) => {
+  await lab.open();
+  await lab.at('show-gallery').click();
+  await expect(lab.at('exhibit-not-fooled')).toContainText('Look-alikes: ten equal rooms · Lidar, 360° · Scan matching');
+  await expect(lab.at('lesson-shy')).toContainText('Doors: rooms and narrow gaps · Lidar, 360° · Line EKF-SLAM');
+  await lab.page.keyboard.press('Escape');
+  await lab.page.keyboard.press('o');
+  await expect(lab.at('editor-begin').locator('option[value="look-alikes"]')).toHaveText('Look-alikes: ten equal rooms');
+});
+
 test('a filter that is too sure leaves its band, and an honest one does not', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
   test.setTimeout(180_000);
   await lab.open();

@@ -25,7 +25,7 @@ test('a simulation goes on where it was left, to the bit, with what was done to 
   const { hash } = await lab.state();
 
   await page.reload();
-  await expect(lab.at('last-run')).toContainText('doors');
+  await expect(lab.at('last-run')).toContainText('Doors: rooms and narrow gaps, Line EKF-SLAM, at 0:');
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
   await lab.at('go-on').click();
   await expect(lab.at('last-run')).toHaveCount(0);

@@ -48,6 +48,6 @@ test('the log tells an exploration as a story, not leg by leg', async ({ lab }) 
   expect(entries.filter((text) => /Heads for a frontier/.test(text)), 'one line for all legs').toHaveLength(1);
   expect(entries.some((text) => /\d\d % of what can be reached is known, after [\d.]+ m/.test(text)), 'how far it is').toBe(true);
   expect(entries[0], 'the newest first').toMatch(/explored/i);
-  expect(entries.at(-1)).toMatch(/wakes up in arena/);
+  expect(entries.at(-1)).toMatch(/wakes up in Arena: walls and boxes/);
   expect(entries.length).toBeLessThan(12);
 });

@@ -21,6 +21,7 @@ import { Rest } from "./rest.js";
 import { LogReading } from "./source/reading.js";
 import { RosImport } from "./source/ros.js";
 import { Run } from "./source/run.js";
+import { titleOf } from "./worlds.js";
 
 /** Steps within which a simulated sensor surely scans. */
 const MOST_STEPS = 400;
@@ -176,7 +177,7 @@ const handlers: Handlers<Command> = {
     given(setup.worldJson === null ? "" : setup.world, () => {
       const { world: title, method, sensor, seed } = setup;
       const run = savedMap.take(WebRun.simulate(setup));
-      begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${title}, seed ${seed}`), { setup, playing: play });
+      begin(new Run(run, { kind: "sim", title, method }, `A robot with ${sensor} wakes up in ${titleOf(setup)}, seed ${seed}`), { setup, playing: play });
     });
   },
   follow: ({ link }) => {
@@ -185,8 +186,8 @@ const handlers: Handlers<Command> = {
     const { world: title, method, sensor, seed } = setup;
     const done = seconds.toFixed(0);
     const words = actions === 1
-      ? `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} thing was done in ${done} s`
-      : `A link: a robot with ${sensor} wakes up in ${title}, seed ${seed}; ${actions} things were done in ${done} s`;
+      ? `A link: a robot with ${sensor} wakes up in ${titleOf(setup)}, seed ${seed}; ${actions} thing was done in ${done} s`
+      : `A link: a robot with ${sensor} wakes up in ${titleOf(setup)}, seed ${seed}; ${actions} things were done in ${done} s`;
     begin(new Run(WebRun.follow_link(link), { kind: "sim", title, method }, words), { setup, playing: true });
   },
   link: ({ setup }) => {

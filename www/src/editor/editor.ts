@@ -15,6 +15,7 @@ import { shared } from "../ui/style.js";
 import { takeDrops } from "../ui/own_drops.js";
 import { html, t } from "../words.js";
 import type { WorldDesk } from "../world_desk.js";
+import { worldTitle } from "../worlds.js";
 import "./board.js";
 import type { EditorBoard } from "./board.js";
 import { type Drawing, EMPTY, type Material, parsed, written } from "./drawing.js";
@@ -339,7 +340,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
               <option value="" selected>another world…</option>
               <option value="(empty)">an empty floor</option>
               ${this.store.source === "sim" ? html`<option value="(present)">the world of this run</option>` : nothing}
-              ${this.store.offer.worlds.map((world) => html`<option value=${world}>${world}</option>`)}
+              ${this.store.offer.worlds.map((world) => html`<option value=${world}>${worldTitle(world)}</option>`)}
             </select>
           </label>
           <div class="row">

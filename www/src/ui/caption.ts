@@ -3,6 +3,7 @@
 import type { Status } from "../protocol/frame.js";
 import type { Store } from "../store.js";
 import { t } from "../words.js";
+import { worldTitle } from "../worlds.js";
 import { clock, percent, sentence } from "./format.js";
 
 export interface Caption {
@@ -18,7 +19,7 @@ const AIMING: Caption = { doing: "Click the map where the robot should go", more
 export function caption(store: Store): Caption {
   const { status, playing, source, title, reading, loading } = store;
   if (reading) return { doing: t`Reading ${reading.name}`, more: percent(reading.done) };
-  if (loading) return { doing: t`Loading ${loading}…`, more: "" };
+  if (loading) return { doing: t`Loading ${t(worldTitle(loading))}…`, more: "" };
   if (!status && store.bridge?.fault) return { doing: "No connection to the bridge", more: store.bridge.fault };
   if (!status) return { doing: "Starting…", more: "" };
   const doubt = doubtOf(status);

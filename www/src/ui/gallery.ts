@@ -5,6 +5,7 @@ import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
 import { addressOf as addressOfLesson, passed, teach } from "../lessons.js";
 import type { LessonInfo } from "../protocol/module.js";
 import { html, t } from "../words.js";
+import { worldTitle } from "../worlds.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
@@ -51,7 +52,7 @@ export class SlamGallery extends SlamDialog {
     const { sensors, methods } = this.store.offer;
     const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
     const method = methods.find(({ name }) => name === setup.method)?.title ?? setup.method;
-    return [setup.world, t(sensor), t(method)].join(" · ");
+    return [worldTitle(setup.world), sensor, method].map((words) => t(words)).join(" · ");
   }
 
   /** Experiments have an address of their own, which the page follows: it can be passed on. */

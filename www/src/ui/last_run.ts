@@ -3,6 +3,7 @@
 import { css, nothing, type TemplateResult } from "lit";
 import { goOn } from "../last_run.js";
 import { html, t } from "../words.js";
+import { worldTitle } from "../worlds.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
 import { icons } from "./icons.js";
@@ -23,11 +24,12 @@ export class SlamLastRun extends SlamElement {
     const { lastRun: last, tour, offer: { methods } } = this.store;
     if (!last || tour) return nothing;
     const method = methods.find(({ name }) => name === last.method)?.title ?? last.method;
+    const title = last.kind === "sim" && last.setup?.worldJson === null ? worldTitle(last.title) : last.title;
     const from = last.kind === "sim" && last.link !== null ? t`It is done again as far as ${clock(last.time)}, and waits there.` : "It begins again from its beginning.";
     return html`<section aria-label="Your last run" data-testid="last-run">
       <header><h2>Go on where you left off?</h2>
         <button class="icon" aria-label="Forget it" @click=${this.press(() => this.store.set("last", { lastRun: null }))}>${icons.close}</button></header>
-      <p><b>${last.title}</b>, ${method}, at ${clock(last.time)}. <span class="muted">${from}</span></p>
+      <p><b>${title}</b>, ${method}, at ${clock(last.time)}. <span class="muted">${from}</span></p>
       <div class="row"><button class="next" data-testid="go-on" @click=${this.press(() => void goOn(this.store, this.client))}>Go on</button></div>
     </section>`;
   }

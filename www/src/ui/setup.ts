@@ -6,27 +6,13 @@ import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
 import { html, t } from "../words.js";
+import { worldTitle } from "../worlds.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { filesOf, valueOf } from "./input.js";
 
 /** The module takes 32 bits. */
 const MOST_SEED = 4_294_967_295;
-
-const WORLD_WORDS: Readonly<Record<string, string>> = {
-  office: "Office: rooms off a corridor",
-  arena: "Arena: walls and boxes",
-  doors: "Doors: rooms and narrow gaps",
-  corridor: "Corridor: 30 m, hardly a feature",
-  loop: "Loop: a long ring",
-  maze: "Maze: passages all alike",
-  lab: "Lab: glass and dark walls",
-  crowd: "Crowd: ten people walk about",
-  warehouse: "Warehouse: racks and aisles, 40 m",
-  "look-alikes": "Look-alikes: ten equal rooms",
-  parallel: "Parallel: four equal corridors",
-  campus: "Campus: 120 houses, for speed",
-};
 
 /** What a sensor can do, and what it cannot. */
 const SENSOR_WORDS: Readonly<Record<string, string>> = {
@@ -73,7 +59,7 @@ export class SlamSetup extends SlamElement {
           <select data-testid="world" @change=${(e: Event) => this.#restart({ world: valueOf(e), worldJson: null })}>
             ${recorded ? html`<option selected value="">${source === "bridge" ? "Robot at" : "Recording:"} ${title}</option>` : ""}
             ${own ? html`<option .selected=${source === "sim"} value=${setup.world} disabled>${setup.world}</option>` : ""}
-            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${WORLD_WORDS[w] ?? w}</option>`)}
+            ${worlds.map((w) => html`<option value=${w} .selected=${source === "sim" && !own && w === setup.world}>${worldTitle(w)}</option>`)}
           </select>
           <button class="icon" title="Draw a world of your own, or change this one (O)" aria-label="Draw a world" data-testid="draw-world"
             @click=${() => dispatchEvent(new Event("show-editor"))}>${icons.pencil}</button>
