@@ -55,6 +55,28 @@ test('what is out of range is refused in words, and the field says what holds', 
   await expect(lab.page.locator('slam-settings')).toContainText('No setting matches');
 });
 
+test('limits that are round in radians are told by three digits, and typed as told they hold', async ({ lab }) => {
+  await lab.open();
+  await search(lab, 'glass returns');
+  const field = lab.at('s-lidar.glass_angle');
+  await expect(lab.page.locator('slam-settings')).toContainText('0 to 90 °, default 8.59 °');
+  await expect(field).toHaveValue('8.59');
+  await search(lab, 'flattest view');
+  await expect(lab.page.locator('slam-settings')).toContainText('0.573 to 85.9 °, default 9.74 °');
+  const angle = lab.at('s-lines.grazing_angle');
+  // A little more than the true limit is: it is that limit.
+  await angle.fill('0.573');
+  await angle.blur();
+  await expect.poll(async () => (await lab.state()).setup.settings).toEqual({ 'lines.grazing_angle': 0.01 });
+  await angle.fill('85.94367');
+  await angle.blur();
+  await expect.poll(async () => (await lab.state()).setup.settings).toEqual({ 'lines.grazing_angle': 1.5 });
+  await expect(angle).toHaveValue('85.9');
+  await angle.fill('86');
+  await angle.blur();
+  await lab.says('Flattest view of a wall is a number from 0.573 to 85.9 °; it stays 85.9 °');
+});
+
 test('a preset sets its group, and each setting can go back', async ({ lab }) => {
   await lab.open();
   await lab.show('settings');

@@ -3,25 +3,37 @@
 import type { SettingInfo } from "../protocol/module.js";
 import { t } from "../words.js";
 
-/** What an input holds: seven digits say what anybody typed; the others are those of the binary
-    number. */
-export function plain(value: number): string {
+/** Seven digits say what anybody typed; the others are those of the binary number. */
+function plain(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
+}
+
+/** The same as it is read: an angle that is round in radians is told by three digits. */
+function told(value: number): string {
+  const isRound = Number(plain(value)) === Number(value.toPrecision(4)) || Math.abs(value) >= 1000;
+  return isRound || !Number.isFinite(value) ? plain(value) : String(Number(value.toPrecision(3)));
 }
 
 export function written(s: SettingInfo, value: number): string {
   if (s.kind === "choice") return s.choices[value] ?? "";
   if (s.kind === "switch") return value === 0 ? "off" : "on";
-  return `${Number((s.scale * value).toPrecision(4))}${s.unit ? ` ${s.unit}` : ""}`;
+  return `${told(s.scale * value)}${s.unit ? ` ${s.unit}` : ""}`;
 }
 
 export function range(s: SettingInfo): string {
-  return t`${plain(s.scale * s.low)} to ${plain(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
+  return t`${told(s.scale * s.low)} to ${told(s.scale * s.high)}${s.unit ? ` ${s.unit}` : ""}`;
+}
+
+const endsOf = ({ low, high, default: byDefault }: SettingInfo): readonly number[] => [low, high, byDefault];
+
+/** What the field of a number says: the ends of its range and its default as they are told. */
+export function field(s: SettingInfo, value: number): string {
+  return endsOf(s).includes(value) ? told(s.scale * value) : plain(s.scale * value);
 }
 
 /** The number to be stored for one as people read it; an end of the range as it is written is that
-    end. */
+    end, whatever was rounded. */
 export function stored(s: SettingInfo, shown: number): number {
-  const value = shown / s.scale;
-  return [s.low, s.high, s.default].find((end) => plain(s.scale * end) === plain(shown)) ?? value;
+  const isSame = (end: number): boolean => plain(s.scale * end) === plain(shown) || told(s.scale * end) === plain(shown);
+  return endsOf(s).find(isSame) ?? shown / s.scale;
 }

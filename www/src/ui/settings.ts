@@ -8,7 +8,7 @@ import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 import { isChecked, valueOf } from "./input.js";
-import { plain, range, stored, written } from "./setting_words.js";
+import { field, range, stored, written } from "./setting_words.js";
 
 export class SlamSettings extends SlamElement {
   static override styles = css`
@@ -110,7 +110,7 @@ export class SlamSettings extends SlamElement {
       return html`<select id=${id} data-testid=${id} @change=${(e: Event) => this.#set(s, Number(valueOf(e)))}>
         ${s.choices.map((choice, i) => html`<option value=${i} .selected=${i === value}>${choice}</option>`)}</select>`;
     }
-    return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${plain(s.scale * value)}
+    return html`<input id=${id} type="number" inputmode="decimal" step="any" data-testid=${id} .value=${field(s, value)}
       @change=${(e: Event) => this.#type(s, e.target as HTMLInputElement, value)}>${s.unit ? html`<span>${s.unit}</span>` : nothing}`;
   }
 
@@ -119,7 +119,7 @@ export class SlamSettings extends SlamElement {
     const value = stored(s, Number(input.value || NaN));
     const fits = value >= s.low && value <= s.high && (s.kind !== "whole" || Number.isInteger(value));
     if (fits) return this.#set(s, value);
-    input.value = plain(s.scale * before);
+    input.value = field(s, before);
     const kind = s.kind === "whole" ? "a whole number" : "a number";
     this.store.set("toast", { toast: { level: "warn", text: t`${s.name} is ${kind} from ${range(s)}; it stays ${written(s, before)}.` } });
   }
