@@ -84,3 +84,20 @@ test('who goes elsewhere leaves the lesson, its address and its fault', async ({
   await page.goto('/#lesson=no-such');
   await expect(lab.at('toast')).toContainText('There is no lesson no-such');
 });
+
+test('on a short phone a lesson leaves the map in sight, folds to its name, and says what came of it', { tag: '@phone-only' }, async ({ lab, page }) => {
+  test.setTimeout(180_000);
+  await page.setViewportSize({ width: 360, height: 640 });
+  await lab.open('/#lesson=shy');
+  const card = async (): Promise<number> => (await lab.at('lesson').boundingBox())!.height;
+  await expect(lab.at('lesson')).toContainText('goes through none');
+  expect(await card(), 'more than a third of what is left beside bars is map').toBeLessThan(240);
+  await lab.at('fold-lesson').click();
+  await expect(lab.at('lesson')).toContainText('Through no door');
+  await expect(lab.at('lesson')).not.toContainText('goes through none');
+  expect(await card()).toBeLessThan(80);
+  await graded(lab);
+  await expect(lab.at('verdict')).toContainText('Not mended yet');
+  await lab.at('fold-lesson').click();
+  await expect(lab.at('mark-explored')).toBeVisible();
+});

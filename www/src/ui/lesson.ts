@@ -40,9 +40,13 @@ export class SlamLesson extends SlamElement {
     .verdict.good { color: var(--good); }
     .verdict.warn { color: var(--warn); }
     .row { display: flex; flex-wrap: wrap; gap: 8px; }
+    /* A part of the map stays in sight, however much there is to read. */
+    @media (max-width: 760px) { section { max-height: calc(.62 * (100dvh - 54px - var(--dock))); overflow-y: auto; } header { position: sticky; top: -10px; background: var(--raised); } }
   `];
 
   protected override readonly topics = ["run", "lesson", "settings", "tour"] as const;
+  /** Of a lesson that was read only its name is left, and what came of it: the map has the room. */
+  #folded = "";
 
   override render(): TemplateResult | typeof nothing {
     const now = current(this.store);
@@ -50,20 +54,29 @@ export class SlamLesson extends SlamElement {
     const { lesson, place } = now;
     const { grade, offer: { lessons } } = this.store;
     const next = lessons[place + 1];
+    const isFolded = this.#folded === lesson.name;
+    const fold = isFolded ? "Read the lesson" : "Show the name only";
     return html`<section aria-label="Lesson" data-testid="lesson">
       <header><h2><small>Lesson ${place + 1} of ${lessons.length}</small>${lesson.title}</h2>
+        <button class="icon" data-testid="fold-lesson" aria-expanded=${!isFolded} aria-label=${fold} title=${fold}
+          @click=${this.press(() => this.#fold(isFolded ? "" : lesson.name))}>${isFolded ? icons.plus : icons.minus}</button>
         <button class="icon" aria-label="Leave the lesson" title="Leave the lesson; the run goes on" @click=${this.press(() => leave(this.store))}>${icons.close}</button></header>
-      <p>${lesson.fault}</p>
+      ${isFolded ? nothing : html`<p>${lesson.fault}</p>
       <p><b>${lesson.task}</b></p>
-      <ul>${grade?.marks.map((mark) => this.#mark(mark, grade.isOver))}</ul>
-      ${this.#verdict(lesson)}
+      <ul>${grade?.marks.map((mark) => this.#mark(mark, grade.isOver))}</ul>`}
+      ${isFolded && !grade?.isOver ? nothing : html`${this.#verdict(lesson)}
       <div class="row">
         ${grade?.isPassed && next ? html`<button class="next" data-testid="next-lesson" @click=${this.press(() => this.#go(next))}>Next: ${next.title}</button>` : nothing}
         <button data-testid="try-again" title="The same run from its beginning, with the settings as they are now" @click=${this.press(() => this.client.start())}>Try again</button>
         ${this.#isChanged(lesson) ? html`<button title="As it was given" @click=${this.press(() => teach(this.store, this.client, lesson))}>Undo all changes</button>` : nothing}
-        <details><summary>Hint</summary><p class="muted">${lesson.hint}</p></details>
-      </div>
+        ${isFolded ? nothing : html`<details><summary>Hint</summary><p class="muted">${lesson.hint}</p></details>`}
+      </div>`}
     </section>`;
+  }
+
+  #fold(name: string): void {
+    this.#folded = name;
+    this.requestUpdate();
   }
 
   #mark({ measure, isLeast, bound, value, isMet }: Mark, isOver: boolean): TemplateResult {

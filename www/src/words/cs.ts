@@ -1173,6 +1173,7 @@ export const SAID: Said = {
   "Rangers: drives on until the estimate says that the heading is lost, instead of judging that beforehand. Faster, and less safe among people.": "Dálkoměry: jede dál, dokud odhad neřekne, že natočení je ztraceno, místo aby to posoudil předem. Rychlejší, mezi lidmi méně bezpečné.",
   "Reaches": "Sahá",
   "Reaction time": "Reakční doba",
+  "Read the lesson": "Přečíst lekci",
   "Read what to watch": "Přečíst, co sledovat",
   "Reading of a sector": "Měření sektoru",
   "Reading {0}": "Čte se {0}",

@@ -1173,6 +1173,7 @@ export const SAID: Said = {
   "Rangers: drives on until the estimate says that the heading is lost, instead of judging that beforehand. Faster, and less safe among people.": "Távmérők: addig megy, amíg a becslés szerint el nem vész az irány, ahelyett hogy előre ítélné meg. Gyorsabb, és emberek közt kevésbé biztonságos.",
   "Reaches": "Kiterjedés",
   "Reaction time": "Reakcióidő",
+  "Read the lesson": "A lecke elolvasása",
   "Read what to watch": "Olvasd el, mire figyelj",
   "Reading of a sector": "Egy szektor mérése",
   "Reading {0}": "Beolvasás: {0}",

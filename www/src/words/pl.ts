@@ -1173,6 +1173,7 @@ export const SAID: Said = {
   "Rangers: drives on until the estimate says that the heading is lost, instead of judging that beforehand. Faster, and less safe among people.": "Dalmierze: jedzie dalej, aż szacunek powie, że orientacja jest stracona, zamiast osądzać to z góry. Szybciej, a wśród ludzi mniej bezpiecznie.",
   "Reaches": "Sięga",
   "Reaction time": "Czas reakcji",
+  "Read the lesson": "Przeczytaj lekcję",
   "Read what to watch": "Przeczytaj, na co patrzeć",
   "Reading of a sector": "Odczyt sektora",
   "Reading {0}": "Wczytywanie: {0}",
