@@ -26,3 +26,26 @@ for (const height of [640, 740, 844]) {
     expect(await overlap(lab.at('stick'), page.getByRole('button', { name: 'Follow the robot' })), 'Follow').toBe(0);
   });
 }
+
+/** Whether the whole of what is said in bold is seen, on as many lines as it takes. */
+const isWhole = (page: Page): Promise<boolean> => page.evaluate(() => {
+  const sentence = document.querySelector('slam-header')!.shadowRoot!.querySelector('.caption p')!;
+  const { bottom, right } = sentence.getBoundingClientRect();
+  return [...sentence.querySelector('strong')!.getClientRects()].every((line) => line.bottom <= bottom + 1 && line.right <= right + 1);
+});
+
+for (const [language, end] of [['en', 'could not be reached'], ['pl', 'nieosiągalne']] as const) {
+  test(`the sentence of how an exploration ended is whole on narrow screens, in ${language}`, { tag: '@phone-only' }, async ({ lab, page }) => {
+    test.setTimeout(120_000);
+    await page.setViewportSize({ width: 360, height: 740 });
+    // This robot goes through no door: places stay that it could not reach.
+    await lab.open(`/?lang=${language}#lesson=shy`);
+    await lab.speed('Infinity');
+    await lab.watch((s) => s.finished, 'it explores to its end', 90_000).toBe(true);
+    await expect(lab.at('caption')).toContainText(end);
+    for (const width of [360, 390, 768]) {
+      await page.setViewportSize({ width, height: 740 });
+      await expect.poll(() => isWhole(page), `at ${width}`).toBe(true);
+    }
+  });
+}

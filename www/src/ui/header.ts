@@ -15,7 +15,7 @@ export class SlamHeader extends SlamElement {
     .brand b { font-weight: 650; color: var(--accent-ink); }
     .brand svg { width: 26px; height: 26px; stroke: none; }
     .caption { flex: 1; min-width: 0; display: flex; align-items: center; gap: 10px; font-size: 14.5px; }
-    .caption p { margin: 0; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
+    .caption p { margin: 0; overflow: hidden; line-height: 1.3; display: -webkit-box; -webkit-line-clamp: 2; -webkit-box-orient: vertical; }
     .caption strong { font-weight: 600; }
     .dot { width: 9px; height: 9px; border-radius: 50%; background: var(--muted); flex: none; }
     .dot.on { background: var(--good); box-shadow: 0 0 0 4px color-mix(in srgb, var(--good) 22%, transparent); animation: beat 1.8s ease-in-out infinite; }
@@ -27,16 +27,20 @@ export class SlamHeader extends SlamElement {
     @media (max-width: 760px) {
       :host { gap: 10px; padding: 0 6px 0 12px; }
       .brand span { display: none; }
-      .caption { font-size: 13px; line-height: 1.3; }
-      .caption p { white-space: normal; display: -webkit-box; -webkit-line-clamp: 2; -webkit-box-orient: vertical; }
+      .caption { font-size: 13px; }
       .tools { gap: 0; }
     }
     /* On a narrow phone the sentence needs the room: Layers has the same switch. */
     @media (max-width: 480px) {
       .tools [data-testid="peek"] { display: none; }
       /* "Explored: nothing" is another sentence than "Explored: nothing unknown is left". */
-      .caption { font-size: 12px; line-height: 1.2; }
-      .caption p { -webkit-line-clamp: 3; }
+      :host { gap: 6px; padding: 0 2px 0 10px; }
+      .caption { gap: 8px; font-size: 12px; }
+      .caption p { line-height: 1.2; -webkit-line-clamp: 3; }
+      /* What is seen in each icon of the page a long sentence may do without. */
+      :host([long]) .brand { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
+      :host([long]) .caption { font-size: 11.5px; }
+      :host([long]) .caption p { line-height: 1.1; -webkit-line-clamp: 4; }
     }
   `;
 
@@ -46,6 +50,7 @@ export class SlamHeader extends SlamElement {
     const { store } = this;
     const words = caption(store);
     const dark = isDark(store);
+    this.toggleAttribute("long", t(words.doing).length > LONG);
     return html`
       <h1 class="brand" aria-label="slamlab">
         <svg viewBox="0 0 32 32" aria-hidden="true"><g fill="none" stroke="var(--map-truth)" stroke-width="1.8" stroke-linecap="round"><path d="M12 20 6 8M12 20 14 5M12 20 23 8M12 20l15-3" opacity=".8"/></g><path d="M5 6.5 14 4l10 3 4 10" fill="none" stroke="currentColor" stroke-width="2.4" stroke-linejoin="round" stroke-linecap="round"/><circle cx="12" cy="20" r="6" fill="var(--map-estimate)"/></svg>
@@ -70,6 +75,9 @@ export class SlamHeader extends SlamElement {
     `;
   }
 }
+
+/** A sentence of more letters needs more than three lines of a narrow phone. */
+const LONG = 48;
 
 /** With numbers and their units on one line. */
 const inOnePiece = (text: string): string => t(text).replace(/(\d) (?=[a-z%]+\b|%)/g, "$1\u00a0");
