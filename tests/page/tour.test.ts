@@ -25,6 +25,8 @@ test.describe('a first visit', () => {
     expect((await layers(lab))['truth'], 'the answer is not given away').toBe(false);
     expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
     await expect(lab.at('tab-settings'), 'few controls first').toBeHidden();
+    await expect(lab.at('caption'), 'in words that nobody has to know').toContainText('heads for a place not seen yet');
+    await expect(lab.at('caption')).not.toContainText('frontier');
 
     expect(await byWheels(lab)).toBe(0);
     await lab.at('tour-next').click();

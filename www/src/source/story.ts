@@ -132,18 +132,19 @@ export class Story {
   }
 }
 
-/** What the robot is about to do, in words a visitor understands; north is up on the map. */
+/** What the robot is about to do, in words a visitor understands who has not heard of frontiers;
+    north is up on the map. */
 export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   if (mode === "manual" || !task) return "";
   if (task.state === "scanning") return "stands and scans";
   if (task.state === "waiting") return task.text;
-  if (!Number.isFinite(goalX)) return mode === "explore" ? "searches for the next frontier" : "plans a way";
+  if (!Number.isFinite(goalX)) return mode === "explore" ? "looks for a place not seen yet" : "plans a way";
   const [dx, dy] = [goalX - x, goalY - y];
   const wind = WINDS[Math.round(Math.atan2(dy, dx) / (Math.PI / 4) + 8) % 8] ?? "";
   const way = `${Math.hypot(dx, dy).toFixed(1)} m to the ${wind}`;
   if (task.state === "homeward") return `all is explored, drives home, ${way}`;
   if (task.state === "closing") return `all is explored, drives on to close the loop, ${way}`;
-  return mode === "explore" ? `heads for a frontier ${way}` : way;
+  return mode === "explore" ? `heads for a place not seen yet, ${way}` : way;
 }
 
 const WINDS = [word("east"), word("north-east"), word("north"), word("north-west"), word("west"), word("south-west"), word("south"), word("south-east")] as const;
