@@ -54,6 +54,22 @@ test.describe('a first visit', () => {
     expect((await lab.state()).setup.world).toBe('office');
   });
 
+  test('shows who stays at the first step what goes wrong, and its words stay true when the run is over', async ({ lab }) => {
+    test.setTimeout(240_000);
+    await lab.open();
+    await expect(lab.at('tour')).not.toContainText('wheels');
+    await expect(lab.at('tour')).toContainText(/its wheels alone would have drawn: wrong by [\d.]+ c?m/, { timeout: 90_000 });
+    await expect(lab.at('tour')).toContainText('never been here');
+    expect((await lab.status()).time, 'there was time to read').toBeGreaterThan(140);
+    await expect.poll(() => byWheels(lab), 'it is seen').toBeGreaterThan(200);
+    await lab.watch((s) => s.finished, 'the run ends', 120_000).toBe(true);
+    await expect(lab.at('tour')).toContainText('This robot had never been here');
+    await expect(lab.at('tour')).toContainText('what its laser saw last');
+    await expect(lab.at('tour')).not.toContainText('just now');
+    await lab.at('tour-next').click();
+    await expect(lab.at('tour')).toContainText('Its wheels are not enough');
+  });
+
   test('can be left at any step, and taken again', async ({ lab, page }) => {
     await lab.open();
     await lab.at('tour-next').click();

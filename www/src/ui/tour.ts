@@ -18,6 +18,9 @@ const TITLES: Readonly<Record<TourStep, string>> = {
 
 type Length = ReturnType<typeof length>;
 
+/** Who reads the first step for so long is shown what goes wrong there, wall seconds. */
+const LINGERS = 15;
+
 /** So long the robot is seen from near once its doubt has collapsed, wall milliseconds: its map
     slides into place meanwhile. */
 const NEAR_MILLIS = 6000;
@@ -53,6 +56,8 @@ export class SlamTour extends SlamElement {
   /** By how much that moved the map, m. */
   #moved = 0;
   #time = 0;
+  /** Whether the map of the wheels came by itself, for who stays at the first step. */
+  #isShown = false;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -67,8 +72,12 @@ export class SlamTour extends SlamElement {
   #follow(): void {
     const { status, tour } = this.store;
     if (!tour || !status) return;
-    if (status.time < this.#time) [this.#collapse, this.#moved] = [null, 0];
+    if (status.time < this.#time) [this.#collapse, this.#moved, this.#isShown] = [null, 0, false];
     this.#time = status.time;
+    if (tour === "unknown" && !this.#isShown && (status.finished || status.time >= LINGERS * SPEED)) {
+      this.#isShown = true;
+      this.store.setLayers({ wheels: true });
+    }
     const collapse = this.#history.add(status.time, doubtOf(status));
     if (!collapse || this.#collapse) return;
     this.#collapse = collapse;
@@ -86,7 +95,7 @@ export class SlamTour extends SlamElement {
     const at = STEPS.indexOf(tour);
     const next = STEPS[at + 1] ?? null;
     return html`<section aria-label="What SLAM is" data-testid="tour">
-      <header><h2 aria-live="polite">${TITLES[tour]}</h2>
+      <header><h2 aria-live="polite">${tour === "unknown" && this.store.status?.finished ? "This robot had never been here" : TITLES[tour]}</h2>
         <button class="icon" aria-label="Leave the tour" title="Leave the tour" data-testid="tour-leave" @click=${this.press(() => go(this.store, null))}>${icons.close}</button></header>
       ${this.#words(tour)}
       <footer>
@@ -107,8 +116,12 @@ export class SlamTour extends SlamElement {
     const off = length(status?.odometryError ?? NaN);
     switch (step) {
       case "unknown":
-        return html`<p><i class="key seen"></i> is what it has seen so far, <i class="key walls"></i> are walls, and <i class="key scan"></i> is what its laser sees just now. Of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>, simultaneous localisation and mapping.</p>
-          <p class="muted">Robot and building are simulated, ${SPEED} times as fast as in life.</p>`;
+        return html`${status?.finished
+          ? html`<p><i class="key seen"></i> is what it has seen, <i class="key walls"></i> are walls, and <i class="key scan"></i> is what its laser saw last. Nobody told it where it is: it had to find out both at once. That is <b>SLAM</b>, simultaneous localisation and mapping.</p>`
+          : html`<p><i class="key seen"></i> is what it has seen so far, <i class="key walls"></i> are walls, and <i class="key scan"></i> is what its laser sees just now. Of all else it knows nothing. Nor does anyone tell it where it is: it has to find out both at once. That is <b>SLAM</b>, simultaneous localisation and mapping.</p>`}
+          ${this.store.layers.wheels
+            ? html`<p><i class="key wheels"></i> is what its wheels alone would have drawn: wrong by <b>${off.value} ${off.unit}</b>.</p>`
+            : html`<p class="muted">Robot and building are simulated, ${SPEED} times as fast as in life.</p>`}`;
       case "wheels":
         return html`<p><i class="key wheels"></i> is what it would draw by its wheels alone. They slip a little at every turn, errors add up, and by now they are wrong by <b>${off.value} ${off.unit}</b>. What the laser sees of walls that it knows puts it right: <i class="key way"></i> is the way that it has come.</p>`;
       case "doubt":
