@@ -11,6 +11,7 @@
 // | inspector.js | something is inspected |
 // | race.js | a run is compared with others |
 // | bridge_map.js | the bridge maps, too |
+// | bridge_field.js | somebody looks for a robot behind a bridge |
 // | recordings.js | somebody looks at the recordings of the bridge |
 // | registration.js, editor.js | the lab or the world editor is opened |
 // | saving.js | somebody wants to save something |
@@ -62,7 +63,7 @@ const options = {
   tsconfig: at("tsconfig.json"),
   outdir: at("dist"),
   entryPoints: {
-    main: "src/main.ts", registration: "src/registration/lab.ts", fleet: "src/fleet/fleet.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts", saving: "src/ui/saving.ts", archive: "src/ui/archive.ts", zip_worker: "src/zip_worker.ts",
+    main: "src/main.ts", registration: "src/registration/lab.ts", fleet: "src/fleet/fleet.ts", editor: "src/editor/editor.ts", inspector: "src/inspector/panel.ts", svg_context: "src/view/svg_context.ts", gl: "src/view/gl/surface.ts", race: "src/race/race.ts", panels: "src/ui/panels.ts", plotter: "src/ui/plotter.ts", bridge_map: "src/ui/bridge_map.ts", recordings: "src/ui/recordings.ts", bridge_field: "src/ui/bridge_field.ts", saving: "src/ui/saving.ts", archive: "src/ui/archive.ts", zip_worker: "src/zip_worker.ts",
     language: "src/ui/language.ts", words_hu: "src/words/hu.ts", words_cs: "src/words/cs.ts", words_pl: "src/words/pl.ts", style: "src/style.css",
     worker: "src/worker.ts", files: "src/source/files.ts", local_bridge: "src/local_bridge.ts", registration_worker: "src/registration/worker.ts",
   },

@@ -22,7 +22,7 @@ test('the page runs below a path of a plain server, with nothing from elsewhere'
   await page.keyboard.press('Escape');
 
   await lab.show('run');
-  await lab.at('cable').locator('summary').click();
+  await lab.at('elsewhere').locator('summary').click();
   await expect(lab.at('no-bridge')).toContainText('no bridge can be reached from it');
   expect(server.asked.filter((path) => !path.startsWith(BELOW))).toEqual([]);
   await server.stop();
@@ -50,6 +50,6 @@ test('what no header forbids there, the page forbids itself', async ({ lab, page
 test('a person is told what serves the page', async ({ lab }) => {
   await lab.open();
   await lab.show('run');
-  await lab.at('cable').locator('summary').click();
+  await lab.at('elsewhere').locator('summary').click();
   await expect(lab.at('no-bridge')).toContainText('a bridge that has no robot');
 });

@@ -30,6 +30,7 @@ import "./ui/doors.js";
 import "./ui/drop.js";
 import type { SlamElement } from "./ui/element.js";
 import "./ui/edit.js";
+import "./ui/elsewhere.js";
 import "./ui/gamepad.js";
 import "./ui/header.js";
 import "./ui/exhibit.js";
