@@ -15,7 +15,7 @@ const world = (x: number) => JSON.stringify({
 
 const CASES: readonly [what: string, file: string, bytes: string | Buffer, says: RegExp][] = [
   ['an empty log', 'empty.log', '', /empty\.log.*empty.*expected a CARMEN log/is],
-  ['a JPEG named .log', 'photo.log', jpeg, /photo\.log: this is a JPEG picture; expected a CARMEN log.*a rover's log/is],
+  ['a JPEG named .log: that is enough, whatever else would be read', 'photo.log', jpeg, /photo\.log: this is a JPEG picture(?!;)/],
   ['a log that is cut off', 'cut.log', log.slice(0, -scan.length / 2), /cut\.log.*line 7.*cut off/is],
   ['a packed log that is cut off', 'cut.log.gz', gzipSync(log).subarray(0, -20), /cut\.log\.gz.*gzip file is damaged/is],
   ['a log with a word for a range', 'word.log', log.replace(scan, scan.replace(/ \d+\.\d+/, ' far')), /word\.log.*line 7: field 3.*`far`/is],

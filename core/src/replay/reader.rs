@@ -55,7 +55,7 @@ pub enum LogError {
     #[error("the file is no text, nor a recording; expected {KINDS}")]
     NoLog,
     /// A file of another kind.
-    #[error("{0}; expected {KINDS}")]
+    #[error("{0}")]
     Known(KnownFile),
     /// A bag of ROS 1: it is to be imported.
     #[error(

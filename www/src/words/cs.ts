@@ -2788,7 +2788,6 @@ export const HEARD: Heard = {
   "{0}: {1}": "{0}: {1}",
   "{0}: {1} is {2}, expected {3}": "{0}: {1} je {2}, očekává se {3}",
   "{0}: {1} poses were left out, for another one has the same time": "{0}: {1} póz bylo vynecháno, protože jiná má stejný čas",
-  "{0}; expected {1}": "{0}; očekává se {1}",
   "{0}; home again": "{0}; zase doma",
   "{0}; how the robot moved is told by the poses of another file": "{0}; jak se robot pohyboval, říkají pózy z jiného souboru",
   "{0}; not home again: {1}": "{0}; nevrátil se domů: {1}",

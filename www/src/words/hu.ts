@@ -2788,7 +2788,6 @@ export const HEARD: Heard = {
   "{0}: {1}": "{0}: {1}",
   "{0}: {1} is {2}, expected {3}": "{0}: {1}: {2}, ezt várja: {3}",
   "{0}: {1} poses were left out, for another one has the same time": "{0}: {1} póz kimaradt, mert egy másiknak ugyanaz az ideje",
-  "{0}; expected {1}": "{0}; ezt várja: {1}",
   "{0}; home again": "{0}; újra otthon",
   "{0}; how the robot moved is told by the poses of another file": "{0}; hogy a robot hogyan mozgott, azt egy másik fájl pózai mondják meg",
   "{0}; not home again: {1}": "{0}; nem ért haza: {1}",

@@ -2788,7 +2788,6 @@ export const HEARD: Heard = {
   "{0}: {1}": "{0}: {1}",
   "{0}: {1} is {2}, expected {3}": "{0}: {1} to {2}, oczekiwano: {3}",
   "{0}: {1} poses were left out, for another one has the same time": "{0}: pominięto {1} póz, bo inna ma ten sam czas",
-  "{0}; expected {1}": "{0}; oczekiwano: {1}",
   "{0}; home again": "{0}; znów w domu",
   "{0}; how the robot moved is told by the poses of another file": "{0}; jak robot się poruszał, mówią pozy z innego pliku",
   "{0}; not home again: {1}": "{0}; nie wrócił do domu: {1}",
