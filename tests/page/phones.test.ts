@@ -49,3 +49,33 @@ for (const [language, end] of [['en', 'could not be reached'], ['pl', 'nieosiąg
     }
   });
 }
+
+for (const language of ['en', 'hu', 'cs', 'pl']) {
+  test(`the names of the tabs stand apart from one another at 360 px, in ${language}`, { tag: '@phone-only' }, async ({ lab, page }) => {
+    await page.setViewportSize({ width: 360, height: 740 });
+    await lab.open(`/?lang=${language}`);
+    const words = await page.evaluate(() => [...document.querySelector('slam-tabs')!.shadowRoot!.querySelectorAll('button')].map((button) => {
+      const word = document.createRange();
+      word.selectNodeContents(button);
+      word.setStartAfter(button.querySelector('svg')!);
+      const { left, right } = word.getBoundingClientRect();
+      return { word: button.textContent.trim(), left, right };
+    }));
+    expect(words).toHaveLength(8);
+    for (const [i, { word, left }] of words.entries()) if (i > 0) expect(left - words[i - 1]!.right, `${words[i - 1]!.word} and ${word}`).toBeGreaterThanOrEqual(4);
+    expect(words.at(-1)!.right).toBeLessThanOrEqual(360);
+  });
+}
+
+test('a message over the editor lies on no tool, and goes with the editor', { tag: '@phone' }, async ({ lab, page }) => {
+  await lab.open();
+  await lab.show('run');
+  await lab.at('draw-world').click();
+  await lab.at('editor-file').setInputFiles({ name: 'photo.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('\xff\xd8\xff\xe0\0\x10JFIF\0', 'latin1') });
+  await expect(lab.at('toast')).toContainText('photo.jpg');
+  const tools = page.locator('slam-editor .head button').filter({ visible: true });
+  expect(await tools.count()).toBeGreaterThan(5);
+  for (const tool of await tools.all()) expect(await overlap(lab.at('toast'), tool), String(await tool.textContent())).toBe(0);
+  await lab.at('editor-close').click();
+  await expect(lab.at('toast')).toBeHidden();
+});

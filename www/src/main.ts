@@ -253,8 +253,9 @@ function hideEditor(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
-/** What lies behind the lab cannot be reached. */
+/** What lies behind the lab cannot be reached, and what was said there goes with it. */
 function setBehind(isBehind: boolean): void {
+  store.set("toast", { toast: null });
   for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
 }
 

@@ -22,8 +22,10 @@ export class SlamTabs extends SlamElement {
   static override styles = css`
     nav { display: flex; background: var(--surface); border-top: 1px solid var(--line); padding-bottom: env(safe-area-inset-bottom); }
     /* Each as wide as its word: some languages have long ones. */
-    button { flex: 1 1 auto; min-width: 40px; flex-direction: column; gap: 2px; min-height: 50px; padding: 0 1px; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
+    button { flex: 1 1 auto; min-width: 40px; flex-direction: column; gap: 2px; min-height: 50px; padding: 0 3px; border: 0; border-radius: 0; background: transparent; font-size: 11px; color: var(--muted); }
     button[aria-pressed="true"] { color: var(--accent-ink); box-shadow: inset 0 2.5px 0 var(--accent); }
+    /* Words of other languages run into one another where the screen is narrow. */
+    @media (max-width: 400px) { button:not(:lang(en)) { min-width: 0; font-size: 10px; letter-spacing: -.01em; } }
     @media (min-width: 761px) {
       nav { padding: 0 3px; border-bottom: 1px solid var(--line); border-top: 0; }
       .phone { display: none; }

@@ -45,6 +45,12 @@ export class SlamToast extends SlamElement {
       : nothing}</span>`;
   }
 
+  /** Over the editor it stands below the tools, however many lines they take. */
+  override updated(): void {
+    const tools = this.store.toast && document.querySelector("slam-editor")?.shadowRoot?.querySelector(".head");
+    this.style.top = tools ? `${tools.getBoundingClientRect().bottom + 8}px` : "";
+  }
+
   #take(way: Toast["way"]): void {
     this.store.set("toast", { toast: null });
     way?.go();
