@@ -78,6 +78,8 @@ const statics = async () => {
   await copyFile(at("icon.svg"), at("dist/icon.svg"));
   await copyFile(at("manifest.webmanifest"), at("dist/manifest.webmanifest"));
   await cp(at("icons"), at("dist/icons"), { recursive: true });
+  await mkdir(at("dist/examples"), { recursive: true });
+  await copyFile(at("examples/ring.gzip"), at("dist/examples/ring.gzip"));
   for (const module of ["web", "files", "lab", "cable"]) {
     const name = `slamlab_${module}_bg.wasm`;
     await copyFile(at(`pkg/${name}`), at(`dist/${name}`));

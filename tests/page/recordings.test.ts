@@ -47,6 +47,42 @@ test('a chosen log can be cancelled, and the map so far stays', async ({ lab }) 
   await expect(lab.at('log')).toContainText('the map so far stays');
 });
 
+test('the page has a recording by itself: it comes when it is asked for, is mapped, and closes its loop', { tag: '@phone' }, async ({ lab, page, isMobile }) => {
+  test.setTimeout(240_000);
+  const asked: string[] = [];
+  page.on('request', (request) => asked.push(new URL(request.url()).pathname));
+  await lab.open();
+  await lab.show('run');
+  await page.getByText('What can be opened').click();
+  expect(asked.filter((path) => path.includes('examples')), 'a first visit does without it').toEqual([]);
+  await lab.at('example').click();
+  await expect.poll(async () => (await lab.state()).title, { timeout: 30_000 }).toBe('ring.log');
+  expect((await lab.state()).source).toBe('replay');
+  if (isMobile) await lab.hidePanels();
+  await lab.watch((s) => s.finished, 'the recording ends', 120_000).toBe(true);
+  const status = await lab.status();
+  expect(status.scans).toBe(457);
+  expect(status.loopClosures, 'all the way round').toBeGreaterThan(0);
+  await expect(lab.at('caption')).toContainText('Mapped ring.log');
+  await expect(lab.at('caption')).not.toContainText(/doubtful|torn/);
+
+  // The gallery has it, too.
+  await lab.at('to-simulation').click();
+  await expect.poll(async () => (await lab.state()).source).toBe('sim');
+  await lab.at('show-gallery').click();
+  await lab.at('exhibit-recording').click();
+  await expect.poll(async () => (await lab.state()).title, { timeout: 30_000 }).toBe('ring.log');
+});
+
+test('where the recording of the page does not come, that is said', async ({ lab, page, problems }) => {
+  await page.route('**/examples/*', (route) => route.abort());
+  await lab.open();
+  await lab.at('show-gallery').click();
+  await lab.at('exhibit-recording').click();
+  await lab.says('The recording could not be loaded. Is the server still there?');
+  problems.length = 0;
+});
+
 const INTEL = 'intel/intel.clf';
 const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
 

@@ -1,9 +1,10 @@
 // The gallery: a dozen experiments to begin by a click.
 
 import { css, nothing, type TemplateResult } from "lit";
+import { EXAMPLE, openExample } from "../example.js";
 import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
 import { addressOf as addressOfLesson, passed, teach } from "../lessons.js";
-import type { LessonInfo } from "../protocol/module.js";
+import type { LessonInfo, MethodName } from "../protocol/module.js";
 import { html, t } from "../words.js";
 import { worldTitle } from "../worlds.js";
 import { dialog, SlamDialog } from "./dialog.js";
@@ -29,7 +30,9 @@ export class SlamGallery extends SlamDialog {
       <header><h3 id="title">Experiments and lessons</h3><button class="icon" aria-label="Close" @click=${() => this.close()}>${icons.close}</button></header>
       <p>Each is a run that is set up so that one thing is seen. It begins at once; what to watch stands beside the map.</p>
       <ul>${EXHIBITS.map((each) => html`<li><button data-testid="exhibit-${each.name}" @click=${() => this.#begin(each)}>
-        <b>${each.title}</b><small>${each.about}</small><span class="made">${this.#made(each)}</span></button></li>`)}</ul>
+        <b>${each.title}</b><small>${each.about}</small><span class="made">${this.#made(each)}</span></button></li>`)}
+        <li><button data-testid="exhibit-recording" @click=${() => this.#open()}>
+          <b>A recording is mapped</b><small>What a lidar and wheels logged on a drive all round a ring, simulated too: there is no truth to compare with, as in a recording of yours</small><span class="made">${EXAMPLE} · ${this.#title("scan-matching")}</span></button></li></ul>
       <h3>Lessons</h3>
       <p>Each is a run with a fault. Find the setting or the method that mends it: figures say whether it is, and the map whether you can see it.</p>
       <ul>${this.store.offer.lessons.map((each, place) => this.#lesson(each, place))}</ul>
@@ -49,10 +52,19 @@ export class SlamGallery extends SlamDialog {
 
   /** World, sensor and method, as the choosers call them. */
   #made({ setup }: Pick<Exhibit, "setup"> | LessonInfo): string {
-    const { sensors, methods } = this.store.offer;
+    const { sensors } = this.store.offer;
     const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
-    const method = methods.find(({ name }) => name === setup.method)?.title ?? setup.method;
+    const method = this.#title(setup.method);
     return [worldTitle(setup.world), sensor, method].map((words) => t(words)).join(" · ");
+  }
+
+  #title(method: MethodName): string {
+    return this.store.offer.methods.find(({ name }) => name === method)?.title ?? method;
+  }
+
+  #open(): void {
+    this.close();
+    void openExample(this.store, this.client);
   }
 
   /** Experiments have an address of their own, which the page follows: it can be passed on. */

@@ -2,6 +2,7 @@
 
 import { css, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";
+import { openExample } from "../example.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
@@ -100,7 +101,8 @@ export class SlamSetup extends SlamElement {
         <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y, or M)" aria-keyshortcuts="Y M Shift+A" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
       </div>
       ${source === "replay" ? html`<p class="muted">Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.</p>`
-        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}</details>`}
+        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}
+          <p>Nothing at hand? <button data-testid="example" title="Scans and odometry of a drive all round a ring, from our own simulation" @click=${this.press(() => void openExample(this.store, this.client))}>Map an example</button></p></details>`}
     `;
   }
 
