@@ -44,6 +44,25 @@ test('a robot that goes through no door is mended, and it stays noted', { tag: '
   await expect(lab.at('lesson-crooked')).not.toContainText('mended');
 });
 
+for (const [lesson, ...groups] of [
+  ['shy', 'Planning and driving'], ['short-sighted', 'Points'], ['long-walls', 'Lines'], ['narrow-gate', 'Filter'], ['perfect-wheels', 'Odometry'],
+  ['crooked', 'Simulated tracks', 'Odometry'], ['too-sure', 'Filter'], ['one-story', 'Grid particles'],
+] as const) {
+  test(`the hint of ${lesson} names settings as their panel does`, async ({ lab }) => {
+    await lab.open(`/#lesson=${lesson}`);
+    await lab.at('lesson').getByText('Hint').click();
+    const hint = await lab.at('lesson').locator('details').innerText();
+    await lab.show('settings');
+    if (hint.includes('All settings')) await lab.at('settings-all').check();
+    for (const group of groups) {
+      expect(hint).toMatch(new RegExp(`(?:Settings, |under )${group}(?::|,| what)`));
+      await expect(lab.at(`settings-${group}`)).toBeVisible();
+    }
+    // What is wrong is there: each setting that the lesson changed.
+    for (const key of Object.keys((await lab.state()).setup.settings)) await expect(lab.at(`s-${key}`), key).toHaveCount(1);
+  });
+}
+
 test('a teacher passes on an address, and another method may be the way out', async ({ lab, page }) => {
   test.setTimeout(180_000);
   await page.goto('/#lesson=blind-faith');
