@@ -68,6 +68,8 @@ export interface Toast {
   topic?: string;
   /** What can be done about it. */
   way?: { readonly label: string; readonly go: () => void };
+  /** How long it stands, wall milliseconds, unless it is closed; as its level has it, if not given. */
+  stands?: number;
 }
 
 /** A map that runs go on in, and where in it the robot begins. */

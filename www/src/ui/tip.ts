@@ -29,7 +29,7 @@ export class SlamTip extends SlamElement {
       this.dismiss();
       return nothing;
     }
-    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map: the robot drives there" : "Click the map: the robot drives there"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map to send the robot there: you are asked first" : "Click the map to send the robot there: you are asked first"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
   }
 
   dismiss(): void {
