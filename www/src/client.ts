@@ -86,6 +86,7 @@ export class Client {
     this.#brokeAt = performance.now();
     this.#worker.terminate();
     for (const give of this.#collecting.splice(0)) give({ files: [], error: why });
+    for (const give of this.#askLink.splice(0)) give(null);
     if (this.isBeside || breaksAgain) {
       this.warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
@@ -161,6 +162,10 @@ export class Client {
     const asked = leaves ? { settings: withoutFault(this.store), ...patch, lesson: null } : patch;
     // Who chooses a world and a sensor one right after the other means both.
     const setup = { ...this.store.setup, ...this.#asked, ...asked };
+    // Lessons are tried again and again, and the tour can be taken again.
+    // While another one is on its way the worker knows no longer of the run that is shown.
+    const isMissed = setup.lesson === null && this.store.tour === null && !this.isBeside;
+    if (isMissed && this.#starts === 0) this.#way.leave();
     this.#asked = { ...this.#asked, ...asked };
     this.#starts += 1;
     this.store.set("run", { loading: setup.world });
@@ -575,6 +580,7 @@ export class Client {
       this.store.begin(start);
       this.#list();
       this.onStart(start.isAgain);
+      if (start.source === "sim" && !start.isAgain && !this.isBeside) void this.#way.offerBefore();
       if (this.#until !== null) this.seek(this.#until);
       this.#until = null;
       if (this.#skipped === "") return;

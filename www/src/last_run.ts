@@ -15,7 +15,7 @@ const RECORDING = "recording";
 /** How often what there is is kept, wall milliseconds. */
 const KEEPS_EVERY = 3000;
 /** A shorter run is none that somebody misses, s. */
-const LEAST_SECONDS = 20;
+export const LEAST_SECONDS = 20;
 /** A larger recording is not kept, bytes: browsers have little more room for a page. */
 const MOST_BYTES = 256e6;
 
