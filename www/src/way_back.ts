@@ -2,11 +2,12 @@
 // it went is not lost, but offered as the link that does it again.
 
 import type { Client } from "./client.js";
-import { LEAST_SECONDS } from "./last_run.js";
 import type { Store } from "./store.js";
 import { clock } from "./ui/format.js";
 import { t } from "./words.js";
 
+/** A shorter run is none that somebody misses, s. */
+export const LEAST_SECONDS = 20;
 /** So long the run before is offered, wall milliseconds: who wanted another one sees its map. */
 const OFFERED_MILLIS = 20_000;
 
@@ -58,7 +59,12 @@ export class WayBack {
       this.#before = null;
       this.client.follow(link, way.time);
     };
-    const text = t`The run before, in ${way.title}, had come as far as ${clock(way.time)}.`;
-    this.store.set("toast", { toast: { level: "info", text, way: { label: t("Back to the run before"), go }, stands: OFFERED_MILLIS } });
+    offerRun(this.store, way, go);
   }
+}
+
+/** Offers, for a while, the run that the one which is shown took the place of. */
+export function offerRun(store: Store, { title, time }: Pick<Way, "title" | "time">, go: () => void): void {
+  const text = t`The run before, in ${title}, had come as far as ${clock(time)}.`;
+  store.set("toast", { toast: { level: "info", text, way: { label: t("Back to the run before"), go }, stands: OFFERED_MILLIS } });
 }
