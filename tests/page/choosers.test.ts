@@ -61,6 +61,44 @@ test('a run that another one took the place of is there again, to the bit', { ta
   await lab.says('The run before');
 });
 
+test('method, settings, speed and the open panel are as they were after a reload; a link goes before them', async ({ lab, page, problems }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.speed('10');
+  await lab.at('method').selectOption('scan-matching');
+  await lab.show('settings');
+  await lab.at('settings-search').fill('kept from obstacles');
+  await lab.at('s-pilot.gap').fill('9');
+  await lab.at('s-pilot.gap').blur();
+  await expect.poll(async () => (await lab.state()).setup.settings).toEqual({ 'pilot.gap': 0.09 });
+
+  await page.reload();
+  await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
+  expect(await lab.state()).toMatchObject({ method: 'scan-matching', setup: { world: 'office', settings: { 'pilot.gap': 0.09 } } });
+  await expect(lab.at('speed')).toHaveValue('10');
+  await expect(lab.at('tab-settings')).toHaveAttribute('aria-pressed', 'true');
+  await lab.at('settings-search').fill('kept from obstacles');
+  await expect(lab.at('s-pilot.gap')).toHaveValue('9');
+
+  await page.goto('/#run&world=arena&sensor=lidar&method=line-ekf&seed=3');
+  await page.reload();
+  await expect.poll(async () => (await lab.state()).title).toBe('arena');
+  expect(await lab.state()).toMatchObject({ method: 'line-ekf', setup: { settings: {} } });
+
+  // A build that does not know what was kept begins without it, and says so.
+  await page.evaluate(() => localStorage.setItem('slamlab-choices', '{"method":"oracle","settings":{"no.such":7},"speed":"fast"}'));
+  await lab.open();
+  expect(await lab.state()).toMatchObject({ method: 'line-ekf', setup: { settings: {} } });
+  expect(await page.evaluate(() => localStorage.getItem('slamlab-choices'))).toBeNull();
+  // Nor does anything else hold it up.
+  for (const kept of ['[', '7', 'null', '{"settings":[]}']) {
+    await page.evaluate((kept) => localStorage.setItem('slamlab-choices', kept), kept);
+    await lab.open(`/?${kept.length}`);
+  }
+  expect(problems.filter((problem) => !problem.includes('oracle'))).toEqual([]);
+  problems.length = 0;
+});
+
 test('every world of the page can be entered', async ({ lab }) => {
   test.setTimeout(120_000);
   await lab.open();

@@ -20,6 +20,7 @@ import { addressOfLink, isLink, isOwnAddress, isSharedWorld, MOST_ADDRESS, MOST_
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
+import { choices, forgetChoices, noteChoice } from "./visit.js";
 import { WayBack } from "./way_back.js";
 import { t } from "./words.js";
 
@@ -195,6 +196,7 @@ export class Client {
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
     this.#list();
+    if (!this.isBeside) noteChoice(store, { settings });
   }
 
   /** Asks what the settings are in this run. */
@@ -236,7 +238,9 @@ export class Client {
     this.store.set("bridge", { host });
     if (url) this.connect(url, token);
     else if (!this.visit(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
-      this.start();
+      const { speed = this.store.speed, ...setup } = choices();
+      this.setSpeed(speed);
+      this.start(setup);
       this.store.set("last", { lastRun: lastRun() });
     }
   }
@@ -707,8 +711,10 @@ export class Client {
       this.warn(text);
       // A link that is wrong leaves nothing to look at.
       if (this.#run === 0) this.onLost();
-      if (this.isBeside || this.#run !== 0 || !isLink(location.hash)) return;
-      history.replaceState(null, "", location.pathname + location.search);
+      if (this.isBeside || this.#run !== 0) return;
+      // Nor does what was kept by another build.
+      if (isLink(location.hash)) history.replaceState(null, "", location.pathname + location.search);
+      else if (!forgetChoices()) return;
       this.#skipped = text;
       this.start();
     },
