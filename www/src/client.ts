@@ -16,7 +16,7 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isOwnAddress, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
+import { addressOfLink, isLink, isOwnAddress, isSaid, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE, saidOf } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
@@ -45,7 +45,8 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
-  /** What a building that is about to start was read without. */
+  /** What is said of the run that is about to start: what its building was read without, or what
+      it begins in place of. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
   #askedLeaseAt = -Infinity;
@@ -258,12 +259,15 @@ export class Client {
       return true;
     }
     const found = exhibitAt(hash);
-    if (found === null) return false;
+    if (found === null) {
+      if (isSaid(hash) && !isSharedWorld(hash)) this.refuse(t`The address ends in ${saidOf(hash)}, which names no run, lesson, experiment or world of this page.`);
+      return false;
+    }
     if (typeof found !== "string") {
       exhibit(this.store, this, found);
       return true;
     }
-    this.warn(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
+    this.refuse(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
     return false;
   }
 
@@ -276,7 +280,7 @@ export class Client {
     }
     const lesson = lessons.find((each) => each.name === name);
     if (lesson) return teach(this.store, this, lesson);
-    this.warn(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
+    this.refuse(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
     if (this.#run === 0) this.start();
   }
 
@@ -528,6 +532,12 @@ export class Client {
     else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
     else if (store.source === "replay" && this.files.recording) void this.files.open(this.files.recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
+  }
+
+  /** What was asked for and cannot be; the run that begins in its place does not take that away. */
+  refuse(text: string): void {
+    if (this.#run === 0) this.#skipped = text;
+    else this.warn(text);
   }
 
   /** A note that is read at once. */

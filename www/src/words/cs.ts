@@ -1424,6 +1424,7 @@ export const SAID: Said = {
   "Textbook": "Učebnicový",
   "Textbook EKF": "Učebnicový EKF",
   "That two points of it at least are drawn together. Larger: more samples, fewer walls overlooked.": "Že se aspoň jednou vylosují dva její body společně. Větší: víc výběrů, méně přehlédnutých stěn.",
+  "The address ends in {0}, which names no run, lesson, experiment or world of this page.": "Adresa končí na {0}, což není žádný běh, lekce, experiment ani svět této stránky.",
   "The angles to the nearest neighbours must be within the limits too (Pilch 2016: 4).": "V mezích musí být i úhly k nejbližším sousedům (Pilch 2016: 4).",
   "The battery is low": "Baterie je slabá",
   "The bins do not all lie on such a curve (χ² {0} with {1} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.": "Pásma neleží všechna na takové křivce (χ² {0}, stupňů volnosti {1}): některá kazí paprsky na hranách a šikmých stěnách, nebo lépe sedí druhý tvar.",

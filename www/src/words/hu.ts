@@ -1424,6 +1424,7 @@ export const SAID: Said = {
   "Textbook": "Tankönyvi",
   "Textbook EKF": "Tankönyvi EKF",
   "That two points of it at least are drawn together. Larger: more samples, fewer walls overlooked.": "Hogy legalább két pontját együtt húzza ki. Nagyobb: több minta, kevesebb elnézett fal.",
+  "The address ends in {0}, which names no run, lesson, experiment or world of this page.": "A cím vége {0}: ez az oldal egyetlen futását, leckéjét, kísérletét vagy világát sem nevezi meg.",
   "The angles to the nearest neighbours must be within the limits too (Pilch 2016: 4).": "A legközelebbi szomszédok szögeinek is a határok között kell lenniük (Pilch 2016: 4).",
   "The battery is low": "Az akkumulátor gyenge",
   "The bins do not all lie on such a curve (χ² {0} with {1} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.": "A sávok nem mind esnek ilyen görbére (χ² {0}, {1} szabadsági fok): az éleken és ferde falakon lévő sugarak elrontanak néhányat, vagy a másik alak illik jobban.",

@@ -1424,6 +1424,7 @@ export const SAID: Said = {
   "Textbook": "Podręcznikowy",
   "Textbook EKF": "EKF z podręcznika",
   "That two points of it at least are drawn together. Larger: more samples, fewer walls overlooked.": "Że choć raz wylosuje się razem dwa jej punkty. Większe: więcej próbek, mniej przeoczonych ścian.",
+  "The address ends in {0}, which names no run, lesson, experiment or world of this page.": "Adres kończy się na {0}: nie ma takiego przebiegu, lekcji, eksperymentu ani świata na tej stronie.",
   "The angles to the nearest neighbours must be within the limits too (Pilch 2016: 4).": "W granicach muszą być też kąty do najbliższych sąsiadów (Pilch 2016: 4).",
   "The battery is low": "Bateria jest słaba",
   "The bins do not all lie on such a curve (χ² {0} with {1} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.": "Nie wszystkie przedziały leżą na takiej krzywej (χ² {0}, stopni swobody {1}): niektóre psują wiązki na krawędziach i skośnych ścianach albo lepiej pasuje druga postać.",
