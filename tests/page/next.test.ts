@@ -50,6 +50,22 @@ test('stop at the end of a run leaves the offer, which covers no walls', { tag: 
   await expect(offer, 'closed is closed').toHaveCount(0);
 });
 
+test('the hint of a first visit goes by itself, and at the first click on the map', async ({ lab, page }) => {
+  await lab.open();
+  await lab.speed('20');
+  await expect(lab.at('tip')).toContainText('Click the map');
+  await lab.speed('1');
+  await expect(lab.at('tip'), 'it was read').toHaveCount(0, { timeout: 15_000 });
+  await page.evaluate(() => localStorage.removeItem('slamlab-tip-seen'));
+  await lab.open('/?again');
+  await lab.speed('20');
+  await expect(lab.at('tip')).toBeVisible();
+  await lab.speed('1');
+  const { x, y } = await lab.status();
+  await lab.pointAt(x, y, false);
+  await expect(lab.at('tip')).toHaveCount(0, { timeout: 2000 });
+});
+
 test('at the end of a recording there is no other building to offer, and an offer can be closed', async ({ lab, page }) => {
   await lab.open();
   await lab.show('run');
