@@ -108,6 +108,7 @@ test('a goal far off the map is refused in words', { tag: '@phone' }, async ({ l
   const box = (await lab.at('map').boundingBox())!;
   await lab.page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   for (let i = 0; i < 12; i += 1) await lab.page.mouse.wheel(0, 400);
+  await lab.at('mode-goto').click();
   await lab.pointAt(20, 120, !!isMobile);
   await lab.watch((s) => s.reason, 'it says why').toMatch(/the goal at \(\d+\.\d\d, 1\d\d\.\d\d\) m is inside an obstacle, too near to one, or off the map/);
   expect((await lab.status()).finished, 'and the errand is over').toBe(true);

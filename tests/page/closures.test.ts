@@ -105,6 +105,35 @@ test('a click on a join of the pose graph says its residual, and whether it was 
   await expect(lab.at('join')).toHaveCount(0);
 });
 
+test('where a click drives, it is meant for a line only where that is really hit', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.show('run');
+  await lab.at('method').selectOption('scan-matching');
+  await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
+  await lab.speed('20');
+  await expect.poll(() => inside(lab, ({ submaps }) => submaps.count), { message: 'there are submaps', timeout: 60_000 }).toBeGreaterThan(3);
+  await lab.show('layers');
+  await lab.at('layer-graph').check();
+  await lab.at('layer-closures').uncheck();
+  await lab.at('stop').click();
+  await expect(lab.at('caption')).toContainText('click the map');
+  const ends = await Promise.all([1, 2].map((number) => page.evaluate((n) => (window as unknown as { slamlab: Inside }).slamlab.submap(n), number)));
+  const [a, b] = ends as [[number, number, number], [number, number, number]];
+  const middle = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] as const;
+  await lab.stillCamera();
+  // Beside it, where it used to be caught.
+  const [length, away] = [Math.hypot(b[0] - a[0], b[1] - a[1]), 6 / (await lab.state()).camera.scale];
+  await lab.pointAt(middle[0] - away * (b[1] - a[1]) / length, middle[1] + away * (b[0] - a[0]) / length, false);
+  await lab.watch((s) => s.mode, 'the robot drives there').toBe('goto');
+  await expect(lab.at('join')).toHaveCount(0);
+  await lab.at('stop').click();
+  await lab.watch((s) => s.mode, 'it is stopped').toBe('manual');
+  await lab.pointAt(...middle, false);
+  await expect(lab.at('join')).toContainText('Submap 1 to submap 2');
+  expect((await lab.status()).mode, 'and goes nowhere').toBe('manual');
+});
+
 test('where motion is to be reduced, the map does not glide', async ({ lab, page }) => {
   await page.emulateMedia({ reducedMotion: 'reduce' });
   await map(lab);

@@ -22,6 +22,30 @@ test('a click on the map sends the robot there', { tag: '@phone' }, async ({ lab
   await lab.watch((s) => Math.hypot(s.truthX, s.truthY), 'it drives back').toBeLessThan(0.3);
 });
 
+test('while it explores, a click asks before the robot goes there', { tag: '@phone' }, async ({ lab, hasTouch }) => {
+  await lab.open();
+  await lab.enter('arena', '1');
+  await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.1);
+  const place = [1.6, 1.2] as const;
+  await lab.pointAt(...place, hasTouch);
+  await lab.says('Send the robot there?');
+  const { time } = await lab.status();
+  await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(time + 1);
+  expect((await lab.status()).mode, 'nothing happens unanswered').toBe('explore');
+  await lab.at('toast-way').click();
+  await lab.watch((s) => s.mode, 'it is sent').toBe('goto');
+  const { goalX, goalY } = await lab.status();
+  expect(Math.hypot(goalX - place[0], goalY - place[1]), 'to that place').toBeLessThan(0.1);
+  await expect(lab.at('toast')).toHaveCount(0);
+  // What drives already, or stands, is sent elsewhere by a click.
+  await lab.pointAt(0, 0, hasTouch);
+  await lab.watch((s) => s.goalX, 'at once').toBeLessThan(0.5);
+  await lab.at('stop').click();
+  await lab.watch((s) => s.mode, 'it is stopped').toBe('manual');
+  await lab.pointAt(...place, hasTouch);
+  await lab.watch((s) => s.mode, 'and sent again').toBe('goto');
+});
+
 test('the robot drives while a key is held', async ({ lab, page }) => {
   await lab.open();
   await lab.enter('arena', '1');

@@ -94,3 +94,24 @@ test('an address of 10 MB is refused as too long, at once', async ({ lab, page }
   await lab.at('mode-explore').click();
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan(time);
 });
+
+test('an address that names nothing is told of when the page is opened by it', async ({ lab, page }) => {
+  const wrong: readonly [link: string, says: string][] = [
+    ['lesson=none', 'There is no lesson none'],
+    ['experiment=none', 'There is no experiment none'],
+    ['world=%%%', 'damaged'],
+    ['junk', 'The address ends in #junk'],
+    [`a${'x'.repeat(5_000)}`, 'The address ends in #axxx'],
+  ];
+  for (const [at, [link, says]] of wrong.entries()) {
+    await test.step(link.slice(0, 20), async () => {
+      await lab.open(`/?${at}#${link}`);
+      await lab.says(says);
+      expect((await lab.state()).title, 'there is a run all the same').toBe('office');
+    });
+  }
+  // Nor does one that is changed while the page is open fall silently.
+  await page.keyboard.press('Escape');
+  await page.evaluate(() => (location.hash = 'rubbish'));
+  await lab.says('The address ends in #rubbish');
+});

@@ -54,6 +54,23 @@ test('a recording is there again with its file, and closing the offer forgets it
   await expect(lab.at('last-run')).toHaveCount(0);
 });
 
+test('who goes on without an answer has the new run kept, and may go back once', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.enter('doors', '20');
+  await lab.watch((s) => s.time, 'it is worth to be kept').toBeGreaterThan(21);
+  await expect.poll(async () => JSON.parse((await page.evaluate(kept)) ?? '{}').title, { timeout: 10_000 }).toBe('doors');
+
+  await page.reload();
+  await expect(lab.at('last-run')).toContainText('doors');
+  await lab.watch((s) => s.time, 'the new run is one to be kept').toBeGreaterThan(20);
+  await expect(lab.at('last-run'), 'the card goes').toHaveCount(0, { timeout: 30_000 });
+  await lab.says('The run before, in doors');
+  await expect.poll(async () => JSON.parse((await page.evaluate(kept)) ?? '{}').title, { timeout: 10_000 }).toBe('office');
+  await lab.at('toast-way').click();
+  await expect.poll(async () => (await lab.state()).setup.world, 'it is done again').toBe('doors');
+});
+
 test('who does something else is not asked again, and what is no run of ours is nothing', async ({ lab, page }) => {
   await page.addInitScript(() => localStorage.setItem('slamlab-last-run', '{"kind":"sim","title":7}'));
   await lab.open();

@@ -38,6 +38,7 @@ test('the planner lab asks the outline too, and it alone finds the way through t
 test('it drives through that door, and its rectangle touches nothing', async ({ lab, isMobile }) => {
   test.setTimeout(180_000);
   await longRobot(lab);
+  await lab.at('mode-goto').click();
   await lab.pointAt(3.4, 1.1, !!isMobile);
   await lab.watch((s) => s.mode, 'it is sent').toBe('goto');
   await lab.speed('20');

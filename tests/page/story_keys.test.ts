@@ -46,6 +46,9 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await page.keyboard.press('3');
   await lab.watch((s) => s.mode, 'it explores').toBe('explore');
   await tabTo(page, 'map');
+  // An exploration does not end unasked.
+  await page.keyboard.press('Enter');
+  await lab.says('Send the robot there?');
   await page.keyboard.press('Enter');
   await lab.watch((s) => s.mode, 'to the cross').toBe('goto');
 

@@ -18,7 +18,7 @@ test('a student meets SLAM on a phone', { tag: '@phone-only' }, async ({ lab, pa
   await expect(lab.at('tour')).toHaveCount(0);
   await fits(page);
 
-  // "Tap the map: the robot drives there."
+  // "Choose Go to and tap the map: the robot drives there."
   await lab.at('mode-goto').tap();
   const { x, y } = await lab.status();
   await lab.pointAt(x + 0.4, y, true);

@@ -2,6 +2,7 @@
 // key and from the log; in a simulation and in a recording.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
+import { focused } from './hands.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 
@@ -223,4 +224,41 @@ test('a recording goes back and the same way again, and with another setting ano
   const other = await moment(lab);
   expect([other.time, other.scans]).toEqual([end.time, end.scans]);
   expect(other.hash, 'matched to other keyframes').not.toBe(end.hash);
+});
+
+test('who goes by keys stays on the line, and nothing there drives', async ({ lab, page }) => {
+  test.setTimeout(120_000);
+  await lab.open();
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.time, 'it drives for a while').toBeGreaterThan(14);
+  await lab.pause();
+  const end = await moment(lab);
+  await lab.at('timeline').focus();
+  // One right after the other, as the second comes while the run is on its way.
+  for (let i = 0; i < 3; i += 1) await page.keyboard.press('ArrowLeft');
+  await arrives(lab);
+  expect(await focused(page), 'the focus stays').toBe('timeline');
+  await page.keyboard.press('ArrowLeft');
+  await arrives(lab);
+  expect(await focused(page)).toBe('timeline');
+  const { time, mode } = await lab.status();
+  expect(time / end.time, 'four steps of a hundredth back').toBeCloseTo(0.96, 1);
+  expect(mode, 'nobody steers').toBe('explore');
+  expect(await length(lab), 'the run did not take another way').toBeCloseTo(end.time, 6);
+  await expect(lab.at('toast')).toHaveCount(0);
+
+  // The same after a click.
+  const box = (await lab.at('timeline').boundingBox())!;
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  await page.keyboard.press('ArrowUp');
+  await arrives(lab);
+  await page.keyboard.press('ArrowUp');
+  await arrives(lab);
+  expect((await lab.status()).mode).toBe('explore');
+  expect(await length(lab)).toBeCloseTo(end.time, 6);
+
+  // Another run has no past yet.
+  await lab.enter('office', '4');
+  await lab.watch((s) => s.time, 'it begins').toBeGreaterThan(1);
+  expect(await length(lab)).toBeLessThan(end.time);
 });

@@ -70,6 +70,20 @@ test.describe('a first visit', () => {
     await expect(lab.at('tour')).toContainText('Its wheels are not enough');
   });
 
+  test('goes on when the map is clicked: the robot comes round all the same', async ({ lab }) => {
+    test.setTimeout(180_000);
+    await lab.open();
+    for (let step = 0; step < 3; step += 1) await lab.at('tour-next').click();
+    await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(1);
+    const { x, y } = await lab.status();
+    const box = (await lab.at('map').boundingBox())!;
+    await lab.page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+    await lab.watch((s) => Math.hypot(s.x - x, s.y - y), 'it goes on').toBeGreaterThan(1);
+    expect((await lab.status()).mode, 'it was sent nowhere').toBe('explore');
+    await expect(lab.at('toast'), 'nor asked about').toHaveCount(0);
+    await expect(lab.at('tour')).toContainText('its doubt fell to', { timeout: 120_000 });
+  });
+
   test('can be left at any step, and taken again', async ({ lab, page }) => {
     await lab.open();
     await lab.at('tour-next').click();

@@ -16,10 +16,11 @@ import type { Contest, LoadedMap, Store } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isOwnAddress, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE } from "./link.js";
+import { addressOfLink, isLink, isOwnAddress, isSaid, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE, saidOf } from "./link.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
+import { choices, forgetChoices, noteChoice } from "./visit.js";
 import { WayBack } from "./way_back.js";
 import { t } from "./words.js";
 
@@ -44,7 +45,8 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
-  /** What a building that is about to start was read without. */
+  /** What is said of the run that is about to start: what its building was read without, or what
+      it begins in place of. */
   #skipped = "";
   #bridge: { url: string; token: string } | null = null;
   #askedLeaseAt = -Infinity;
@@ -86,6 +88,7 @@ export class Client {
     this.#brokeAt = performance.now();
     this.#worker.terminate();
     for (const give of this.#collecting.splice(0)) give({ files: [], error: why });
+    for (const give of this.#askLink.splice(0)) give(null);
     if (this.isBeside || breaksAgain) {
       this.warn(t`The simulation stopped: ${why}. Reload the page.`);
       this.onLost();
@@ -161,6 +164,10 @@ export class Client {
     const asked = leaves ? { settings: withoutFault(this.store), ...patch, lesson: null } : patch;
     // Who chooses a world and a sensor one right after the other means both.
     const setup = { ...this.store.setup, ...this.#asked, ...asked };
+    // Lessons are tried again and again, and the tour can be taken again.
+    // While another one is on its way the worker knows no longer of the run that is shown.
+    const isMissed = setup.lesson === null && this.store.tour === null && !this.isBeside;
+    if (isMissed && this.#starts === 0) this.#way.leave();
     this.#asked = { ...this.#asked, ...asked };
     this.#starts += 1;
     this.store.set("run", { loading: setup.world });
@@ -190,6 +197,7 @@ export class Client {
     store.set("settings", { setup: { ...store.setup, settings } });
     this.send({ kind: "configure", settings });
     this.#list();
+    if (!this.isBeside) noteChoice(store, { settings });
   }
 
   /** Asks what the settings are in this run. */
@@ -231,7 +239,9 @@ export class Client {
     this.store.set("bridge", { host });
     if (url) this.connect(url, token);
     else if (!this.visit(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
-      this.start();
+      const { speed = this.store.speed, ...setup } = choices();
+      this.setSpeed(speed);
+      this.start(setup);
       this.store.set("last", { lastRun: lastRun() });
     }
   }
@@ -249,12 +259,15 @@ export class Client {
       return true;
     }
     const found = exhibitAt(hash);
-    if (found === null) return false;
+    if (found === null) {
+      if (isSaid(hash) && !isSharedWorld(hash)) this.refuse(t`The address ends in ${saidOf(hash)}, which names no run, lesson, experiment or world of this page.`);
+      return false;
+    }
     if (typeof found !== "string") {
       exhibit(this.store, this, found);
       return true;
     }
-    this.warn(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
+    this.refuse(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
     return false;
   }
 
@@ -267,7 +280,7 @@ export class Client {
     }
     const lesson = lessons.find((each) => each.name === name);
     if (lesson) return teach(this.store, this, lesson);
-    this.warn(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
+    this.refuse(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
     if (this.#run === 0) this.start();
   }
 
@@ -521,6 +534,12 @@ export class Client {
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
   }
 
+  /** What was asked for and cannot be; the run that begins in its place does not take that away. */
+  refuse(text: string): void {
+    if (this.#run === 0) this.#skipped = text;
+    else this.warn(text);
+  }
+
   /** A note that is read at once. */
   warn(text: string): void {
     this.store.set("toast", { toast: { level: "warn", text } });
@@ -575,6 +594,7 @@ export class Client {
       this.store.begin(start);
       this.#list();
       this.onStart(start.isAgain);
+      if (start.source === "sim" && !start.isAgain && !this.isBeside) void this.#way.offerBefore();
       if (this.#until !== null) this.seek(this.#until);
       this.#until = null;
       if (this.#skipped === "") return;
@@ -701,8 +721,10 @@ export class Client {
       this.warn(text);
       // A link that is wrong leaves nothing to look at.
       if (this.#run === 0) this.onLost();
-      if (this.isBeside || this.#run !== 0 || !isLink(location.hash)) return;
-      history.replaceState(null, "", location.pathname + location.search);
+      if (this.isBeside || this.#run !== 0) return;
+      // Nor does what was kept by another build.
+      if (isLink(location.hash)) history.replaceState(null, "", location.pathname + location.search);
+      else if (!forgetChoices()) return;
       this.#skipped = text;
       this.start();
     },

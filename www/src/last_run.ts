@@ -6,6 +6,7 @@ import type { Recording } from "./files.js";
 import type { MethodName, SettingValues, Setup } from "./protocol/module.js";
 import { ifAllowed } from "./storage.js";
 import type { Store } from "./store.js";
+import { LEAST_SECONDS, offerRun } from "./way_back.js";
 import { t } from "./words.js";
 
 const KEY = "slamlab-last-run";
@@ -14,8 +15,9 @@ const FILES = "files";
 const RECORDING = "recording";
 /** How often what there is is kept, wall milliseconds. */
 const KEEPS_EVERY = 3000;
-/** A shorter run is none that somebody misses, s. */
-const LEAST_SECONDS = 20;
+/** What was left is offered for so long at least, however fast the new run goes, wall
+    milliseconds. */
+const OFFERED_MILLIS = 15_000;
 /** A larger recording is not kept, bytes: browsers have little more room for a page. */
 const MOST_BYTES = 256e6;
 
@@ -37,12 +39,20 @@ export function lastRun(): LastRun | null {
   }
 }
 
-/** Keeps what runs from here on; not while what was left before is still offered. */
+/** Keeps what runs from here on. What was left before is offered until there is a new run to be
+    kept in its place. */
 export function keepLastRun(store: Store, client: Client): void {
+  let offeredAt = 0;
+  store.on("last", () => (offeredAt = performance.now()));
   let [kept, isKept] = [null as Recording | null, false];
   setInterval(() => {
     const { source, status, lastRun: offered } = store;
-    if (offered || !status || status.time < LEAST_SECONDS) return;
+    if (!status || status.time < LEAST_SECONDS) return;
+    if (offered && performance.now() - offeredAt < OFFERED_MILLIS) return;
+    if (offered) {
+      store.set("last", { lastRun: null });
+      if (!store.toast) offerRun(store, offered, () => void goOn(store, client, offered));
+    }
     if (source === "sim") client.send({ kind: "keep", setup: store.started });
     const { recording } = client.files;
     if (source !== "replay" || !recording) return;
@@ -63,8 +73,7 @@ export function keepSimulation({ title, method, status, started, lastRun: offere
 }
 
 /** Goes on in what was left. */
-export async function goOn(store: Store, client: Client): Promise<void> {
-  const { lastRun: last } = store;
+export async function goOn(store: Store, client: Client, last = store.lastRun): Promise<void> {
   store.set("last", { lastRun: null });
   if (last?.kind === "sim") return last.link === null ? client.start(last.setup) : client.follow(last.link, last.time);
   if (last?.kind !== "replay") return;

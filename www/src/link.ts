@@ -8,6 +8,15 @@ export function isLink(hash: string): boolean {
   return hash.startsWith("#run&");
 }
 
+/** Letters of an address that are said again in words. */
+const MOST_SAID = 60;
+
+/** What stands behind the address, for a sentence about it. */
+export const saidOf = (hash: string): string => (hash.length > MOST_SAID ? `${hash.slice(0, MOST_SAID)}…` : hash);
+
+/** Whether something stands behind the address that may be a link: a bridge's token is none. */
+export const isSaid = (hash: string): boolean => hash.length > 1 && !new URLSearchParams(hash.slice(1)).has("token");
+
 /** Letters of the longest link that goes into an address, and of the longest that goes through
     messengers: many cut a message there. */
 export const MOST_ADDRESS = 64_000;

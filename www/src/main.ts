@@ -20,7 +20,7 @@ import { CLOSURE_STRIDE, EDIT_STRIDE, HYPOTHESIS_STRIDE, POINT_STRIDE, REFINDING
 import { Store } from "./store.js";
 import { startSheets } from "./ui/sheet.js";
 import { startTheme, switchTheme } from "./theme.js";
-import { keepTurn, keepView } from "./visit.js";
+import { keepTab, keepTurn, keepView } from "./visit.js";
 import "./ui/bench.js";
 import "./ui/bridge.js";
 import "./ui/cable.js";
@@ -443,6 +443,7 @@ store.on("bridge", () => {
   if (isOpen && !wasOpen) void lookForNewer(store);
 });
 
+keepTab(store);
 keepForOffline(store);
 void renewFirst().then((isRenewed) => {
   if (isRenewed) return;

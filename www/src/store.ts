@@ -25,7 +25,9 @@ import { numbered } from "./room_numbers.js";
 import type { TourStep } from "./tour.js";
 
 export type Theme = "system" | "light" | "dark";
-export type Tab = "run" | "status" | "plots" | "filter" | "paths" | "settings" | "layers" | "log" | "";
+export const TABS = ["run", "status", "plots", "filter", "paths", "settings", "layers", "log"] as const;
+/** Empty where none was chosen, or it was shut again. */
+export type Tab = (typeof TABS)[number] | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
 export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad" | "drawing";
@@ -59,6 +61,8 @@ export interface Toast {
   topic?: string;
   /** What can be done about it. */
   way?: { readonly label: string; readonly go: () => void };
+  /** How long it stands, wall milliseconds, unless it is closed; as its level has it, if not given. */
+  stands?: number;
 }
 
 /** A map that runs go on in, and where in it the robot begins. */

@@ -1,13 +1,20 @@
-// What the browser keeps from visit to visit: that there was one, and what of the map is shown.
+// What the browser keeps from visit to visit: that there was one, what of the map and which panel is
+// shown, and how runs go: by which method, with which settings, how fast.
 
+import type { MethodName, SettingValues } from "./protocol/module.js";
+import { ofAnySensor } from "./protocol/setup.js";
 import { ifAllowed } from "./storage.js";
-import type { Store } from "./store.js";
+import { type Store, TABS } from "./store.js";
 import { LAYERS, type LayerName } from "./view/scene.js";
 
 const VISITED = "slamlab-visited";
 const VIEW = "slamlab-view";
 const ORDER = "slamlab-order";
 const TURN = "slamlab-turn";
+const TAB = "slamlab-tab";
+const CHOICES = "slamlab-choices";
+
+const USUAL_SENSOR = "lidar";
 
 /** Whether nobody was here before. Where nothing can be kept nobody is greeted twice, so nobody is
     greeted at all. */
@@ -36,6 +43,54 @@ export function keepTurn(map: { turn(angle: number): void; onTurn: (angle: numbe
   const kept = Number(ifAllowed(() => localStorage.getItem(TURN)) ?? NaN);
   if (Math.abs(kept) <= Math.PI) map.turn(kept);
   map.onTurn = (angle) => ifAllowed(() => (angle === 0 ? localStorage.removeItem(TURN) : localStorage.setItem(TURN, String(angle))));
+}
+
+/** Opens the panel that was open last, once somebody listens for that, and keeps which one is open
+    from here on. */
+export function keepTab(store: Store): void {
+  const kept = ifAllowed(() => localStorage.getItem(TAB));
+  const tab = TABS.find((each) => each === kept);
+  if (tab !== undefined) store.set("tab", { tab });
+  store.on("tab", () => ifAllowed(() => localStorage.setItem(TAB, store.tab)));
+}
+
+/** What a person chose of how simulated runs go. */
+interface Choices {
+  readonly method?: MethodName;
+  readonly settings?: SettingValues;
+  readonly speed?: number;
+}
+
+/** Keeps what somebody chose. A lesson, an experiment and the tour are not what they chose, and a
+    robot behind a bridge begins as its bridge has it. */
+export function noteChoice({ source, tour, exhibit, setup: { lesson, sensor }, settings: infos }: Store, { settings, ...chosen }: Choices): void {
+  if (source === "bridge" || tour || exhibit || lesson !== null) return;
+  // A visit begins with the usual sensor.
+  const kept = settings && { settings: sensor === USUAL_SENSOR ? settings : ofAnySensor(settings, infos) };
+  // JSON has no number without an end, which is the speed at its most.
+  ifAllowed(() => localStorage.setItem(CHOICES, JSON.stringify({ ...choices(), ...chosen, ...kept }, (_, value: unknown) => (value === Infinity ? "max" : value))));
+}
+
+/** What was chosen on earlier visits; what none of ours can be is told by the module. */
+export function choices(): Choices {
+  try {
+    const { method, settings, speed } = JSON.parse(localStorage.getItem(CHOICES) ?? "{}") as Record<string, unknown>;
+    const factor = speed === "max" ? Infinity : Number(speed);
+    return {
+      ...(typeof method === "string" && { method: method as MethodName }),
+      ...(typeof settings === "object" && settings !== null && { settings: settings as SettingValues }),
+      ...(factor > 0 && { speed: factor }),
+    };
+  } catch {
+    return {};
+  }
+}
+
+/** Forgets what the module of this build does not take; whether there was anything. */
+export function forgetChoices(): boolean {
+  const had = Object.keys(choices()).length > 0;
+  ifAllowed(() => localStorage.removeItem(CHOICES));
+  return had;
 }
 
 /** The order that a text names; ours, if it does not name each layer once. */

@@ -196,7 +196,9 @@ const handlers: Handlers<Command> = {
   },
   keep: ({ setup, asked = false }) => {
     const { run } = player;
-    if (run?.kind === "sim") post({ kind: "kept", link: linkOf(run, setup), asked });
+    const link = run?.kind === "sim" ? linkOf(run, setup) : null;
+    // Who asked waits for an answer.
+    if (run?.kind === "sim" || asked) post({ kind: "kept", link, asked });
   },
   replay: (command) => {
     interrupt();

@@ -105,7 +105,10 @@ export class SlamEditor extends LitElement implements WorldDesk {
     try {
       this.open("the world of the link", await sharedWorld(hash), []);
     } catch (error) {
-      this.#say(faultOf(error).text, true);
+      const { text } = faultOf(error);
+      this.#say(text, true);
+      // The world behind is opened in its place, which says something of its own.
+      this.client.refuse(text);
       if (this.#isFirst) this.#openPresent();
     }
   }

@@ -51,13 +51,14 @@ export class SlamHeader extends SlamElement {
     const words = caption(store);
     const dark = isDark(store);
     this.toggleAttribute("long", t(words.doing).length > LONG);
+    const goes = store.playing && !(store.source === "sim" && store.isStopped && store.status?.mode === "manual");
     return html`
       <h1 class="brand" aria-label="slamlab">
         <svg viewBox="0 0 32 32" aria-hidden="true"><g fill="none" stroke="var(--map-truth)" stroke-width="1.8" stroke-linecap="round"><path d="M12 20 6 8M12 20 14 5M12 20 23 8M12 20l15-3" opacity=".8"/></g><path d="M5 6.5 14 4l10 3 4 10" fill="none" stroke="currentColor" stroke-width="2.4" stroke-linejoin="round" stroke-linecap="round"/><circle cx="12" cy="20" r="6" fill="var(--map-estimate)"/></svg>
         <span>slam<b>lab</b></span>
       </h1>
       <div class="caption" data-testid="caption">
-        <i class="dot ${store.isCutOff || (store.status !== null && isInDoubt(store.status)) ? "off" : store.playing ? "on" : ""}"></i>
+        <i class="dot ${store.isCutOff || (store.status !== null && isInDoubt(store.status)) ? "off" : goes ? "on" : ""}"></i>
         <p><strong>${words.doing}</strong>${words.more ? html` <span class="muted">· ${inOnePiece(words.more)}</span>` : ""}</p>
       </div>
       <div class="tools">

@@ -73,7 +73,7 @@ export class SlamHelp extends SlamDialog {
       <p>It starts with an empty map and does not know where it is. Its wheels count the way, and err a little with every turn. Its sensor measures the distance to the walls, and errs too.</p>
       <p>From both it works out the walls and its own place in one go: <b>SLAM</b>, simultaneous localisation and mapping. The orange ellipse says how sure it is. It swells on the way into the unknown, and shrinks when a wall is met again. The dotted trail shows where the robot would believe to be by its wheels alone.</p>
       <p><button data-testid="tour-begin" @click=${() => this.#tour()}>${icons.play} Watch it happen, in four steps</button></p>
-      <p>Click the map and the robot drives there. Drop a recorded log, and the same algorithms map a real building.</p>
+      <p>Choose Go to and click the map: the robot drives there. While it explores, a click asks first. Drop a recorded log, and the same algorithms map a real building.</p>
       <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? html`: ${this.store.offline.why}` : ""}.</p>
       <slam-language .store=${this.store}></slam-language>
       ${matchMedia("(pointer: coarse)").matches ? html`<h2>By finger</h2>

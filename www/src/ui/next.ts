@@ -23,17 +23,16 @@ export class SlamNext extends SlamElement {
 
   protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit", "lesson"] as const;
   #closed = false;
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.store.on("run", () => (this.#closed = false));
-  }
+  /** The run is over. Who stops a robot that is done asks nothing else of it: it stays over. */
+  #isOver = false;
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source, tab, layers, editing, inspecting, tour, exhibit, offer: { worlds }, setup } = this.store;
+    const { status, source, tab, layers, editing, inspecting, isStopped, tour, exhibit, offer: { worlds }, setup } = this.store;
+    this.#isOver = status !== null && (status.finished || (this.#isOver && isStopped));
+    if (!this.#isOver) this.#closed = false;
     // Those have a next step of their own, runs side by side are compared already, and a robot
     // behind a bridge is told what to do by who drives it. On a phone what is open covers the map.
-    if (!status?.finished || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
+    if (!this.#isOver || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
     if (layers.rooms || tab === "paths" || (tab !== "" && matchMedia("(max-width: 760px)").matches)) return nothing;
     const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];
     return html`<div data-testid="next" role="group" aria-label="What next?"><span>What next?</span>

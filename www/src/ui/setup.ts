@@ -4,8 +4,10 @@ import { css, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";
 import { openExample } from "../example.js";
 import { needsPriorMap } from "../protocol/methods.js";
+import { ofAnySensor } from "../protocol/setup.js";
 import type { MethodName } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
+import { noteChoice } from "../visit.js";
 import { html, t } from "../words.js";
 import { worldTitle } from "../worlds.js";
 import { SlamElement } from "./element.js";
@@ -72,7 +74,7 @@ export class SlamSetup extends SlamElement {
           </select>
         </label>
         <label>Method
-          <select data-testid="method" title=${methods.find(({ name }) => name === method)?.title ?? ""} @change=${(e: Event) => this.client.again(valueOf(e) as MethodName)}>
+          <select data-testid="method" title=${methods.find(({ name }) => name === method)?.title ?? ""} @change=${(e: Event) => this.#choose(valueOf(e) as MethodName)}>
             ${methods.filter(({ name }) => !needsPriorMap(name) || source === "sim" || setup.priorMap).map(({ name, title, meaning }) => html`<option value=${name} title=${meaning} .selected=${method === name}>${title}</option>`)}
           </select>
         </label>
@@ -106,13 +108,15 @@ export class SlamSetup extends SlamElement {
     `;
   }
 
-  /** Figures of one sensor mean nothing to another. */
+  #choose(method: MethodName): void {
+    noteChoice(this.store, { method });
+    this.client.again(method);
+  }
+
   #restart(patch: Partial<typeof this.store.setup>): void {
     const { sensor, settings, calibration } = this.store.setup;
     const leaves = patch.sensor !== undefined && patch.sensor !== sensor;
-    const figures = new Set(this.store.settings.filter((s) => s.group === "Sensor").map((s) => s.key));
-    const others = Object.fromEntries(Object.entries(settings).filter(([key]) => !figures.has(key)));
-    this.client.start({ mode: "explore", settings: leaves ? others : settings, calibration: leaves ? null : calibration, ...patch });
+    this.client.start({ mode: "explore", settings: leaves ? ofAnySensor(settings, this.store.settings) : settings, calibration: leaves ? null : calibration, ...patch });
   }
 
   #seed(event: Event): void {

@@ -33,15 +33,21 @@ export class SlamTimeline extends SlamElement {
   protected override readonly topics = ["frame", "run", "log"] as const;
   /** Where the handle is while it is dragged, s. */
   #dragged: number | null = null;
+  /** What was shown last, s: on the way to another moment the run has no status for a while. */
+  #shown = { at: 0, whole: 0 };
 
   override render(): TemplateResult | typeof nothing {
     const { store, client } = this;
-    const { status, marks } = store;
-    const whole = span(store);
-    if (store.source === "bridge" || store.reading || !status || whole < SHORTEST) return nothing;
-    const at = this.#dragged ?? store.seeking ?? status.time;
+    const { status, marks, seeking } = store;
+    // A run that is done again keeps how far it came. The line stays meanwhile, and with it the focus
+    // of whoever goes by keys: on the page the same keys would drive.
+    if (!status && store.furthest === 0) this.#shown = { at: 0, whole: 0 };
+    const whole = status ? span(store) : this.#shown.whole;
+    if (store.source === "bridge" || store.reading || whole < SHORTEST) return nothing;
+    const at = this.#dragged ?? seeking ?? status?.time ?? this.#shown.at;
+    this.#shown = { at, whole };
     const place = (time: number): string => `${100 * Math.min(time / whole, 1)}%`;
-    return html`<div class="line" role="group" aria-label="Past">
+    return html`<div class="line" role="group" aria-label="Past" aria-busy=${seeking !== null}>
       <button class="back icon" data-testid="back" aria-label="Back one scan" title="Back one scan (B)" @click=${this.press(() => client.back())}>${icons.back}</button>
       <span class="track">
         <input type="range" data-testid="timeline" min="0" max=${whole} step="any" .value=${String(at)} aria-label="Moment of the run" aria-valuetext="${clock(at)} of ${clock(whole)}"

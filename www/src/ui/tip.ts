@@ -1,4 +1,4 @@
-// One hint for the first visit, dismissed for good by the first action.
+// One hint for the first visit, dismissed for good by the first action, or when it has been read.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
@@ -8,6 +8,8 @@ import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
 const KEY = "slamlab-tip-seen";
+/** So long it stands, wall milliseconds. */
+const READ_MILLIS = 10_000;
 
 export class SlamTip extends SlamElement {
   static override styles = css`
@@ -20,6 +22,16 @@ export class SlamTip extends SlamElement {
   protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit", "lesson"] as const;
   #seen = ifAllowed(() => localStorage.getItem(KEY)) !== null;
 
+  #timer = 0;
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    // Who has clicked the map needs no hint that it can be clicked.
+    addEventListener("click", (event) => {
+      if (this.#timer !== 0 && event.composedPath().some((at) => at instanceof HTMLElement && at.localName === "slam-map")) this.dismiss();
+    });
+  }
+
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, layers, editing, inspecting, tour, exhibit } = this.store;
     // The tour says so at its end, and an experiment has a story of its own. A click chooses a
@@ -29,7 +41,8 @@ export class SlamTip extends SlamElement {
       this.dismiss();
       return nothing;
     }
-    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map: the robot drives there" : "Click the map: the robot drives there"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+    this.#timer ||= window.setTimeout(() => this.dismiss(), READ_MILLIS);
+    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map to send the robot there: you are asked first" : "Click the map to send the robot there: you are asked first"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
   }
 
   dismiss(): void {

@@ -32,7 +32,9 @@ export class SlamToast extends SlamElement {
     this.store.on("toast", () => {
       clearTimeout(this.#timer);
       // That something went well need not be put away by hand; the log keeps it.
-      if (this.store.toast?.level === "good") this.#timer = window.setTimeout(() => this.store.set("toast", { toast: null }), GOOD_MILLIS);
+      const { toast } = this.store;
+      const stands = toast?.stands ?? (toast?.level === "good" ? GOOD_MILLIS : null);
+      if (stands !== null) this.#timer = window.setTimeout(() => this.store.set("toast", { toast: null }), stands);
     });
   }
 

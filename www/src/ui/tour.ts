@@ -143,7 +143,7 @@ export class SlamTour extends SlamElement {
     return html`<p>${fell} ${slid}</p>${this.#doubt()}
       <p><button data-testid="tour-truth" aria-pressed=${truth} @click=${() => this.store.toggleLayer("truth")}>${icons.eye} ${truth ? "Hide the truth" : "Compare with the truth"}</button></p>
       ${truth ? html`<p><i class="key truth"></i> is the truth: the robot is <b>${off.value} ${off.unit}</b> from where it believes to be.</p>`
-        : html`<p class="muted">${touch ? "Tap the map and the robot drives there. Look around, and under Run a recorded log of a real building opens." : "Click the map and the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`}`;
+        : html`<p class="muted">${touch ? "Choose Go to and tap the map: the robot drives there. Look around, and under Run a recorded log of a real building opens." : "Choose Go to and click the map: the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`}`;
   }
 
   /** How the doubt grew and shrank. */

@@ -3,6 +3,7 @@
 import { css, type TemplateResult } from "lit";
 import type { Mode } from "../protocol/module.js";
 import { anySeed } from "../seed.js";
+import { noteChoice } from "../visit.js";
 import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { clock, percent } from "./format.js";
@@ -83,7 +84,7 @@ export class SlamTransport extends SlamElement {
         <button class="icon" data-testid="step" aria-label="Step one scan" title="Step one scan (N)" ?disabled=${finished}
           @click=${this.press(() => client.send({ kind: "step" }))}>${icons.step}</button>
         <select data-testid="speed" aria-label="Speed" title="Speed ([ and ])"
-          @change=${(e: Event) => { client.setSpeed(Number(valueOf(e))); (e.target as HTMLSelectElement).blur(); }}>
+          @change=${(e: Event) => { this.#setSpeed(Number(valueOf(e))); (e.target as HTMLSelectElement).blur(); }}>
           ${SPEEDS.map((s) => html`<option value=${String(s)} .selected=${s === store.speed}>${s === Infinity ? "max" : `${s} ×`}</option>`)}
         </select>
       </div>`}
@@ -102,7 +103,13 @@ export class SlamTransport extends SlamElement {
   shift(by: 1 | -1): void {
     const at = SPEEDS.indexOf(this.store.speed);
     const next = SPEEDS[Math.min(Math.max(at + by, 0), SPEEDS.length - 1)];
-    if (next !== undefined) this.client.setSpeed(next);
+    if (next !== undefined) this.#setSpeed(next);
+  }
+
+  #setSpeed(speed: number): void {
+    // A recording has a speed of its own.
+    if (this.store.source === "sim") noteChoice(this.store, { speed });
+    this.client.setSpeed(speed);
   }
 
   /** Who drives a real robot, in place of the time, which is its own. */

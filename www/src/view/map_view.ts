@@ -12,6 +12,7 @@
 
 import { css, html, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
+import { sendByClick } from "../errand.js";
 import { withCorner } from "../fence.js";
 import { current as currentLesson } from "../lessons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
@@ -310,7 +311,7 @@ export class SlamMap extends SlamElement {
 
   /** While things are inspected: what lies there, and at the next click at the same place what lies
       under it. Else: a torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a
-      room, where rooms are shown; else a goal for the robot. */
+      room, where rooms are shown; else a goal for the robot, as `errand.ts` has it. */
   #choose(x: number, y: number, isByKey = false): void {
     if (this.store.editing) {
       // Two taps draw too, and so does Enter at the cross.
@@ -337,7 +338,7 @@ export class SlamMap extends SlamElement {
     else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
     else if (mark) return;
     else if (room !== null) this.store.set("rooms", { roomSpot: [x, y] });
-    else if (this.store.source === "sim" || this.store.bridge?.armed) this.client.goTo(x, y);
+    else sendByClick(this.#leader.store, () => this.client.goTo(x, y), isByKey);
   }
 
   get #sight(): Sight {

@@ -1,6 +1,7 @@
 // What lies at a place of the map: the one answer to "what did they point at?", for the read-out
 // under the pointer, for a click and for the inspector.
 
+import { clickSends } from "../errand.js";
 import { BEAM, BEAM_STRIDE, DOOR, DOOR_STRIDE, EDIT, EDIT_STRIDE, HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, LINE, LINE_STRIDE, type Rooms, type Tear, TRACK, TRACK_STRIDE } from "../protocol/module.js";
 import type { Store } from "../store.js";
 import { type ClosureName, closureAt } from "./layers/closures.js";
@@ -42,6 +43,9 @@ export const REACH = typeof matchMedia === "function" && matchMedia("(pointer: c
 export const KEY_REACH = 40;
 /** The same of what a click does something to, and of a beam's end: they lie on other things. */
 const ACTS = 10;
+/** Pixels within which a click that drives is meant for a line under it: the map is full of lines
+    that are wider to point at than to see. */
+const LINE_REACH = 3;
 const BEAM_REACH = 8;
 
 /** What is looked at, and how long a pixel is there, m. */
@@ -80,7 +84,7 @@ export interface Target {
 export function targetAt(sight: Sight, x: number, y: number): Target {
   const { store: { layers, aiming, tab, rooms }, scene, px } = sight;
   return {
-    mark: markAt(sight, x, y),
+    mark: markAt(sight, x, y, clickSends(sight.store) === "goes" ? LINE_REACH : REACH),
     wall: tab === "filter" ? wallAt(scene.lines, x, y, px(ACTS)) : null,
     door: layers.truth && !aiming && tab !== "paths" ? doorAt(scene.doors, x, y, px(ACTS)) : null,
     room: rooms && layers.rooms && !aiming ? roomAt(rooms, x, y) : null,
