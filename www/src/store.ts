@@ -61,7 +61,7 @@ export interface Toast {
   topic?: string;
   /** What can be done about it. */
   way?: { readonly label: string; readonly go: () => void };
-  /** How long it stands, wall milliseconds, unless it is closed; as its level has it, if not given. */
+  /** How long it stands, wall milliseconds, unless it is closed; else as its level has it. */
   stands?: number;
 }
 

@@ -1,5 +1,5 @@
-// What the browser keeps from visit to visit: that there was one, what of the map and which panel is
-// shown, and how runs go: by which method, with which settings, how fast.
+// What the browser keeps from visit to visit: that there was one, what of the map and which panel
+// is shown, and how runs go: by which method, with which settings, how fast.
 
 import type { MethodName, SettingValues } from "./protocol/module.js";
 import { ofAnySensor } from "./protocol/setup.js";

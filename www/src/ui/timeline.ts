@@ -39,8 +39,8 @@ export class SlamTimeline extends SlamElement {
   override render(): TemplateResult | typeof nothing {
     const { store, client } = this;
     const { status, marks, seeking } = store;
-    // A run that is done again keeps how far it came. The line stays meanwhile, and with it the focus
-    // of whoever goes by keys: on the page the same keys would drive.
+    // A run that is done again keeps how far it came. The line stays meanwhile, and with it the
+    // focus of whoever goes by keys: on the page the same keys would drive.
     if (!status && store.furthest === 0) this.#shown = { at: 0, whole: 0 };
     const whole = status ? span(store) : this.#shown.whole;
     if (store.source === "bridge" || store.reading || whole < SHORTEST) return nothing;
