@@ -383,7 +383,7 @@ fn config_refuses_what_serve_would_and_says_where_it_stands() {
         (
             "[map]\nset = { \"grid.resolution\" = nan }",
             "",
-            "grid.resolution",
+            "Cell size is NaN",
         ),
         (
             "tls-cert = \"/nowhere\"\ntls-key = \"/nowhere\"",
