@@ -155,8 +155,8 @@ test('rosapi says what there is', { timeout: 60_000 }, async () => {
   const ros = await connect();
   const ask = (method, ...args) => new Promise((resolve, reject) => ros[method](...args, resolve, reject));
   const topics = await ask('getTopics');
-  assert.deepEqual(topics.topics, ['/scan', '/odom', '/tf', '/cmd_vel']);
-  assert.equal(topics.types[0], 'sensor_msgs/msg/LaserScan');
+  assert.deepEqual(topics.topics, ['/cmd_vel', '/scan', '/odom', '/tf']);
+  assert.equal(topics.types[1], 'sensor_msgs/msg/LaserScan');
   assert.equal(await ask('getTopicType', '/odom'), 'nav_msgs/msg/Odometry');
   assert.deepEqual(await ask('getTopicsForType', 'sensor_msgs/LaserScan'), ['/scan']);
   assert.ok((await ask('getServices')).includes('/slamlab/emergency_stop'));

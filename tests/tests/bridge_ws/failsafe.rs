@@ -280,6 +280,9 @@ fn without_its_right_a_robot_holds_and_a_bridge_without_one_does_not_start() {
             Err(RunError::Map(error)) => error.to_string(),
             other => panic!("{other:?}"),
         };
-        assert!(error.contains("token add home --role driver"), "{error}");
+        assert!(
+            error.contains("failsafe right home: there is no right of that name"),
+            "{error}"
+        );
     });
 }

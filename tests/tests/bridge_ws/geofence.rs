@@ -7,7 +7,8 @@ use std::time::Duration;
 use slamlab_bridge::{Config, MapConfig, RunError};
 use slamlab_core::robot::RobotModel;
 use slamlab_core::wire::message::{
-    FenceState, FromBridge, GeofenceBody, Role, ToBridge, Watching, ZoneBody, ZoneUse, close,
+    FenceState, FromBridge, GeofenceBody, RefusalReason, Role, ToBridge, Watching, ZoneBody,
+    ZoneUse,
 };
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::time::Instant;
@@ -189,13 +190,19 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
 }
 
 #[test]
-fn a_driver_sets_none() {
+fn a_driver_sets_none_and_stays() {
     async_on_a_calm_machine(async || {
         let stand = Stand::start(Watching::Anyone).await;
         let token = stand.add("anna", Role::Driver);
         let mut driver = stand.enter(&token).await;
         driver.say(ToBridge::SetGeofence { zones: vec![] }).await;
-        assert_eq!(driver.end().await, Some(close::NO_RIGHT));
+        let refused = driver
+            .wait(|message| match message {
+                FromBridge::Refused(reason) => Some(*reason),
+                _ => None,
+            })
+            .await;
+        assert_eq!(refused, RefusalReason::NoRight);
         stand.stop().await;
     });
 }
