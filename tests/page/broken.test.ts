@@ -12,7 +12,7 @@ test('a worker that breaks is said to have, another one goes on, and what was un
     throw new Error('out of memory');
   }));
   await expect(lab.at('toast')).toContainText('broke off by a fault of the program: Uncaught Error: out of memory. It was started anew.');
-  await expect(lab.at('last-run')).toContainText('doors');
+  await expect(lab.at('last-run')).toContainText('Doors');
   await lab.watch((s) => s.scans, 'another run is under way').toBeGreaterThan(0);
   expect((await lab.state()).setup.world).toBe('doors');
   expect(page.workers()).not.toContain(broken);
