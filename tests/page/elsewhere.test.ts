@@ -27,7 +27,7 @@ test('the address of a bridge is typed, and its robot is there', { tag: '@phone'
   await expect(lab.at('elsewhere'), 'it is there already').toBeHidden();
   await bridge.stop();
   // The page tells of it, and the browser, too.
-  problems.splice(0, problems.length, ...problems.filter((problem) => !/WebSocket|ERR_CONNECTION|ERR_ABORTED/.test(problem)));
+  problems.splice(0, problems.length, ...problems.filter((problem) => !/WebSocket|ERR_CONNECTION/.test(problem)));
 });
 
 test('where the browser reads codes, the address is scanned, and shown before it is opened', async ({ lab, page }) => {

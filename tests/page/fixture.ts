@@ -43,8 +43,10 @@ export const test = base.extend<{ problems: string[]; lab: Lab; bridges: void; f
     });
     page.on('pageerror', (error) => problems.push(`exception: ${error.stack ?? error.message}`));
     page.on('requestfailed', (request) => {
-      if (isIcon(request.url()) && /ERR_(?:ABORTED|FAILED)/.test(request.failure()?.errorText ?? '')) return;
-      problems.push(`request: ${request.url()} ${request.failure()?.errorText}`);
+      const why = request.failure()?.errorText ?? '';
+      // Who leaves a page, or loads it again, leaves what was still on its way.
+      if (/ERR_ABORTED/.test(why) || (isIcon(request.url()) && /ERR_FAILED/.test(why))) return;
+      problems.push(`request: ${request.url()} ${why}`);
     });
     page.on('response', (response) => {
       if (response.status() >= 400) problems.push(`response: ${response.status()} ${response.url()}`);

@@ -140,7 +140,6 @@ test('a newer build waits for a word, and runs go on', async ({ lab, page, conte
   await expect(page).toHaveTitle('build two');
   await other.close();
   await server.stop();
-  problems.splice(0, problems.length, ...problems.filter((problem) => !/offline_worker\.js net::ERR_ABORTED/.test(problem)));
 });
 
 test('a bridge that was renewed while the page was open is found to have a newer one', async ({ lab, page, folder, problems }) => {
