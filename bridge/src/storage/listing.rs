@@ -22,9 +22,11 @@ pub(super) struct Stored {
 /// What is there, or why that is not known, in words.
 pub(super) type Answer = Result<Vec<Stored>, String>;
 
-/// The last answer of the store.
+/// The last answer of the store, and when it came.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Listing(Arc<Mutex<Option<(Instant, Arc<Answer>)>>>);
+pub(super) struct Listing(Arc<Mutex<Kept>>);
+
+type Kept = Option<(Instant, Arc<Answer>)>;
 
 impl Listing {
     /// The last answer, or where it is old what `ask` brings; one such question is open at a time,

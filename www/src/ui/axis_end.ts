@@ -5,8 +5,8 @@ const PART = 0.01;
 /** if with them the axis would be so many times as long. */
 const TIMES = 4;
 
-/** The largest of `columns` from 0 on, without what is rare and far beyond; signs do not count. Only
-    the values from `first` to `last` are looked at; those of no number are none. */
+/** The largest of `columns` from 0 on, without what is rare and far beyond; signs do not count.
+    Only the values from `first` to `last` are looked at; those of no number are none. */
 export function axisEnd(columns: readonly ArrayLike<number | null | undefined>[], first: number, last: number): number {
   const values: number[] = [];
   for (const column of columns) {
