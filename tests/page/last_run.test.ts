@@ -65,7 +65,7 @@ test('who goes on without an answer has the new run kept, and may go back once',
   await expect(lab.at('last-run')).toContainText('doors');
   await lab.watch((s) => s.time, 'the new run is one to be kept').toBeGreaterThan(20);
   await expect(lab.at('last-run'), 'the card goes').toHaveCount(0, { timeout: 30_000 });
-  await lab.says('The run before, in doors');
+  await lab.says('The run before, in Doors: rooms and narrow gaps');
   await expect.poll(async () => JSON.parse((await page.evaluate(kept)) ?? '{}').title, { timeout: 10_000 }).toBe('office');
   await lab.at('toast-way').click();
   await expect.poll(async () => (await lab.state()).setup.world, 'it is done again').toBe('doors');

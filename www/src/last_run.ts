@@ -8,6 +8,7 @@ import { ifAllowed } from "./storage.js";
 import type { Store } from "./store.js";
 import { LEAST_SECONDS, offerRun } from "./way_back.js";
 import { t } from "./words.js";
+import { worldTitle } from "./worlds.js";
 
 const KEY = "slamlab-last-run";
 const DATABASE = "slamlab";
@@ -39,6 +40,9 @@ export function lastRun(): LastRun | null {
   }
 }
 
+/** What its world or recording is called on the page. */
+export const shownTitle = (last: LastRun): string => (last.kind === "sim" && last.setup?.worldJson === null ? worldTitle(last.title) : last.title);
+
 /** Keeps what runs from here on. What was left before is offered until there is a new run to be
     kept in its place. */
 export function keepLastRun(store: Store, client: Client): void {
@@ -51,7 +55,7 @@ export function keepLastRun(store: Store, client: Client): void {
     if (offered && performance.now() - offeredAt < OFFERED_MILLIS) return;
     if (offered) {
       store.set("last", { lastRun: null });
-      if (!store.toast) offerRun(store, offered, () => void goOn(store, client, offered));
+      if (!store.toast) offerRun(store, { title: shownTitle(offered), time: offered.time }, () => void goOn(store, client, offered));
     }
     if (source === "sim") client.send({ kind: "keep", setup: store.started });
     const { recording } = client.files;

@@ -5,6 +5,7 @@ import type { Client } from "./client.js";
 import type { Store } from "./store.js";
 import { clock } from "./ui/format.js";
 import { t } from "./words.js";
+import { titleOf } from "./worlds.js";
 
 /** A shorter run is none that somebody misses, s. */
 export const LEAST_SECONDS = 20;
@@ -36,7 +37,7 @@ export class WayBack {
   }
 
   #wayOf(time: number): Way {
-    return { title: this.store.title, time, link: this.client.linkOf(this.store.started) };
+    return { title: titleOf(this.store.started), time, link: this.client.linkOf(this.store.started) };
   }
 
   /** Once it has taken another way. */

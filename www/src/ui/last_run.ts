@@ -1,9 +1,8 @@
 // What was left on the last visit, offered.
 
 import { css, nothing, type TemplateResult } from "lit";
-import { goOn } from "../last_run.js";
+import { goOn, shownTitle } from "../last_run.js";
 import { html, t } from "../words.js";
-import { worldTitle } from "../worlds.js";
 import { SlamElement } from "./element.js";
 import { clock } from "./format.js";
 import { icons } from "./icons.js";
@@ -24,7 +23,7 @@ export class SlamLastRun extends SlamElement {
     const { lastRun: last, tour, offer: { methods } } = this.store;
     if (!last || tour) return nothing;
     const method = methods.find(({ name }) => name === last.method)?.title ?? last.method;
-    const title = last.kind === "sim" && last.setup?.worldJson === null ? worldTitle(last.title) : last.title;
+    const title = shownTitle(last);
     const from = last.kind === "sim" && last.link !== null ? t`It is done again as far as ${clock(last.time)}, and waits there.` : "It begins again from its beginning.";
     return html`<section aria-label="Your last run" data-testid="last-run">
       <header><h2>Go on where you left off?</h2>
