@@ -62,7 +62,7 @@ test('who goes on without an answer has the new run kept, and may go back once',
   await expect.poll(async () => JSON.parse((await page.evaluate(kept)) ?? '{}').title, { timeout: 10_000 }).toBe('doors');
 
   await page.reload();
-  await expect(lab.at('last-run')).toContainText('doors');
+  await expect(lab.at('last-run')).toContainText('Doors');
   await lab.watch((s) => s.time, 'the new run is one to be kept').toBeGreaterThan(20);
   await expect(lab.at('last-run'), 'the card goes').toHaveCount(0, { timeout: 30_000 });
   await lab.says('The run before, in Doors: rooms and narrow gaps');
