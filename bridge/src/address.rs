@@ -151,7 +151,8 @@ pub fn exposure(listening: SocketAddr, is_tls: bool, is_private: bool) -> Option
     }
 }
 
-/// What whoever reaches the router can do; none where only those do whose certificates it asks for.
+/// What whoever reaches the robot's router can do, and how to close that: whom a router lets in, it
+/// alone knows.
 #[must_use]
 pub fn exposure_at_router(is_tls: bool) -> &'static str {
     match is_tls {

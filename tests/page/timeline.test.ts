@@ -54,17 +54,22 @@ async function arrives(lab: Lab): Promise<void> {
   await expect.poll(async () => (await lab.state()).playing, 'and waits').toBe(false);
 }
 
+/** A run in the arena that has gone on for a while, and waits; its last moment. */
+async function driven(lab: Lab): Promise<Moment> {
+  await lab.open();
+  await lab.enter('arena', '4');
+  await lab.watch((s) => s.time, 'it drives for a while').toBeGreaterThan(14);
+  await lab.pause();
+  return moment(lab);
+}
+
 const length = (lab: Lab): Promise<number> => lab.at('timeline').evaluate((input: HTMLInputElement) => Number(input.max));
 
 const onMap = (page: Page): Promise<void> => page.evaluate(() => void dispatchEvent(new Event('focus-map')));
 
 test('a simulated run goes back, the same way again, and another way with another setting', async ({ lab }) => {
   test.setTimeout(120_000);
-  await lab.open();
-  await lab.enter('arena', '4');
-  await lab.watch((s) => s.time, 'it drives for a while').toBeGreaterThan(14);
-  await lab.pause();
-  const end = await moment(lab);
+  const end = await driven(lab);
   expect(await length(lab), 'the line is as long as the run').toBeCloseTo(end.time, 6);
 
   await drag(lab, 0.5);
@@ -228,11 +233,7 @@ test('a recording goes back and the same way again, and with another setting ano
 
 test('who goes by keys stays on the line, and nothing there drives', async ({ lab, page }) => {
   test.setTimeout(120_000);
-  await lab.open();
-  await lab.enter('arena', '4');
-  await lab.watch((s) => s.time, 'it drives for a while').toBeGreaterThan(14);
-  await lab.pause();
-  const end = await moment(lab);
+  const end = await driven(lab);
   await lab.at('timeline').focus();
   // One right after the other, as the second comes while the run is on its way.
   for (let i = 0; i < 3; i += 1) await page.keyboard.press('ArrowLeft');
