@@ -277,6 +277,10 @@ impl Given<'_> {
             ],
         ) = *self;
         let world = match (world, drawn) {
+            // Who mistypes it is told so first, whatever else is missing.
+            (Some(name), None) if !worlds::NAMES.contains(&name) => {
+                return Err(LinkError::World(name.to_owned()));
+            }
             (Some(name), None) => Place::Builtin(name.to_owned()),
             (None, Some(letters)) => Place::Drawn(drawing::unpack(letters)?),
             (None, None) => return Err(LinkError::Missing("world")),

@@ -129,6 +129,11 @@ impl CarmenLog {
         reader.finish()
     }
 
+    /// Whether anything was ever measured.
+    pub(crate) fn has_ranges(&self) -> bool {
+        self.readings.iter().any(|range| *range > 0.0)
+    }
+
     /// Readings of a scan as recorded, m.
     #[must_use]
     pub fn readings(&self, scan: &CarmenScan) -> &[f32] {

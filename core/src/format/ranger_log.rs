@@ -115,6 +115,12 @@ impl RangerLog {
         poses.clone().zip(poses.skip(1)).any(|(a, b)| a != b)
     }
 
+    /// Whether anything was ever measured.
+    pub(crate) fn has_ranges(&self) -> bool {
+        let mut ranges = self.scans.iter().flat_map(|scan| scan.ranges);
+        ranges.any(|range| range > 0.0)
+    }
+
     /// Stamp of a line: time since the first.
     #[must_use]
     pub fn stamp(&self, scan: &RangerScan) -> Stamp {

@@ -146,6 +146,11 @@ impl RevolutionLog {
         self.len() as f64 / rate
     }
 
+    /// Whether anything was ever measured.
+    pub(crate) fn has_ranges(&self) -> bool {
+        self.samples.iter().any(|sample| !sample.range().is_nan())
+    }
+
     /// A revolution as a scan, robot frame, the sensor at the robot's centre; `rate` is that of the
     /// revolutions, Hz, more than 0. The revolution ends at the stamp, counted from the beginning
     /// of the log.

@@ -108,6 +108,11 @@ impl RoverLog {
         self.scans.iter().any(|scan| scan.counts != [0, 0])
     }
 
+    /// Whether anything was ever measured.
+    pub(crate) fn has_ranges(&self) -> bool {
+        self.ranges.iter().any(|mm| *mm > 0)
+    }
+
     /// The scan of a line, robot frame: what was measured in the revolution that ended at its
     /// stamp, which took as long as the time since the line before.
     #[must_use]

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::format::LeftOut;
 use crate::format::carmen::CarmenLog;
 use crate::format::ranger_log::RangerLog;
 use crate::format::revolution_log::RevolutionLog;
 use crate::format::rover_log::RoverLog;
+use crate::format::{FieldError, LeftOut};
 use crate::robot::RobotModel;
 use crate::settings::{LogSettings, Settings};
 use crate::slam::Method;
@@ -164,6 +164,19 @@ impl Log {
             Self::Posed(posed) => posed.log().left_out(),
             Self::Recording(_) => None,
         }
+    }
+
+    /// What was wrong with the first range of a text where all of them are none.
+    pub(super) fn without_ranges(&self) -> Option<&FieldError> {
+        let has_ranges = match self {
+            Self::Carmen(log) => log.has_ranges(),
+            Self::Rover(log) => log.has_ranges(),
+            Self::Rangers(log) => log.has_ranges(),
+            Self::Revolutions(log) => log.has_ranges(),
+            Self::Posed(_) | Self::Recording(_) => true,
+        };
+        let first = self.left_out()?.ranges.first.as_ref();
+        first.filter(|_| !has_ranges)
     }
 
     fn figures(&self) -> Option<RobotFigures> {

@@ -29,8 +29,8 @@ use crate::format::ranger_log::RangerLogReader;
 use crate::format::revolution_log::{self, RevolutionLogReader};
 use crate::format::ros::ANY_BAG;
 use crate::format::rover_log::RoverLogReader;
-use crate::format::{TextLogError, is_empty_or_comment};
-use crate::wire::recording::{MAGIC, RecordingError, RecordingReader};
+use crate::format::{FieldError, TextLogError, is_empty_or_comment};
+use crate::wire::recording::{Damage, MAGIC, RecordingError, RecordingReader};
 
 /// The first bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -74,6 +74,15 @@ pub enum LogError {
     /// A recording in which nothing was seen.
     #[error("the recording holds no scan: nothing can be mapped")]
     NoScan,
+    /// The same, of a file that is damaged: there may have been some.
+    #[error("{error}; {damage}", error = Self::NoScan)]
+    NoScanLeft {
+        /// The first of it.
+        damage: Damage,
+    },
+    /// A text in which all ranges are none.
+    #[error("nothing was measured in any scan: nothing can be mapped; the first: {0}")]
+    NothingMeasured(FieldError),
     /// A gzip file that cannot be unpacked.
     #[error("the gzip file is damaged, or not all of it is here: {0}")]
     Gzip(String),
@@ -253,20 +262,28 @@ impl PlainReader {
         if let Self::Undecided(begun) = &self {
             self.begin(Kind::of(begun, true).unwrap_or(Kind::Carmen))?;
         }
-        match self {
+        let log = match self {
             Self::Recording(reader) => {
                 let recording = reader.finish()?;
-                match recording.scans() {
-                    0 => Err(LogError::NoScan),
-                    _ => Ok(Log::Recording(recording)),
+                match (recording.scans(), recording.damage()) {
+                    (0, []) => return Err(LogError::NoScan),
+                    (0, [damage, ..]) => {
+                        let damage = damage.clone();
+                        return Err(LogError::NoScanLeft { damage });
+                    }
+                    _ => Log::Recording(recording),
                 }
             }
-            Self::Carmen(reader) => Ok(Log::Carmen(reader.finish()?)),
-            Self::Rover(reader) => Ok(Log::Rover(reader.finish()?)),
-            Self::Rangers(reader) => Ok(Log::Rangers(reader.finish()?)),
-            Self::Revolutions(reader) => Ok(Log::Revolutions(reader.finish()?)),
+            Self::Carmen(reader) => Log::Carmen(reader.finish()?),
+            Self::Rover(reader) => Log::Rover(reader.finish()?),
+            Self::Rangers(reader) => Log::Rangers(reader.finish()?),
+            Self::Revolutions(reader) => Log::Revolutions(reader.finish()?),
             // Begun above.
-            Self::Undecided(_) => Err(CarmenError::Empty.into()),
+            Self::Undecided(_) => return Err(CarmenError::Empty.into()),
+        };
+        match log.without_ranges() {
+            Some(first) => Err(LogError::NothingMeasured(first.clone())),
+            None => Ok(log),
         }
     }
 }
@@ -407,6 +424,23 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_log_in_which_nothing_was_measured_is_refused() {
+        let rover = format!("0 0 0{}\n", " nan".repeat(360));
+        let texts = [
+            "FLASER 3 nan inf nan 0 0 0 0 0 0 1.5 host 1.5\n",
+            "t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3\n0,0,0,0,inf,inf,nan,\n",
+            "__t:1.0_d:inf_q:47|__t:2.0_d:nan_q:47|-END-\n",
+            &rover,
+        ];
+        for text in texts {
+            let mut reader = LogReader::default();
+            let read = reader.push(text.as_bytes()).and_then(|()| reader.finish());
+            let error = read.unwrap_err();
+            assert!(matches!(error, LogError::NothingMeasured(_)), "{error}");
         }
     }
 

@@ -54,6 +54,14 @@ pub enum ImportError {
         topics(.0)
     )]
     NoScan(Vec<String>),
+    /// The same, of a file that is damaged: there may have been some.
+    #[error("{error}; {damage}", error = Self::NoScan(.topics.clone()))]
+    NoScanLeft {
+        /// What else there is.
+        topics: Vec<String>,
+        /// The first of it.
+        damage: String,
+    },
     /// There are several, and nobody said which.
     #[error("{what} stands in several topics: {}; choose one", .names.join(", "))]
     Several {

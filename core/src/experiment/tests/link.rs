@@ -262,6 +262,7 @@ fn what_is_wrong_is_named() {
             "run&world=moon&sensor=lidar&method=line-ekf&seed=5",
             "world is `moon`, expected one of arena",
         ),
+        ("run&world=moon", "world is `moon`, expected one of arena"),
         (
             "run&world=doors&sensor=eye&method=line-ekf&seed=5",
             "`sensor` is `eye`",

@@ -41,7 +41,7 @@ pub struct Offered {
 impl RosOffer {
     /// Of a file.
     ///
-    /// # Errors    [`ImportError::NoScan`].
+    /// # Errors    [`ImportError::NoScan`], [`ImportError::NoScanLeft`].
     pub fn of(log: &RosLog) -> Result<Self, ImportError> {
         let tree = FrameTree::of(log);
         let scans = scan_topics(log)?;
@@ -255,9 +255,11 @@ fn scan_topics(log: &RosLog) -> Result<Vec<usize>, ImportError> {
     if topics.is_empty() {
         let topic =
             |topic: &crate::format::ros::Topic| format!("{} ({})", topic.name, topic.type_name);
-        return Err(ImportError::NoScan(
-            log.topics().iter().map(topic).collect(),
-        ));
+        let topics = log.topics().iter().map(topic).collect();
+        return Err(match log.damage().into_iter().next() {
+            None => ImportError::NoScan(topics),
+            Some(damage) => ImportError::NoScanLeft { topics, damage },
+        });
     }
     Ok(topics)
 }

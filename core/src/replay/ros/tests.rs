@@ -7,7 +7,7 @@ use super::*;
 use crate::format::ros::RosReader;
 use crate::geom::{Length, Pose2, unit_vector};
 use crate::replay::feed::{Feed, Step};
-use crate::replay::{Log, Replay};
+use crate::replay::{Log, LogError, LogReader, Replay};
 use crate::settings::LogSettings;
 use crate::slam::Method;
 
@@ -174,6 +174,34 @@ fn the_recording_reads_back_from_its_file() {
     // As text, for NaN is not itself.
     let (back, imported) = (all(&back), all(&imported.recording));
     assert!(format!("{back:?}") == format!("{imported:?}"));
+}
+
+#[test]
+fn what_was_cut_off_before_its_first_scan_says_both() {
+    let error = import(&BZ2_BAG[..4500], None, None).unwrap_err();
+    assert!(matches!(error, ImportError::NoScanLeft { .. }), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains("holds no scan") && text.contains("cut off"),
+        "{text}"
+    );
+    // The same of what was imported, wherever it is cut.
+    let whole = import(PLAIN_BAG, None, None).unwrap().recording;
+    let whole = whole.write().unwrap();
+    let errors: Vec<LogError> = (100..whole.len())
+        .step_by(20)
+        .filter_map(|cut| {
+            let mut reader = LogReader::default();
+            let read = reader.push(&whole[..cut]);
+            read.and_then(|()| reader.finish().map(drop)).err()
+        })
+        .collect();
+    let is_told = |error: &&LogError| {
+        let text = error.to_string();
+        text.contains("holds no scan") && text.contains("cut off")
+    };
+    assert!(errors.iter().any(|error| is_told(&error)), "{errors:?}");
+    assert!(!errors.contains(&LogError::NoScan));
 }
 
 #[test]
