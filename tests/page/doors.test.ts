@@ -42,6 +42,27 @@ test('doors are shut and opened by button and by a click on the map', { tag: '@p
   await expect.poll(() => open(lab)).toEqual([true, true, true, true]);
 });
 
+test('a door that is opened once all is explored is offered to the robot, and it looks behind', async ({ lab }) => {
+  test.setTimeout(240_000);
+  await lab.open();
+  await lab.enter('doors', '20');
+  await lab.show('run');
+  await lab.at('doors-all').click();
+  await expect.poll(() => open(lab)).toEqual([false, false, false, false]);
+  await lab.watch((s) => s.finished, 'it maps what it can reach', 120_000).toBe(true);
+  const { explored } = await lab.status();
+  expect(explored).toBeLessThan(0.9);
+  await lab.at('door-0').click();
+  await expect(lab.at('toast')).toContainText('Door 1 is open now');
+  for (const door of [1, 2, 3]) await lab.at(`door-${door}`).click();
+  await expect(lab.at('toast')).toContainText('4 doors are open now');
+  await lab.at('toast-way').click();
+  await lab.watch((s) => s.mode, 'it goes to look').toBe('goto');
+  await lab.watch((s) => s.mode, 'and explores', 120_000).toBe('explore');
+  await lab.watch((s) => s.finished, 'to the end', 180_000).toBe(true);
+  expect((await lab.status()).explored).toBeGreaterThan(0.95);
+});
+
 test('a world without doors has no buttons for them', async ({ lab }) => {
   await lab.open();
   await lab.enter('arena', '4');

@@ -92,6 +92,12 @@ export class Lab {
     if ((await tab.isVisible()) && (await tab.getAttribute('aria-pressed')) !== 'true') await tab.click();
   }
 
+  /** What there is for submaps, saved and prior maps, which is folded until one is in use. */
+  async showMaps(): Promise<void> {
+    await this.show('run');
+    if (!(await this.page.locator('slam-maps details').evaluate((fold: HTMLDetailsElement) => fold.open))) await this.at('maps').click();
+  }
+
   /** Shuts the sheet of a phone, so that the map is free. */
   async hidePanels(): Promise<void> {
     const open = this.page.locator('slam-tabs [aria-pressed="true"]').filter({ visible: true });

@@ -24,7 +24,7 @@ const fit = 'prior-map-fit';
 test('a robot localises itself in another map than its world, given its start there', async ({ lab, page }) => {
   test.setTimeout(150_000);
   await lab.open();
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('file').setInputFiles(file('flat.svg', flat(0)));
   await expect.poll(async () => (await lab.state()).title).toBe('flat.svg');
   await lab.at('prior-map-file').setInputFiles(file('moved.svg', flat(7)));
@@ -52,7 +52,7 @@ test('what was mapped is a map to be found in; what is no map leaves the run as 
   await lab.open();
   await lab.enter('arena', '20');
   await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('prior-map-file').setInputFiles(file('OGmap.txt', Buffer.from('3 2 0.05 0 0\n0.5 0.5 0.5\n0.5 7 0.5\n')));
   await lab.says('line 3: field 2 is `7`, expected a number from 0 to 1');
   await lab.at('prior-map-file').setInputFiles(file('half.yaml', Buffer.from('image: half.pgm\n')));
@@ -69,7 +69,7 @@ test('a submap that was saved is a map to be found in', async ({ lab, page }) =>
   await lab.enter('arena', '20');
   await lab.watch((s) => s.explored, 'most is known', 90_000).toBeGreaterThan(0.9);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   const coming = page.waitForEvent('download');
   await lab.save('smap');
   const download = await coming;
@@ -85,7 +85,7 @@ test('a submap that was saved is a map to be found in', async ({ lab, page }) =>
 
 test('OGmap.txt is a world too', async ({ lab }) => {
   await lab.open();
-  await lab.show('run');
+  await lab.showMaps();
   const rows = Array.from({ length: 60 }, (_, row) => Array.from({ length: 80 }, (_, col) => (row % 59 === 0 || col % 79 === 0 ? 0.97 : 0.02)).join(' '));
   await lab.at('file').setInputFiles(file('OGmap.txt', Buffer.from(`80 60 0.05 -1 -1\n${rows.join('\n')}\n`)));
   await expect.poll(async () => (await lab.state()).title).toBe('OGmap.txt');
@@ -103,7 +103,7 @@ test('a recording is found in the map that was made of it', async ({ lab, page }
   await lab.at('prior-map-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('prior-map');
   await lab.watch((s) => s.finished, 'and ends again').toBe(true);
-  await lab.show('run');
+  await lab.showMaps();
   await expect(lab.at(fit)).toContainText('The map fits');
   const { x, y } = await lab.status();
   expect(Math.hypot(x - recording.end.x, y - recording.end.y), 'it ends where the robot did').toBeLessThan(0.1);

@@ -17,7 +17,7 @@ function probabilityAt({ page }: Lab, x: number, y: number): Promise<number | nu
 
 /** Saves the map to go on in later. */
 async function saveMap(lab: Lab): Promise<Buffer> {
-  await lab.show('run');
+  await lab.showMaps();
   const coming = lab.page.waitForEvent('download');
   await lab.save('slamlab');
   const download = await coming;
@@ -29,7 +29,7 @@ async function saveMap(lab: Lab): Promise<Buffer> {
 async function explored(lab: Lab, world: string, seconds: number): Promise<void> {
   await lab.open();
   await lab.enter(world, '10');
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('method').selectOption('scan-matching');
   await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
   await lab.watch((s) => s.time, 'it drives', 60_000).toBeGreaterThan(seconds);
@@ -81,7 +81,7 @@ test('a press on the picture of a saved map says where the robot begins', { tag:
   test.setTimeout(120_000);
   await explored(lab, 'arena', 15);
   await drop(page, 'arena.slamlab', await saveMap(lab));
-  await lab.show('run');
+  await lab.showMaps();
   await expect(lab.at('begin-at')).toHaveValue('left');
   await lab.at('saved-map').scrollIntoViewIfNeeded();
   const box = (await lab.at('saved-map').boundingBox())!;
@@ -144,7 +144,7 @@ test('what newer parts of a map cover is taken out', { tag: '@phone' }, async ({
   await expect(lab.at('going-on')).toContainText('laps from the next one on');
   await lab.show('log');
   await expect(lab.at('log')).toContainText(/Taken out of laps\.log: [1-9]\d* submaps with [1-9]\d* keyframes/);
-  await lab.show('run');
+  await lab.showMaps();
   const coming = page.waitForEvent('download');
   await lab.at('save-saved-map').click();
   const pruned = await readFile(await (await coming).path());
@@ -245,7 +245,7 @@ test('the map of a robot at a bridge is changed by hand, saved, and gone on in',
   test.setTimeout(120_000);
   const bridge = await Bridge.start(['--source', 'sim:arena,lidar']);
   await lab.open(bridge.url);
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('method').selectOption('scan-matching');
   await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
   await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(15);
@@ -258,7 +258,7 @@ test('the map of a robot at a bridge is changed by hand, saved, and gone on in',
   await expect(lab.at('going-on')).toContainText('arena.slamlab');
   await lab.watch((s) => s.scans, 'the robot is asked again').toBeLessThan(10);
   await lab.watch((s) => s.scans, 'and scans').toBeGreaterThan(10);
-  await lab.show('run');
+  await lab.showMaps();
   await expect(lab.at('placed'), 'it stands where it was left').toHaveText('It is known where the robot is in it.');
   await expect.poll(() => probabilityAt(lab, x, y + 0.4), 'with the wall').toBeGreaterThan(0.9);
   await bridge.stop();

@@ -16,8 +16,9 @@ async function swipe(touch: CDPSession, x: number, from: number, to: number): Pr
 test('a swipe up scrolls a sheet, a swipe down brings it back and then shuts it', { tag: '@phone-only' }, async ({ lab, page }) => {
   await lab.open();
   const touch = await page.context().newCDPSession(page);
-  await lab.show('run');
+  await lab.showMaps();
   const sheet = page.locator('#run-panel');
+  await sheet.evaluate((panel) => (panel.scrollTop = 0));
   const scrolled = (): Promise<number> => sheet.evaluate((panel) => panel.scrollTop);
   const { y } = (await sheet.boundingBox())!;
   await swipe(touch, 200, y + 300, y + 60);

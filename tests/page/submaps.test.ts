@@ -19,12 +19,12 @@ const inside = <T>(lab: Lab, read: (inside: Inside) => T): Promise<T> =>
 async function mapped(lab: Lab, world: string, least: number): Promise<void> {
   await lab.open();
   await lab.enter(world, '10');
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('method').selectOption('scan-matching');
   await expect.poll(async () => (await lab.state()).method).toBe('scan-matching');
   await expect.poll(() => inside(lab, ({ submaps }) => submaps.count), { message: 'it makes submaps', timeout: 90_000 }).toBeGreaterThan(least);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
 }
 
 /** The file that a click saves. */
@@ -84,7 +84,7 @@ test('submaps are listed, shown, looked at, taken out and put back', { tag: '@ph
   const { scans } = await lab.status();
   await lab.at('step').click();
   await lab.watch((s) => s.scans, 'the robot sees more').toBeGreaterThan(scans);
-  await lab.show('run');
+  await lab.showMaps();
   // It may have begun another one.
   const since = await inside(lab, ({ submaps }) => submaps.count);
   await lab.at('undo-removal').click();
@@ -153,7 +153,7 @@ test('a saved map lies on another run in the same building, also after that bega
   await expect.poll(async () => (await lab.state()).setup.seed).toBe(7);
   await expect.poll(() => inside(lab, ({ submaps }) => submaps.count), { timeout: 90_000 }).toBeGreaterThan(3);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   expect(await load(lab, 'floor.slamlab', whole.bytes, 1)).toContain('It lies on the map');
   // Both runs begin at the start of the world, which is the origin of either map.
   const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
@@ -176,14 +176,14 @@ test('where both maps have landmarks, these tell the place as well as walls do',
   const seenOften = (): Promise<number> => page.evaluate(() => (window as unknown as { slamlab: { landmarks: { kind: string; confidence: number }[] } }).slamlab.landmarks.filter((l) => l.kind !== 'wall' && l.confidence > 4).length);
   await expect.poll(seenOften, { message: 'corners and posts are found again', timeout: 90_000 }).toBeGreaterThan(8);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   const file = await saved(lab, () => lab.save('smap'));
   // The run draws on meanwhile: it is the same building, and the same frame.
   await lab.at('play').click();
   const { time } = await lab.status();
   await lab.watch((s) => s.time, 'it sees more').toBeGreaterThan(time + 10);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: .*Walls and landmarks told the same place\. Both maps have \d+ landmarks in common\.$/);
   const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
   expect(Math.hypot(x, y)).toBeLessThan(0.05);
@@ -192,7 +192,7 @@ test('where both maps have landmarks, these tell the place as well as walls do',
 
 test('a file that is no map is refused by name and line', async ({ lab }) => {
   await lab.open();
-  await lab.show('run');
+  await lab.showMaps();
   await lab.at('load-map').setInputFiles({ name: 'bad.smap', mimeType: 'text/plain', buffer: Buffer.from('#points\n2\n1, 2\n') });
   await expect(lab.at('toast')).toContainText(/bad\.smap: .*line/);
   await expect(lab.at('loaded-map-1')).toHaveCount(0);

@@ -84,6 +84,18 @@ test.describe('a first visit', () => {
     await expect(lab.at('tour')).toContainText('its doubt fell to', { timeout: 120_000 });
   });
 
+  test('says at its last step what to do with a robot that was taken by hand', async ({ lab, page }) => {
+    test.setTimeout(180_000);
+    await lab.open();
+    for (let step = 0; step < 3; step += 1) await lab.at('tour-next').click();
+    await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(0.5);
+    await page.keyboard.press('ArrowUp');
+    await expect(lab.at('tour')).toContainText('bring it round');
+    await lab.at('tour-explore').click();
+    await expect(lab.at('tour')).toContainText('Watch the ellipse');
+    await expect(lab.at('tour')).toContainText('its doubt fell to', { timeout: 120_000 });
+  });
+
   test('can be left at any step, and taken again', async ({ lab, page }) => {
     await lab.open();
     await lab.at('tour-next').click();

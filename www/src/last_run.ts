@@ -49,6 +49,7 @@ export function keepLastRun(store: Store, client: Client): void {
   let offeredAt = 0;
   store.on("last", () => (offeredAt = performance.now()));
   let [kept, isKept] = [null as Recording | null, false];
+  let keptAt = NaN;
   setInterval(() => {
     const { source, status, lastRun: offered } = store;
     if (!status || status.time < LEAST_SECONDS) return;
@@ -57,7 +58,9 @@ export function keepLastRun(store: Store, client: Client): void {
       store.set("last", { lastRun: null });
       if (!store.toast) offerRun(store, { title: shownTitle(offered), time: offered.time }, () => void goOn(store, client, offered));
     }
-    if (source === "sim") client.send({ kind: "keep", setup: store.started });
+    // A link may hold a whole world: of a run that stands still there is nothing new to keep.
+    if (source === "sim" && status.time !== keptAt) client.send({ kind: "keep", setup: store.started });
+    keptAt = status.time;
     const { recording } = client.files;
     if (source !== "replay" || !recording) return;
     if (recording !== kept) {

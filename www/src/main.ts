@@ -5,6 +5,7 @@ import { Client } from "./client.js";
 import { exhibitAt } from "./gallery.js";
 import { keepLastRun } from "./last_run.js";
 import { current as currentLesson, lessonAt } from "./lessons.js";
+import { watchDoors } from "./door_watch.js";
 import { startGamepad } from "./gamepad.js";
 import { startKeyboard } from "./keyboard.js";
 import { startLanguage } from "./language.js";
@@ -43,6 +44,7 @@ import { SlamHelp } from "./ui/help.js";
 import "./ui/legend.js";
 import "./ui/prior_map.js";
 import "./ui/log.js";
+import "./ui/maps.js";
 import "./ui/methods.js";
 import "./ui/moved.js";
 import "./ui/next.js";
@@ -83,6 +85,7 @@ const client = new Client(store, scene);
 startTheme(store);
 keepView(store);
 keepLastRun(store, client);
+watchDoors(store, client);
 
 /** Makes each component where index.html has its place. */
 for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {

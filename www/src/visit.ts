@@ -12,6 +12,7 @@ const VIEW = "slamlab-view";
 const ORDER = "slamlab-order";
 const TURN = "slamlab-turn";
 const TAB = "slamlab-tab";
+const MAPS = "slamlab-maps";
 const CHOICES = "slamlab-choices";
 
 const USUAL_SENSOR = "lidar";
@@ -52,6 +53,15 @@ export function keepTab(store: Store): void {
   const tab = TABS.find((each) => each === kept);
   if (tab !== undefined) store.set("tab", { tab });
   store.on("tab", () => ifAllowed(() => localStorage.setItem(TAB, store.tab)));
+}
+
+/** Whether somebody has opened what there is for submaps and other maps. */
+export function mapsAreOpen(): boolean {
+  return ifAllowed(() => localStorage.getItem(MAPS)) === "open";
+}
+
+export function noteMapsOpen(isOpen: boolean): void {
+  ifAllowed(() => (isOpen ? localStorage.setItem(MAPS, "open") : localStorage.removeItem(MAPS)));
 }
 
 /** What a person chose of how simulated runs go. */

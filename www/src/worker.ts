@@ -230,7 +230,10 @@ const handlers: Handlers<Command> = {
     simulated((run) => run.nextStage());
   },
   cycle: ({ on }) => command((run) => run.command((module) => module.set_cycle(on), on ? "Drives by the cycle: scan standing, plan, one turn, one leg, again" : "Drives while it scans")),
-  door: ({ index, open }) => simulated((run) => run.command((module) => module.set_door(index, open), `Door ${index + 1}: ${open ? "opening" : "shutting"}`)),
+  door: ({ index, open }) => simulated((run) => {
+    run.command((module) => module.set_door(index, open), `Door ${index + 1}: ${open ? "opening" : "shutting"}`);
+    run.settle();
+  }),
   kidnap: () => simulated((run) => run.command((module) => module.kidnap(), "Kidnapped: the robot was carried elsewhere, and does not know")),
   configure: ({ settings }) => {
     // A robot that the bridge has not named yet is to have them too.

@@ -91,6 +91,15 @@ export class Run implements RunFacts {
   /** The smallest step forward. */
   step(): void {
     if (this.finished || this.kind === "bridge") return;
+    this.#advance();
+  }
+
+  /** A period more of a simulation that is over: so that what was changed in its world is seen. */
+  settle(): void {
+    if (this.kind === "sim" && this.finished) this.#advance();
+  }
+
+  #advance(): void {
     this.module.decide();
     // Planning is not counted: the plot shows what a scan costs.
     const begin = performance.now();

@@ -8,7 +8,7 @@ import { isChecked } from "./input.js";
 import { tool } from "./style.js";
 
 export class SlamCable extends SlamElement {
-  static override styles = [tool, css`.row { display: flex; flex-wrap: wrap; gap: 8px; margin: 4px 0 10px; } .row button { flex: 1 1 90px; }`];
+  static override styles = [tool, css`:host { margin-top: 0; } .row { display: flex; flex-wrap: wrap; gap: 8px; margin: 4px 0 10px; } .row button { flex: 1 1 90px; }`];
 
   protected override readonly topics = ["bridge", "run"] as const;
 

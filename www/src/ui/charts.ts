@@ -241,7 +241,7 @@ export abstract class SlamCharts extends SlamPlotted {
     const shown = this.#alone[i] ? curve.bounds.slice(0, 1) : [curve.value, ...(curve.beside ?? []).map(({ value }) => value)];
     const at = plot.cursor.idx ?? -1;
     const numbers = shown.map((index) => this.history.columns[index]?.at(at)).filter((value) => value !== undefined && Number.isFinite(value)) as number[];
-    target.textContent = numbers.length > 0 ? `${numbers.map((value) => value.toFixed(curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
+    target.textContent = numbers.length > 0 ? `${numbers.map((value) => fixed(value, curve.digits)).join(" / ")} ${curve.unit}`.trim() : "–";
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
-import { go, isOwnRun, SPEED, STEPS, type TourStep } from "../tour.js";
+import { begin, go, isOwnRun, SPEED, STEPS, type TourStep } from "../tour.js";
 import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
 import { length } from "./format.js";
@@ -79,7 +79,8 @@ export class SlamTour extends SlamElement {
       this.store.setLayers({ wheels: true });
     }
     const collapse = this.#history.add(status.time, doubtOf(status));
-    if (!collapse || this.#collapse) return;
+    // Doubt also falls where it turns back on its way.
+    if (!collapse || this.#collapse || status.loopClosures === 0) return;
     this.#collapse = collapse;
     if (tour !== "doubt" && tour !== "loop") return;
     go(this.store, "loop", true);
@@ -127,8 +128,22 @@ export class SlamTour extends SlamElement {
       case "doubt":
         return html`<p>Seen from near: it is inside the <i class="key ellipse"></i> ellipse with 95 % probability. On the way into the unknown that grows. Walls that come into sight again make it a little smaller; a place where it was long before makes it small at once.</p>${this.#doubt()}`;
       case "loop":
-        return this.#collapse ? this.#closed(this.#collapse) : html`<p>Once it comes round to where it began, its doubt falls at once, and the whole way between is put straight. Watch the ellipse: it is soon there.</p>${this.#doubt()}`;
+        return this.#collapse ? this.#closed(this.#collapse) : html`${this.#awaited()}${this.#doubt()}`;
     }
+  }
+
+  /** What is waited for; a robot that was taken by hand does not come there by itself. */
+  #awaited(): TemplateResult {
+    const { status } = this.store;
+    if (status?.mode === "explore" && status.finished) return html`<p>This run came to its end before it closed its loop.</p><p><button data-testid="tour-again" @click=${this.press(() => begin(this.store, this.client))}>Begin again</button></p>`;
+    if (status && status.mode !== "explore") return html`<p>It no longer finds its way itself, since you took over: bring it round to where it began, or let it go on.</p><p><button data-testid="tour-explore" @click=${this.press(() => this.#letGo())}>Let it explore</button></p>`;
+    return html`<p>Once it comes round to where it began, its doubt falls at once, and the whole way between is put straight. Watch the ellipse: it is soon there.</p>`;
+  }
+
+  /** Who steers does so at the pace of time: the tour goes on at its own. */
+  #letGo(): void {
+    this.client.setSpeed(SPEED);
+    this.client.explore();
   }
 
   /** What closing the loop did. */
