@@ -159,6 +159,18 @@ for (const key of ['Escape', 'Space']) {
   });
 }
 
+test('the space bar stops the robot also after a button was clicked, and presses it for who came there by keys', async ({ lab, page }) => {
+  await exploring(lab);
+  await lab.at('tab-log').click();
+  await page.keyboard.press('Space');
+  await stopped(lab);
+  await lab.at('tab-plots').focus();
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Space');
+  await expect(lab.at('tab-filter')).toHaveAttribute('aria-pressed', 'true');
+  expect((await lab.status()).mode, 'the robot is not stopped by that').toBe('explore');
+});
+
 async function exploring(lab: Lab): Promise<void> {
   await lab.open();
   await lab.watch((s) => s.distance, 'it drives').toBeGreaterThan(0.1);

@@ -21,6 +21,8 @@ test('without the token a page watches: it maps, and anyone may stop', async ({ 
   await lab.hidePanels();
   await lab.at('stop').click();
   await expect.poll(async () => (await state())?.reason).toBe('stop');
+  await expect(lab.at('toast'), 'who only watches is told').toContainText('Stop was sent');
+  await expect(lab.at('mode-cycle'), 'and does not choose how it drives').toBeDisabled();
 });
 
 test('a bridge that is private shows its robot to who has the token, and to nobody else', async ({ lab, page, folder, state, problems }) => {
@@ -119,6 +121,9 @@ test('a bridge that is killed is found again, and the map stays', async ({ lab, 
   await lab.show('run');
   await expect(lab.at('bridge-state')).toContainText('map stays');
   await expect(lab.at('caption').locator('.dot'), 'no green light for a robot that is not heard').toHaveClass(/\boff\b/);
+  await lab.hidePanels();
+  await lab.at('stop').click();
+  await expect(lab.at('toast')).toContainText('this Stop does not reach the robot');
   const { scans } = await lab.status();
   const second = await Bridge.start(flags, first.port);
   await expect.poll(async () => (await state())?.connection, { timeout: 20_000 }).toBe('open');

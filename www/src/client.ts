@@ -3,6 +3,7 @@
 import { degrees } from "./angle.js";
 import { hostOf, tokenOf } from "./bridge_address.js";
 import { type Compared, shownRun } from "./compared.js";
+import { isExample, presentExample } from "./example.js";
 import { faultOf } from "./fault.js";
 import { Files } from "./files.js";
 import { type Answer, type Command, handle, type Handlers, type LiveSetup, type Question } from "./protocol.js";
@@ -12,7 +13,7 @@ import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, Prio
 import type { Tuning } from "./protocol/setup.js";
 import { downloadAll } from "./save.js";
 import { SerialPorts } from "./serial_ports.js";
-import type { Contest, LoadedMap, Store } from "./store.js";
+import type { Contest, LoadedMap, Store, Toast } from "./store.js";
 import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
 import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
@@ -485,9 +486,20 @@ export class Client {
     // Past the worker that maps, which may be busy.
     this.#ports.stop(false);
     const { source, reading } = this.store;
+    if (source === "bridge") this.#tellStop();
     // A robot is stopped also while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
+  }
+
+  /** What becomes of an order to stop is seen at a robot that this page drives; all others are told. */
+  #tellStop(): void {
+    const { bridge } = this.store;
+    if (bridge?.connection !== "open") {
+      this.store.set("toast", { toast: { level: "warn", text: "There is no connection: this Stop does not reach the robot. Its bridge stops a robot whose driver is gone." } });
+    } else if (!bridge.hasLease) {
+      this.store.set("toast", { toast: { level: "good", text: "Stop was sent: the robot stops, whoever drives it." } });
+    }
   }
 
   /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
@@ -541,8 +553,8 @@ export class Client {
   }
 
   /** A note that is read at once. */
-  warn(text: string): void {
-    this.store.set("toast", { toast: { level: "warn", text } });
+  warn(text: string, way?: Toast["way"]): void {
+    this.store.set("toast", { toast: { level: "warn", text, ...(way && { way }) } });
   }
 
   /** The map as it was drawn so far, to be found in. */
@@ -597,6 +609,7 @@ export class Client {
       if (start.source === "sim" && !start.isAgain && !this.isBeside) void this.#way.offerBefore();
       if (this.#until !== null) this.seek(this.#until);
       this.#until = null;
+      if (!start.isAgain && isExample(this.files.recording) && start.source === "replay") presentExample(this.store, this);
       if (this.#skipped === "") return;
       this.store.note({ time: 0, level: "warn", text: this.#skipped });
       this.warn(this.#skipped);
@@ -718,7 +731,7 @@ export class Client {
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });
       this.#note("warn", text);
-      this.warn(text);
+      this.warn(text, this.files.wayOutOf(text));
       // A link that is wrong leaves nothing to look at.
       if (this.#run === 0) this.onLost();
       if (this.isBeside || this.#run !== 0) return;

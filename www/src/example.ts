@@ -2,6 +2,8 @@
 // for (www/examples/make.mjs tells how it was made).
 
 import type { Client } from "./client.js";
+import type { Recording } from "./files.js";
+import { word } from "./spoken.js";
 import type { Store } from "./store.js";
 import { t } from "./words.js";
 
@@ -9,12 +11,29 @@ const FILE = "examples/ring.gzip";
 /** What is in it, as its log is called. */
 export const EXAMPLE = "ring.log";
 
+const SPEED = 20;
+const WATCH = word("A drive all round a ring, as a lidar and wheels logged it. Without a truth nobody knows the error: watch how far the way is off where it comes round, and how the map gives way there.");
+/** So long it is told what to watch, wall milliseconds. */
+const WATCH_MILLIS = 15_000;
+
+const examples = new WeakSet<File>();
+
 export async function openExample(store: Store, client: Client): Promise<void> {
   try {
     const answer = await fetch(new URL(FILE, import.meta.url));
     if (!answer.ok) throw new Error(answer.statusText);
-    await client.files.openAll([new File([await answer.blob()], EXAMPLE)]);
+    const file = new File([await answer.blob()], EXAMPLE);
+    examples.add(file);
+    await client.files.openAll([file]);
   } catch {
     store.set("toast", { toast: { level: "warn", text: t`${"The recording"} could not be loaded. Is the server still there?` } });
   }
+}
+
+export const isExample = (recording: Recording | null): boolean => recording !== null && examples.has(recording.file);
+
+/** Slow enough to be watched, and with what there is to watch. */
+export function presentExample(store: Store, client: Client): void {
+  client.setSpeed(SPEED);
+  store.set("toast", { toast: { level: "info", text: WATCH, stands: WATCH_MILLIS } });
 }

@@ -6,7 +6,7 @@ import { faultOf } from "./fault.js";
 import { linkIn } from "./link.js";
 import type { GivenBytes, Topics } from "./protocol.js";
 import type { MethodName, PosesAs, SourceKind } from "./protocol/module.js";
-import type { Store } from "./store.js";
+import type { Store, Toast } from "./store.js";
 import { t } from "./words.js";
 import type { WorldDesk } from "./world_desk.js";
 
@@ -24,6 +24,9 @@ export interface Recording {
   readonly poses: PosesOf | null;
 }
 
+/** Whoever gave a file that is none of those is told which are. */
+const OPENABLE: NonNullable<Toast["way"]> = { label: "What can be opened", go: () => void dispatchEvent(new Event("show-openable")) };
+
 export class Files {
   /** The world editor, while it is open: what is read then is drawn on, and not driven in. */
   desk: WorldDesk | null = null;
@@ -32,6 +35,8 @@ export class Files {
   /** The recording that is shown, and the one that is being read. */
   #shown: Recording | null = null;
   #opening: Recording | null = null;
+  /** Of the files that were given last. */
+  #names: readonly string[] = [];
 
   constructor(private readonly client: Client, private readonly store: Store) {
   }
@@ -51,12 +56,18 @@ export class Files {
 
   /** Files that were dropped or chosen together. */
   async openAll(files: readonly File[]): Promise<void> {
+    this.#names = files.map(({ name }) => name);
     const given = await chosen(files);
-    if (given.kind === "refused") this.client.warn(given.text);
+    if (given.kind === "refused") this.client.warn(given.text, OPENABLE);
     else if (given.kind === "building") await this.#read("build", given.name, given.files);
     else if (given.kind === "archive") this.onArchive(given.file);
     else if (given.kind === "poses") await this.#openPoses(given.poses, given.log);
     else if (given.kind === "file") await this.#openAs(given.content, given.file);
+  }
+
+  /** What is offered where one of the files that were given was refused in these words. */
+  wayOutOf(text: string): Toast["way"] {
+    return this.#names.some((name) => text.startsWith(`${name}: `)) ? OPENABLE : undefined;
   }
 
   /** Restarts the run with a prior map, which may also be a world. */

@@ -103,6 +103,8 @@ export const EXHIBITS: readonly Exhibit[] = [
 export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "kidnaps">;
 
 const ADDRESS = "#experiment=";
+/** The view that stays with the robot, pixels a metre. */
+const NEAR = 80;
 
 /** The address of an experiment, behind that of the page. */
 export const addressOf = ({ name }: Pick<Exhibit, "name">): string => ADDRESS + name;
@@ -128,6 +130,6 @@ export function exhibit(store: Store, client: Client, { name, title, watch, then
   if (tab !== undefined) store.set("tab", { tab });
   client.setSpeed(speed);
   client.start({ world, sensor, method, seed, settings, cycle, worldJson: null, mode: "explore", calibration: null, priorMap: null });
-  dispatchEvent(new CustomEvent("show-robot", { detail: follow }));
+  dispatchEvent(new CustomEvent("show-robot", { detail: follow ? NEAR : null }));
   store.set("exhibit", { exhibit: { name, title, watch, then, setup, kidnaps } });
 }

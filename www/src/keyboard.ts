@@ -35,6 +35,15 @@ export function startKeyboard(actions: KeyActions): void {
     drive();
   };
 
+  // A button that was clicked keeps the focus: the space bar presses it only for who came to it by
+  // keys. For all others it stops the robot.
+  let isByKeys = true;
+  addEventListener("pointerdown", () => (isByKeys = false), true);
+  addEventListener("keydown", (event) => {
+    if (event.key === "Tab" || event.key === "Enter") isByKeys = true;
+  }, true);
+  let isStopping = false;
+
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || actions.busy()) return;
     if (event.key === "Escape") {
@@ -45,8 +54,9 @@ export function startKeyboard(actions: KeyActions): void {
     }
     const kind = focusKind(event);
     if (kind === "field" || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.code === "Space" && kind !== "button") {
+    if (event.code === "Space" && (kind !== "button" || !isByKeys)) {
       event.preventDefault();
+      isStopping = true;
       release();
       actions.stop();
     } else if (!event.shiftKey && actions.steers() && (event.code in FORWARD || event.code in TURN)) {
@@ -63,6 +73,9 @@ export function startKeyboard(actions: KeyActions): void {
   });
 
   addEventListener("keyup", (event) => {
+    // Some browsers press the button when the key comes up.
+    if (event.code === "Space" && isStopping) event.preventDefault();
+    if (event.code === "Space") isStopping = false;
     if (held.delete(event.code)) drive();
   });
   addEventListener("blur", release);
@@ -73,5 +86,6 @@ export function startKeyboard(actions: KeyActions): void {
 function focusKind(event: KeyboardEvent): "field" | "button" | "page" {
   const target = event.composedPath()[0];
   if (target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== "checkbox")) return "field";
-  return target instanceof HTMLButtonElement || target instanceof HTMLInputElement ? "button" : "page";
+  const isButton = target instanceof HTMLButtonElement || target instanceof HTMLInputElement || (target instanceof HTMLElement && target.tagName === "SUMMARY");
+  return isButton ? "button" : "page";
 }

@@ -271,7 +271,11 @@ addEventListener("show-race", () => void showRace());
 addEventListener("show-editor", () => (editor?.isConnected ? hideEditor() : void showEditor()));
 addEventListener("show-registration", () => (lab?.isConnected ? hideLab() : void showLab()));
 addEventListener("focus-map", () => map.renderRoot.querySelector<HTMLElement>("#pad")?.focus({ preventScroll: true }));
-addEventListener("show-robot", (event) => ((event as CustomEvent<boolean>).detail ? store.follow || map.toggleFollow() : map.fit()));
+addEventListener("show-robot", (event) => {
+  const pixelsPerMetre = (event as CustomEvent<number | null>).detail;
+  if (pixelsPerMetre === null) map.fit();
+  else map.stayWithRobot(pixelsPerMetre);
+});
 addEventListener("look-at", (event) => map.lookAt((event as CustomEvent<Box>).detail));
 addEventListener("show-saving", () => void showSaving());
 

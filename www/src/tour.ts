@@ -9,6 +9,9 @@ const RUN = { world: "loop", sensor: "lidar", method: "scan-matching", mode: "ex
 /** So that the ring is closed within a minute. */
 export const SPEED = 10;
 
+/** The ellipse of a robot that is known to a tenth of a metre is seen at so many pixels a metre. */
+const NEAR = 200;
+
 /** What the tour is about, step by step. */
 export const STEPS = ["unknown", "wheels", "doubt", "loop"] as const;
 export type TourStep = (typeof STEPS)[number];
@@ -40,5 +43,5 @@ export function go(store: Store, step: TourStep | null, isNear = step === "doubt
   const patch = step === null ? { frontiers: true, path: true, closures: true, trails: true } : step === "wheels" ? { wheels: true, trails: true } : {};
   store.setLayers(patch);
   store.set("tour", { tour: step });
-  dispatchEvent(new CustomEvent("show-robot", { detail: isNear }));
+  dispatchEvent(new CustomEvent("show-robot", { detail: isNear ? NEAR : null }));
 }

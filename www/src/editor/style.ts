@@ -40,8 +40,8 @@ export const layout = css`
     :host { inset: 54px 0 0; }
     .page { padding: 8px; gap: 8px; grid-template: auto minmax(0, 1.5fr) minmax(0, 1fr) / minmax(0, 1fr); }
     h2, .grow { display: none; }
-    .tools { flex-wrap: nowrap; overflow-x: auto; width: 100%; padding: 2px; scrollbar-width: none; }
-    .tools button { flex: none; }
+    .tools { width: 100%; padding: 2px; }
+    .tools button { flex: 1 0 auto; }
     .run { flex: 1; }
     .side { padding: 10px; }
   }

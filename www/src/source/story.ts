@@ -99,7 +99,8 @@ export class Story {
     if (s.localisation !== this.#localisation) {
       const words = s.localisation && this.#localisation ? LOCALISATION[s.localisation] : null;
       this.#localisation = s.localisation;
-      if (words) this.note(words.level, words.text, "localisation");
+      // Each is a line of its own: that it was lost is not told by its being found again.
+      if (words) this.note(words.level, words.text);
     }
     if (s.mapFull && !this.#fullTold) {
       this.#fullTold = true;

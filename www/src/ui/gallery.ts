@@ -45,9 +45,15 @@ export class SlamGallery extends SlamDialog {
   }
 
   #teach(lesson: LessonInfo): void {
-    this.close();
+    this.#clear();
     if (location.hash === addressOfLesson(lesson)) teach(this.store, this.client, lesson);
     else location.hash = addressOfLesson(lesson);
+  }
+
+  /** The map and the card beside it are what it is about: on a phone no panel covers them. */
+  #clear(): void {
+    this.close();
+    if (matchMedia("(max-width: 760px)").matches) this.store.set("tab", { tab: "" });
   }
 
   /** World, sensor and method, as the choosers call them. */
@@ -63,13 +69,13 @@ export class SlamGallery extends SlamDialog {
   }
 
   #open(): void {
-    this.close();
+    this.#clear();
     void openExample(this.store, this.client);
   }
 
   /** Experiments have an address of their own, which the page follows: it can be passed on. */
   #begin(each: Exhibit): void {
-    this.close();
+    this.#clear();
     if (location.hash === addressOf(each)) exhibit(this.store, this.client, each);
     else location.hash = addressOf(each);
   }

@@ -116,7 +116,7 @@ export class SlamLegend extends SlamElement {
     input:checked { background: var(--accent); }
     input:checked::after { left: 14px; }
     small { display: none; color: var(--muted); font-size: 12.5px; line-height: 1.35; grid-column: 2 / -1; margin: -4px 0 4px; }
-    .meaning { position: sticky; bottom: -12px; margin: 8px -14px -12px; padding: 8px 14px 12px; min-height: 92px; border-top: 1px solid var(--line); background: var(--surface); color: var(--muted); font-size: 12.5px; line-height: 1.35; }
+    .meaning { position: sticky; bottom: -12px; margin: 8px -14px -12px; padding: 8px 14px 12px; min-height: 64px; border-top: 1px solid var(--line); background: var(--surface); color: var(--muted); font-size: 12.5px; line-height: 1.35; }
     .tools { display: flex; flex-wrap: wrap; gap: 6px; margin-top: 8px; }
     .tools button { flex: 1; padding: 0 8px; font-size: 13px; min-height: 32px; white-space: nowrap; }
     .order { display: grid; grid-template-columns: 28px 1fr auto auto; align-items: center; gap: 4px 6px; padding: 2px 0; font-size: 13px; }

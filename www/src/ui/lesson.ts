@@ -41,7 +41,7 @@ export class SlamLesson extends SlamElement {
     .verdict.warn { color: var(--warn); }
     .row { display: flex; flex-wrap: wrap; gap: 8px; }
     /* A part of the map stays in sight, however much there is to read. */
-    @media (max-width: 760px) { section { max-height: calc(.62 * (100dvh - 54px - var(--dock))); overflow-y: auto; } header { position: sticky; top: -10px; background: var(--raised); } }
+    @media (max-width: 760px) { section { max-height: calc(.62 * (100dvh - 54px - var(--dock))); overflow-y: auto; } header { position: sticky; top: -10px; background: var(--raised); } .row { position: sticky; bottom: -10px; padding: 6px 0 10px; background: var(--raised); } }
   `];
 
   protected override readonly topics = ["run", "lesson", "settings", "tour"] as const;

@@ -80,6 +80,7 @@ export class SlamPriorMap extends SlamElement {
     const part = percent(status?.priorMapOverlap ?? NaN);
     const misfit = status?.priorMapMisfit ?? false;
     const words = !isJudged ? "Whether the map fits shows after some scans."
+      : misfit && !this.store.setup.priorMap && this.store.source === "sim" ? t`Only ${part} of what the sensor hits is a wall of the map: the robot is elsewhere in it than it believes.`
       : misfit ? t`The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building, it is too rough, or the robot is elsewhere in it than it believes.`
       : t`The map fits: ${part} of what the sensor hits is a wall of it.`;
     // That it fitted before says nothing while the robot is lost in it.

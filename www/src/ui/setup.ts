@@ -108,6 +108,21 @@ export class SlamSetup extends SlamElement {
     `;
   }
 
+  override connectedCallback(): void {
+    super.connectedCallback();
+    addEventListener("show-openable", () => void this.#showOpenable());
+  }
+
+  /** Opens the list of what can be opened. */
+  async #showOpenable(): Promise<void> {
+    if (matchMedia("(max-width: 760px)").matches) this.store.set("tab", { tab: "run" });
+    await this.updateComplete;
+    const list = this.renderRoot.querySelector("details");
+    if (!list) return;
+    list.open = true;
+    list.scrollIntoView({ block: "nearest" });
+  }
+
   #choose(method: MethodName): void {
     noteChoice(this.store, { method });
     this.client.again(method);

@@ -21,6 +21,12 @@ export class SlamToast extends SlamElement {
     /* The name of a file may be as long as somebody likes; the button stays in sight. */
     p { margin: 6px 0; flex: 1; overflow-wrap: anywhere; max-height: 40vh; overflow-y: auto; }
     button { border-color: transparent; background: transparent; }
+    @media (max-width: 760px) {
+      div { flex-wrap: wrap; justify-content: end; gap: 4px 8px; }
+      p { flex: 1 0 calc(100% - 60px); }
+      .icon { order: 1; }
+      .way { order: 2; }
+    }
     .way { border-color: var(--line); white-space: nowrap; }
   `;
 

@@ -47,6 +47,9 @@ export class SlamTransport extends SlamElement {
       .modes { padding: 2px; gap: 0; }
       .modes button { padding: 0 7px; font-size: 13px; }
       .stop { padding: 0 9px; font-size: 13px; }
+      .progress { flex: 1 1 60px; min-width: 0; }
+      .progress .muted { display: none; }
+      .word { display: none; }
     }
     /* A tablet held upright, with the panels beside the map. */
     @container stage (max-width: 470px) {
@@ -55,7 +58,6 @@ export class SlamTransport extends SlamElement {
       select { min-width: 50px; }
       .modes button { padding: 0 5px; }
       .stop { padding: 0 7px; }
-      .word { display: none; }
     }
     @media (max-width: 760px) {
       .modes svg, .stop svg { display: block; }
@@ -137,7 +139,7 @@ export class SlamTransport extends SlamElement {
       ${mode("manual", "Manual", "1", icons.hand, () => client.manual())}
       ${mode("goto", "Go to", "2", icons.pin, () => client.aim())}
       ${mode("explore", "Explore", "3", icons.compass, () => client.explore())}
-      <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle || store.setup.cycle} ?disabled=${store.inCycle && !store.setup.cycle}
+      <button class="cycle" data-testid="mode-cycle" aria-pressed=${store.inCycle || store.setup.cycle} ?disabled=${idle || (store.inCycle && !store.setup.cycle)}
         title=${store.inCycle && !store.setup.cycle ? "This sensor scans only while the robot stands: the robot always drives by the cycle" : "The cycle (4): scan standing, plan, one turn, one leg, again"}
         @click=${this.press(() => client.setCycle(!store.setup.cycle))}>${icons.cycle}Cycle</button>
     </div>`;
@@ -153,7 +155,7 @@ export class SlamTransport extends SlamElement {
         <progress max="1" .value=${done} aria-label="Part of the recording that is done"></progress>
       </div>
       ${status?.finished && !reading
-        ? html`<button data-testid="to-simulation" title="Back to the simulation" aria-label="Back to the simulation" @click=${() => client.start({ mode: "explore" })}>${icons.again} <span class="word">Simulation</span></button>`
+        ? html`<button data-testid="to-simulation" title="Back to the simulation" aria-label="Back to the simulation" @click=${() => client.start({ mode: "explore" })}>${icons.compass} <span class="word">Simulation</span></button>`
         : html`<button data-testid="cancel" aria-label="Cancel" @click=${() => client.send({ kind: "cancel" })}>${icons.close} <span class="word">Cancel</span></button>`}`;
   }
 }

@@ -39,6 +39,8 @@ import { fieldWords, metres, readingWords } from "./words.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
+/** Whoever asks to follow the robot from afar sees it so large, pixels a metre. */
+const NEAR = 80;
 const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
@@ -269,11 +271,19 @@ export class SlamMap extends SlamElement {
   }
 
   toggleFollow(): void {
-    const follow = !this.store.follow;
-    this.store.set("view", { follow });
-    this.#auto = false;
+    if (!this.store.follow) {
+      this.stayWithRobot(this.camera.scale < 60 ? NEAR : this.camera.scale);
+      return;
+    }
+    this.#release();
     this.#target = null;
-    if (follow && this.camera.scale < 60) this.#target = { x: this.camera.x, y: this.camera.y, scale: 80 };
+  }
+
+  /** Follows the robot, at so many pixels a metre. */
+  stayWithRobot(scale: number): void {
+    this.store.set("view", { follow: true });
+    this.#auto = false;
+    this.#target = { x: this.camera.x, y: this.camera.y, scale };
   }
 
   /** From here on the map is changed by what is drawn on it, or no longer. */
@@ -364,7 +374,8 @@ export class SlamMap extends SlamElement {
     const inspecting = !store.inspecting;
     store.set("run", { inspecting, editing: null, aiming: false });
     store.choose(inspecting && status ? thingsAt(this.#sight, status.x, status.y, KEY_REACH) : []);
-    this.#inspected = inspecting && status ? [status.x, status.y] : [NaN, NaN];
+    // The first click tells what is nearest, on the robot as well.
+    this.#inspected = [NaN, NaN];
   }
 
   /** Where a change of the map begins that is being drawn, and where it would end. */
