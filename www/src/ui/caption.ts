@@ -4,13 +4,15 @@ import type { Status } from "../protocol/frame.js";
 import type { Store } from "../store.js";
 import { t } from "../words.js";
 import { worldTitle } from "../worlds.js";
-import { clock, percent, sentence } from "./format.js";
+import { clock, length, percent, sentence } from "./format.js";
 
 export interface Caption {
   doing: string;
   more: string;
 }
 
+/** A robot that is so far from where its map has it has lost its way, m. */
+const ASTRAY = 0.5;
 /** A run that is so far behind where it has been, s, goes the same way again. */
 const PAST = 0.5;
 
@@ -40,7 +42,8 @@ export function caption(store: Store): Caption {
     if (bridge.armed) return { doing: { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode], more: status.activity || byHand() };
     return { doing: bridge.driver ? t`${bridge.driver} drives` : t`Watching ${title}`, more: "" };
   }
-  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: worthOf(store) };
+  const off = store.tour || !(status.positionError > ASTRAY) ? "" : offBy(status.positionError);
+  if (status.finished) return { doing: sentence(status.reason) || "Finished", more: told(worthOf(store), off) };
   // How much there is to be known is known to the simulation only: the tour speaks of the robot.
   const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} explored` : "";
   if (store.aiming) return AIMING;
@@ -53,7 +56,13 @@ export function caption(store: Store): Caption {
   const doing = { explore: "Exploring", goto: "Driving to the goal", manual: "You drive" }[status.mode];
   const hint = status.mode === "manual" ? byHand() : "";
   if (doubt) return { doing: t`Paused · ${t(doubt).toLowerCase()}`, more: known };
-  return { doing: playing ? doing : t`Paused · ${t(doing).toLowerCase()}`, more: told(known, status.activity || hint) };
+  return { doing: playing ? doing : t`Paused · ${t(doing).toLowerCase()}`, more: told(known, off, status.activity || hint) };
+}
+
+/** How far off a simulated robot is, which its map cannot tell. */
+function offBy(metres: number): string {
+  const { value, unit } = length(metres);
+  return t`${value} ${unit} off the truth`;
 }
 
 /** That its pose is not to be believed, which goes before what it is doing; empty where it is. */

@@ -91,7 +91,7 @@ export class SlamContest extends SlamPlotted {
           : html`<button data-testid="contest-again" ?disabled=${!goal} @click=${() => this.client.contest({})}>${icons.again} Again</button>`}
         <button data-testid="contest-robot" ?disabled=${!start} title="Start where the robot is" @click=${() => this.client.contest({ start: null })}>${icons.follow} From the robot</button>
       </div>
-      <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="contest-error">${error}</p>` : nothing}</div>
+      <div aria-live="polite">${error ? html`<p class="bad" role="alert" data-testid="contest-error">${sentence(t(error))}</p>` : nothing}</div>
       ${found ? this.#table(found) : nothing}
       <figure ?hidden=${!found || !Number.isFinite(found.shortest)} aria-label="Length of each path over the time of its planner"><figcaption>Length over time of computing, m</figcaption><div class="plot"></div></figure>
       ${found ? html`<slam-csv .name=${"planners"} .columns=${() => figuresOf(found)}></slam-csv> <slam-csv .name=${"planners-over-time"} .columns=${() => lengthsOf(found)}></slam-csv>` : nothing}`;

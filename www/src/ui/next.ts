@@ -13,9 +13,9 @@ export class SlamNext extends SlamElement {
     button:hover { background: color-mix(in srgb, var(--surface) 30%, transparent); }
     button.icon { width: 32px; padding: 0; background: transparent; }
     @media (max-width: 760px) {
-      div { padding: 2px 6px 8px 12px; max-width: 356px; justify-content: start; }
-      span { flex: 1 0 calc(100% - 60px); order: -2; white-space: nowrap; }
-      button { flex: 1 0 auto; min-height: 40px; padding: 0 6px; font-size: 13px; }
+      div { gap: 4px; padding: 0 6px 6px; max-width: 356px; justify-content: start; }
+      span { flex: 1 0 calc(100% - 60px); order: -2; padding-left: 8px; white-space: nowrap; }
+      button { flex: 1 0 auto; min-height: 40px; padding: 0 4px; font-size: 13px; }
       button.icon { flex: none; width: 40px; order: -1; }
     }
     @keyframes in { from { opacity: 0; transform: translateY(6px); } }

@@ -2536,6 +2536,7 @@ export const SAID: Said = {
   "{0} wait for a restart.": "Na restart čekají: {0}.",
   "{0} waits for a restart.": "Na restart čeká: {0}.",
   "{0} {1} cloud…": "{0} {1} mračno…",
+  "{0} {1} off the truth": "{0} {1} vedle skutečnosti",
   "{0} {1} on the map": "{0} na mapě: {1}",
   "{0} · {1} messages": "{0} · zpráv: {1}",
   "{0}, click to see more": "{0}, klikněte pro více",

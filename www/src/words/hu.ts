@@ -2536,6 +2536,7 @@ export const SAID: Said = {
   "{0} wait for a restart.": "Újraindításra várnak: {0}.",
   "{0} waits for a restart.": "Újraindításra vár: {0}.",
   "{0} {1} cloud…": "{0} {1} felhő…",
+  "{0} {1} off the truth": "{0} {1} eltérés a valóságtól",
   "{0} {1} on the map": "{0}: {1} a térképen",
   "{0} · {1} messages": "{0} · {1} üzenet",
   "{0}, click to see more": "{0}, kattints a részletekért",

@@ -2536,6 +2536,7 @@ export const SAID: Said = {
   "{0} wait for a restart.": "Czekają na ponowne uruchomienie: {0}.",
   "{0} waits for a restart.": "Czeka na ponowne uruchomienie: {0}.",
   "{0} {1} cloud…": "{0} {1} chmura…",
+  "{0} {1} off the truth": "{0} {1} od prawdy",
   "{0} {1} on the map": "{0} na mapie: {1}",
   "{0} · {1} messages": "{0} · wiadomości: {1}",
   "{0}, click to see more": "{0}, kliknij, by zobaczyć więcej",
