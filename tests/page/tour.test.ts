@@ -113,6 +113,15 @@ test.describe('a first visit', () => {
   });
 });
 
+test('on a phone the truth can be peeked at beside the map', { tag: '@phone-only' }, async ({ lab }) => {
+  await lab.open();
+  await expect(lab.at('peek-map')).toHaveAttribute('aria-pressed', 'true');
+  await lab.at('peek-map').tap();
+  await expect(lab.at('peek-map')).toHaveAttribute('aria-pressed', 'false');
+  await lab.show('layers');
+  await expect(lab.at('layer-truth')).not.toBeChecked();
+});
+
 test('the truth can be peeked at, by key and button, and layers stay as they were left', async ({ lab, page }) => {
   await lab.open();
   await expect(lab.at('peek')).toHaveAttribute('aria-pressed', 'true');

@@ -101,7 +101,7 @@ impl Feature {
 }
 
 /// Bytes that a package without features may have, for whoever updates a robot by a slow link.
-const MOST_BYTES: u64 = 6_000_000;
+const MOST_BYTES: u64 = 5_700_000;
 
 /// Builds the package for `target` and tries it out.
 ///

@@ -30,7 +30,7 @@ export class SlamHeader extends SlamElement {
       .caption { font-size: 13px; }
       .tools { gap: 0; }
     }
-    /* On a narrow phone the sentence needs the room: Layers has the same switch. */
+    /* On a narrow phone the sentence needs the room: the tools of the map have the same switch. */
     @media (max-width: 480px) {
       .tools [data-testid="peek"] { display: none; }
       /* "Explored: nothing" is another sentence than "Explored: nothing unknown is left". */

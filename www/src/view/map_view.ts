@@ -100,6 +100,8 @@ export class SlamMap extends SlamElement {
       #tools { right: 10px; top: calc(var(--card, 0px) + 10px); }
       :host([told]) #tools { display: none; }
     }
+    /* On a wider page the header has it. */
+    @media (min-width: 481px) { #tools .narrow { display: none; } }
     @media (pointer: coarse) and (max-width: 760px) {
       #tools .pinch { display: none; }
     }
@@ -208,7 +210,7 @@ export class SlamMap extends SlamElement {
   /** By lit's own `html`: what the map is drawn on stays when the language changes, and only its
       labels are said anew. */
   override render(): TemplateResult {
-    const { follow, source, editing, fence, inspecting, method } = this.store;
+    const { follow, source, editing, fence, inspecting, layers, method } = this.store;
     return html`
       <canvas id="gl" hidden></canvas>
       <canvas id="ground"></canvas>
@@ -226,6 +228,7 @@ export class SlamMap extends SlamElement {
         <button class="icon" title=${t("Show everything (0)")} aria-label=${t("Show everything")} @click=${() => this.fit()}>${icons.fit}</button>
         ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title=${t("Turn the map upright (J)")} aria-label=${t("Turn the map upright")} @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
         <button class="icon" title=${t("Follow the robot (F)")} aria-label=${t("Follow the robot")} aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
+        ${source === "sim" ? html`<button class="icon narrow" data-testid="peek-map" title=${t("Truth")} aria-label=${t("Truth")} aria-pressed=${layers.truth} @click=${() => this.store.toggleLayer("truth")}>${layers.truth ? icons.eye : icons.hidden}</button>` : nothing}
         <button class="icon" data-testid="inspect" title=${t("Inspect: click anything for its numbers (I)")} aria-label=${t("Inspect")} aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
         ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title=${t("Change the map by hand (E)")} aria-label=${t("Change the map by hand")} aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
       </div>`}
