@@ -492,7 +492,7 @@ export class Client {
     if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
-  /** What becomes of an order to stop is seen at a robot that this page drives; all others are told. */
+  /** What an order to stop does is seen at a robot that this page drives; all others are told. */
   #tellStop(): void {
     const { bridge } = this.store;
     if (bridge?.connection !== "open") {

@@ -49,7 +49,7 @@ export function keepLastRun(store: Store, client: Client): void {
   let offeredAt = 0;
   store.on("last", () => (offeredAt = performance.now()));
   let [kept, isKept] = [null as Recording | null, false];
-  let keptAt = NaN;
+  let keptAt = "";
   setInterval(() => {
     const { source, status, lastRun: offered } = store;
     if (!status || status.time < LEAST_SECONDS) return;
@@ -58,9 +58,11 @@ export function keepLastRun(store: Store, client: Client): void {
       store.set("last", { lastRun: null });
       if (!store.toast) offerRun(store, { title: shownTitle(offered), time: offered.time }, () => void goOn(store, client, offered));
     }
-    // A link may hold a whole world: of a run that stands still there is nothing new to keep.
-    if (source === "sim" && status.time !== keptAt) client.send({ kind: "keep", setup: store.started });
-    keptAt = status.time;
+    // A link may hold a whole world: of a run that stands still, and that nobody touches, there is
+    // nothing new to keep.
+    const at = `${status.time} ${status.byHand}`;
+    if (source === "sim" && at !== keptAt) client.send({ kind: "keep", setup: store.started });
+    keptAt = at;
     const { recording } = client.files;
     if (source !== "replay" || !recording) return;
     if (recording !== kept) {
