@@ -28,7 +28,7 @@ const visits = [
     until: 60,
     said: [
       [2, [opened.inspect, opened.rooms, opened.points, ...fields, shut]],
-      [5, [{ kind: "examine", number: 1, x: 0.5, y: 0.5, wall: true }, { kind: "manual" }]],
+      [5, [{ kind: "examine", number: 1, x: 0.5, y: 0.5, wall: true }, ...[10, 100, 200, 300].map((beam) => ({ kind: "examine", number: 2, x: 0.5, y: 0.5, beam })), { kind: "examine", number: 3, x: 2, y: 0.5, leaf: [2.2, 0, 2.2, 0.9] }, { kind: "manual" }]],
       [6, [{ kind: "drive", forward: 0.2, turn: 0.3 }]],
       [7, [{ kind: "drive", forward: -0.2, turn: 0 }]],
       [8, [{ kind: "drive", forward: 0, turn: 0 }]],
