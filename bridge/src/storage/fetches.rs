@@ -4,7 +4,7 @@
 //! In: who wants a recording. Out: leave to fetch it, or why not now.
 
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv4Addr};
+use std::net::IpAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -80,7 +80,7 @@ fn address(peer: Peer) -> IpAddr {
         Peer::At(address) => network(address.ip()),
         // Nothing is asked by HTTP there.
         #[cfg(feature = "zenoh")]
-        Peer::Router(_) => Ipv4Addr::UNSPECIFIED.into(),
+        Peer::Router(_) => std::net::Ipv4Addr::UNSPECIFIED.into(),
     }
 }
 

@@ -153,6 +153,9 @@ async fn ask(bucket: Bucket) -> listing::Answer {
     Ok(objects.into_iter().filter_map(piece).collect())
 }
 
+/// Bytes of a recording that are asked of the store at once.
+const FETCHED_AT_ONCE: u64 = 2 << 20;
+
 async fn one(
     State(shared): State<Arc<Shared>>,
     Extension(visitor): Extension<Visitor>,
@@ -163,8 +166,15 @@ async fn one(
     if !is_piece(&name) {
         return Err(nothing());
     }
-    let kind = HeaderValue::from_static("application/octet-stream");
-    let headers = [(header::CONTENT_TYPE, kind)];
+    // With its length: whoever receives less than all of it, because the link to the store broke,
+    // is to notice.
+    let headers = |bytes: u64| {
+        let kind = HeaderValue::from_static("application/octet-stream");
+        [
+            (header::CONTENT_TYPE, kind),
+            (header::CONTENT_LENGTH, HeaderValue::from(bytes)),
+        ]
+    };
     if let Ok(file) = File::open(uploads.folder.join(&name)).await {
         let length = file.metadata().await.map_or(0, |known| known.len());
         let body = futures_util::stream::try_unfold(file.take(length), async |mut file| {
@@ -172,17 +182,32 @@ async fn one(
             let count = (&mut file).take(1 << 16).read_to_end(&mut read).await?;
             Ok::<_, std::io::Error>((count > 0).then_some((read, file)))
         });
-        return Ok((headers, Body::from_stream(body)).into_response());
+        return Ok((headers(length), Body::from_stream(body)).into_response());
     }
     let leave = uploads.fetches.begin(visitor.peer, shared.clock.now());
     let leave = leave.map_err(later)?;
-    match uploads.bucket.store.get(&uploads.bucket.path(&name)).await {
+    let path = uploads.bucket.path(&name);
+    match uploads.bucket.store.head(&path).await {
         Ok(found) => {
-            // It counts as one that runs until all of it is sent, or nobody takes it any more.
-            let bytes = found.into_stream().inspect_ok(move |_| {
-                let _ = &leave;
+            let length = found.size;
+            // Piece by piece, for each request to the store has its time: a whole recording takes
+            // longer than that by a slow link. It counts as one fetch until all of it is sent, or
+            // nobody takes it any more.
+            let begin = (uploads.bucket.clone(), path, 0, leave);
+            let pieces = move |(bucket, path, from, leave): (Bucket, _, u64, _)| async move {
+                if from >= length {
+                    return Ok::<_, object_store::Error>(None);
+                }
+                let to = length.min(from + FETCHED_AT_ONCE);
+                let piece = bucket.store.get_range(&path, from..to).await?;
+                Ok(Some((piece, (bucket, path, to, leave))))
+            };
+            let bytes = futures_util::stream::try_unfold(begin, pieces);
+            let url = uploads.bucket.url.clone();
+            let bytes = bytes.inspect_err(move |error| {
+                tracing::warn!("{name} broke off on its way from {url}: {}", words(error));
             });
-            Ok((headers, Body::from_stream(bytes)).into_response())
+            Ok((headers(length), Body::from_stream(bytes)).into_response())
         }
         Err(object_store::Error::NotFound { .. }) => Err(nothing()),
         Err(error) => {
