@@ -3,6 +3,7 @@
 import type { Client } from "./client.js";
 import type { Setup } from "./protocol/module.js";
 import type { Store, Tab } from "./store.js";
+import { NEAR } from "./view/camera.js";
 import type { LayerName } from "./view/scene.js";
 
 export interface Exhibit {
@@ -103,8 +104,6 @@ export const EXHIBITS: readonly Exhibit[] = [
 export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "kidnaps">;
 
 const ADDRESS = "#experiment=";
-/** The view that stays with the robot, pixels a metre. */
-const NEAR = 80;
 
 /** The address of an experiment, behind that of the page. */
 export const addressOf = ({ name }: Pick<Exhibit, "name">): string => ADDRESS + name;

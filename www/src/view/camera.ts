@@ -22,6 +22,9 @@ export function isOutside({ minX, minY, maxX, maxY }: Box, x1: number, y1: numbe
   return (x1 < minX - reach && x2 < minX - reach) || (x1 > maxX + reach && x2 > maxX + reach) || (y1 < minY - reach && y2 < minY - reach) || (y1 > maxY + reach && y2 > maxY + reach);
 }
 
+/** Who follows the robot sees it so large, pixels a metre. */
+export const NEAR = 80;
+
 export class Camera {
   /** Map point in the middle of the free part of the canvas, m. */
   x = 0;

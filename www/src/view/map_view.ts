@@ -20,7 +20,7 @@ import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
 import { t } from "../words.js";
-import { type Box, Camera, union } from "./camera.js";
+import { type Box, Camera, NEAR, union } from "./camera.js";
 import { CanvasBulk } from "./canvas_bulk.js";
 import { CanvasSurface } from "./canvas_surface.js";
 import { listenToGestures } from "./gestures.js";
@@ -39,8 +39,6 @@ import { fieldWords, metres, readingWords } from "./words.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
-/** Whoever asks to follow the robot from afar sees it so large, pixels a metre. */
-const NEAR = 80;
 const REFIT_MILLIS = 300;
 /** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
 const RECORD_MILLIS = 200;
@@ -279,7 +277,6 @@ export class SlamMap extends SlamElement {
       return;
     }
     this.#release();
-    this.#target = null;
   }
 
   /** Follows the robot, at so many pixels a metre. */
