@@ -60,6 +60,8 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
   await page.addInitScript(() => {
     const outside = window as unknown as { serialOpen(port: number, rate: number): Promise<void>; serialWrite(port: number, bytes: number[]): Promise<void>; serialClose(port: number): Promise<void>; serialCame(port: number, bytes: number[]): void };
     const sinks: (ReadableStreamDefaultController<Uint8Array> | undefined)[] = [];
+    /** Ends writing, as a real adapter does that is pulled out: nothing waits for the next. */
+    const lost: ((error: DOMException) => void)[] = [];
     const ports: FakePort[] = [];
     const serial = new EventTarget();
     outside.serialCame = (port, bytes) => sinks[port]?.enqueue(Uint8Array.from(bytes));
@@ -77,7 +79,8 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
         const { number } = this;
         if (this.isLost) throw new DOMException('The device has been lost.', 'NetworkError');
         this.readable = new ReadableStream({ start: (controller) => { sinks[number] = controller; } });
-        this.writable = new WritableStream({ write: (bytes) => outside.serialWrite(number, [...bytes]) });
+        const start = (controller: WritableStreamDefaultController): void => { lost[number] = (error) => controller.error(error); };
+        this.writable = new WritableStream({ start, write: (bytes) => outside.serialWrite(number, [...bytes]) });
         await outside.serialOpen(number, baudRate);
       }
       async close(): Promise<void> {
@@ -94,7 +97,9 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
       serialLose: (number: number) => {
         const port = ports[number]!;
         port.isLost = true;
-        sinks[number]?.error(new DOMException('The device has been lost.', 'NetworkError'));
+        const error = new DOMException('The device has been lost.', 'NetworkError');
+        sinks[number]?.error(error);
+        lost[number]?.(error);
         sinks[number] = undefined;
       },
       serialRegain: (number: number) => {
@@ -188,7 +193,7 @@ test('an adapter that is put in again is found, and its robot moves only after i
     await expect(page.getByLabel('Devices')).toContainText('sending', { timeout: 60_000 });
     // Long enough for an order that outlived the cut: the page sends 20 a second, and the key is
     // held.
-    for await (const facts of robot.during(2)) expect(facts.moves, 'nothing moves before somebody arms it').toBe(false);
+    for await (const facts of robot.during(2)) expect(facts.moves, `nothing moves before somebody arms it: ${JSON.stringify([facts, await lab.bridge()])}`).toBe(false);
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');
     await serial.end();

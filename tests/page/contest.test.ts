@@ -61,7 +61,7 @@ test('a start inside of a wall is refused as what it is: the robot stands elsewh
   await ask(lab, lab.page, !!isMobile);
   await lab.at('contest-start').click();
   await lab.pointAt(3, -0.9, !!isMobile);
-  await expect(lab.at('contest-error')).toContainText(/^the start at \(3\.\d\d, -0\.\d\d\) m is inside an obstacle or enclosed/);
+  await expect(lab.at('contest-error')).toContainText(/^The start at \(3\.\d\d, -0\.\d\d\) m is inside an obstacle or enclosed/);
   await lab.at('contest-robot').click();
   await over(lab);
   await expect(lab.at('contest-error')).toHaveCount(0);

@@ -101,7 +101,7 @@ for (const [code, { SAID, HEARD }] of Object.entries(LANGUAGES)) {
         await isTranslated(page, `what is wrong with ${name}`);
       }
       for (const link of WRONG_LINKS) {
-        await page.getByRole('button').and(page.locator('slam-toast button')).click();
+        await lab.at('toast-close').click();
         await expect(lab.at('toast')).toBeHidden();
         await page.evaluate((link) => (location.hash = link), link);
         await expect(lab.at('toast')).toBeVisible();

@@ -267,7 +267,7 @@ export class SerialPorts {
     if (why !== null) this.#send({ kind: "line", line: number, event: "broken", why });
     const { reader, writer, port } = line;
     [line.reader, line.writer] = [null, null];
-    await shut({ reader, writer, port, retry: null });
+    await shut({ reader, writer, port, retry: null }, false);
     if (!line.isLeft) line.retry = setTimeout(() => void this.#open(number, line), wait);
   }
 }
@@ -286,11 +286,13 @@ async function within(millis: number, act: Promise<unknown>): Promise<boolean> {
 }
 
 /** Ends reading and writing, and closes the port; what is broken already is closed too, and what
-    hangs is given up. */
-async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">): Promise<void> {
+    hangs is given up. Unless it `sends` first what waits to be sent, that is forgotten: after a
+    fault an order to move would come late. */
+async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">, sends = true): Promise<void> {
   if (retry !== null) clearTimeout(retry);
   // A device that takes nothing keeps a write waiting for ever.
-  if (writer && !(await within(LEAVE_MILLIS, writer.close()))) await within(LEAVE_MILLIS, writer.abort());
+  const isSent = writer && sends && (await within(LEAVE_MILLIS, writer.close()));
+  if (writer && !isSent) await within(LEAVE_MILLIS, writer.abort());
   writer?.releaseLock();
   if (reader) await within(LEAVE_MILLIS, reader.cancel());
   reader?.releaseLock();

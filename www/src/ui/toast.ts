@@ -49,7 +49,7 @@ export class SlamToast extends SlamElement {
     return html`<span role="alert">${toast
       ? html`<div class=${toast.level} data-testid="toast"><p tabindex=${toast.text.length > LONG ? 0 : nothing}>${withCode(t(toast.text))}</p>
           ${toast.way ? html`<button class="way" data-testid="toast-way" @click=${() => this.#take(toast.way)}>${toast.way.label}</button>` : nothing}
-          <button class="icon" aria-label="Close the message" @click=${() => this.store.set("toast", { toast: null })}>${icons.close}</button></div>`
+          <button class="icon" data-testid="toast-close" aria-label="Close the message" @click=${() => this.store.set("toast", { toast: null })}>${icons.close}</button></div>`
       : nothing}</span>`;
   }
 
