@@ -7,7 +7,7 @@
 // | bundle | comes when |
 // |---|---|
 // | plotter.js | the first plot is seen |
-// | panels.js | the tab of filter, paths or settings is chosen |
+// | panels.js | the tab of filter, paths or settings is chosen, or the fold of maps opened |
 // | inspector.js | something is inspected |
 // | race.js | a run is compared with others |
 // | bridge_map.js | the bridge maps, too |

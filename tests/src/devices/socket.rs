@@ -64,10 +64,6 @@ impl<D: Device> Socket<D> {
         let socket = Self::unplugged(device)?;
         socket.set_faults(faults);
         socket.plug();
-        let until = Instant::now() + Duration::from_secs(60);
-        while !socket.path.exists() && Instant::now() < until {
-            thread::sleep(BEAT);
-        }
         Ok(socket)
     }
 
@@ -104,11 +100,22 @@ impl<D: Device> Socket<D> {
     /// Plugs it in: it gets power.
     pub fn plug(&self) {
         self.lock().is_plugged = true;
+        self.wait(true);
     }
 
-    /// Pulls it out.
+    /// Pulls it out. What is on the line by then is lost with it.
     pub fn pull(&self) {
         self.lock().is_plugged = false;
+        self.wait(false);
+    }
+
+    /// Until its thread has plugged it in, or pulled it out: where the machine starves it, a device
+    /// that is put in again at once would otherwise never have been out.
+    fn wait(&self, is_there: bool) {
+        let until = Instant::now() + Duration::from_secs(60);
+        while self.path.exists() != is_there && Instant::now() < until {
+            thread::sleep(BEAT);
+        }
     }
 
     /// Pulls it out in the middle of what it says next.

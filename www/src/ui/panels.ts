@@ -1,5 +1,6 @@
-// What the tabs of filter, paths and settings show: a bundle of its own. index.html has a place for
-// each component, and main.ts has put it there; it comes to life when it is defined.
+// What the tabs of filter, paths and settings show, and what is folded with submaps and other maps: a
+// bundle of its own. Its components have their places in index.html (main.ts puts them there) and in
+// the fold (maps.ts), and come to life when they are defined.
 
 import "./calibration.js";
 import "./consistency.js";
@@ -7,5 +8,9 @@ import "./contest.js";
 import "./correlations.js";
 import "./fit.js";
 import "./matches.js";
+import "./pose_graph.js";
+import "./prior_map.js";
+import "./saved_map.js";
 import "./settings.js";
 import "./sigma.js";
+import "./submaps.js";
