@@ -80,7 +80,7 @@ test('bad maps are refused in words, as a world and as a map to be found in, and
   test.setTimeout(120_000);
   await lab.open();
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   const before = await lab.state();
   for (const [what, text, image, says] of MAPS) {
     for (const input of ['file', 'prior-map-file']) {
@@ -123,7 +123,7 @@ test('a good world file is entered', async ({ lab, page }) => {
 
 test('files written for other programs are recognised, and files that are no building together are refused', async ({ lab, page }) => {
   await lab.open();
-  await lab.show('run');
+  await lab.showMaps();
   const { setup } = await lab.state();
   const contents: Readonly<Record<string, string>> = {
     geojson: '{ "type": "FeatureCollection", "features": [] }', svg: '<svg/>', yaml: 'image: a.pgm\n', pgm: 'P2 1 1', txt: '3 2 0.1 0 0\n',

@@ -44,7 +44,7 @@ test('walls that were saved are a map and a world again, in which the robot begi
   await lab.enter('arena', '10');
   await lab.watch((s) => s.explored, 'most is known').toBeGreaterThan(0.9);
   await lab.pause();
-  await lab.show('run');
+  await lab.showMaps();
   const coming = page.waitForEvent('download');
   await lab.save('plan');
   const drawing = (await filesIn(await coming)).get('arena.svg')!;

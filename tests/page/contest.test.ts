@@ -67,6 +67,18 @@ test('a start inside of a wall is refused as what it is: the robot stands elsewh
   await expect(lab.at('contest-error')).toHaveCount(0);
 });
 
+test('the layers say that the robot has its own plan hidden while paths are compared', async ({ lab }) => {
+  await lab.open();
+  await lab.pause();
+  for (const name of ['path', 'rawPath', 'frontiers', 'tree']) {
+    const layer = lab.at(`layer-${name}`);
+    await lab.show('paths');
+    await expect(layer, name).toHaveAttribute('aria-description', /Not drawn while Paths is open/);
+    await lab.show('plots');
+    await expect(layer, name).not.toHaveAttribute('aria-description', /Not drawn/);
+  }
+});
+
 test('a goal inside of a wall is refused with the reason', async ({ lab, isMobile }) => {
   await lab.open();
   await lab.pause();

@@ -85,7 +85,6 @@ test('a submap that was saved is a map to be found in', async ({ lab, page }) =>
 
 test('OGmap.txt is a world too', async ({ lab }) => {
   await lab.open();
-  await lab.showMaps();
   const rows = Array.from({ length: 60 }, (_, row) => Array.from({ length: 80 }, (_, col) => (row % 59 === 0 || col % 79 === 0 ? 0.97 : 0.02)).join(' '));
   await lab.at('file').setInputFiles(file('OGmap.txt', Buffer.from(`80 60 0.05 -1 -1\n${rows.join('\n')}\n`)));
   await expect.poll(async () => (await lab.state()).title).toBe('OGmap.txt');
@@ -100,10 +99,10 @@ test('a recording is found in the map that was made of it', async ({ lab, page }
   await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
   await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
   const map = await lab.savedMap();
+  await lab.showMaps();
   await lab.at('prior-map-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'it begins again').toBe('prior-map');
   await lab.watch((s) => s.finished, 'and ends again').toBe(true);
-  await lab.showMaps();
   await expect(lab.at(fit)).toContainText('The map fits');
   const { x, y } = await lab.status();
   expect(Math.hypot(x - recording.end.x, y - recording.end.y), 'it ends where the robot did').toBeLessThan(0.1);
@@ -116,6 +115,7 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   await expect.poll(async () => (await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.scans, 'it scans').toBeGreaterThan(30);
   const map = await lab.savedMap();
+  await lab.showMaps();
   await lab.at('prior-map-file').setInputFiles(map);
   await expect.poll(async () => (await lab.state()).method, 'the bridge is asked again').toBe('prior-map');
   await expect(lab.at('prior-map-name')).toContainText('.yaml');

@@ -46,6 +46,7 @@ test('in a map whose frame begins elsewhere, home is where the robot was put int
   await lab.show('run');
   await lab.at('file').setInputFiles({ name: 'moved.svg', mimeType: 'image/svg+xml', buffer: moved });
   await expect.poll(async () => (await lab.state()).title).toBe('moved.svg');
+  await lab.showMaps();
   await lab.at('prior-map-file').setInputFiles({ name: 'map.svg', mimeType: 'image/svg+xml', buffer: moved });
   await expect(lab.at('prior-map-name')).toContainText('map.svg');
   await lab.speed('Infinity');

@@ -10,6 +10,7 @@ import { figure, figures } from "../ui/figures.js";
 import { icons } from "../ui/icons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import type { Question } from "../protocol.js";
+import { isTouched } from "../screen.js";
 import type { Thing } from "../view/things.js";
 import { html } from "../words.js";
 import { beam } from "./beam.js";
@@ -154,7 +155,7 @@ export class SlamInspector extends SlamElement {
   }
 }
 
-const HINT = matchMedia("(pointer: coarse)").matches
+const HINT = isTouched()
   ? "Tap anything on the map; tap again for what lies under it. The robot is not sent anywhere."
   : "Click anything on the map, or Enter at its cross; again for what lies under it. The robot is not sent anywhere.";
 

@@ -12,6 +12,7 @@ import { current as currentLesson } from "../lessons.js";
 import type { Command } from "../protocol.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import type { MethodName, SettingInfo, SettingValues } from "../protocol/module.js";
+import { isNarrow } from "../screen.js";
 import { dialog, SlamDialog } from "../ui/dialog.js";
 import { clock } from "../ui/format.js";
 import { icons } from "../ui/icons.js";
@@ -244,7 +245,7 @@ export class SlamRace extends SlamDialog {
     for (const difference of this.#chosen()) this.#add(difference);
     this.close();
     // On a phone the curves would cover the maps.
-    if (!matchMedia("(min-width: 761px)").matches) return;
+    if (isNarrow()) return;
     this.store.set("tab", { tab: "plots" });
     requestAnimationFrame(() => document.querySelector("#plots-panel")?.scrollIntoView({ block: "start" }));
   }

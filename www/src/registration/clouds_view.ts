@@ -2,6 +2,7 @@
 // is drawn by hand.
 
 import { css, type TemplateResult } from "lit";
+import { isTouched } from "../screen.js";
 import { type Box, Camera, union } from "../view/camera.js";
 import { html, t } from "../words.js";
 import { boxOf, coloursOf, drawCloud, drawOrigin, drawRules, prepare } from "./draw.js";
@@ -46,7 +47,7 @@ export class LabClouds extends LabElement {
 
   override render(): TemplateResult {
     const { pen, clouds } = this.model;
-    const touch = matchMedia("(pointer: coarse)").matches;
+    const touch = isTouched();
     const isLacking = clouds.fixed.length === 0 || clouds.moving.length === 0;
     const hint = pen ? t`Draw the ${pen} cloud with ${touch ? "a finger" : "the pen"}: points come every ${100 * SPACING} cm.`
       : isLacking ? "Two clouds are needed." : touch ? "Drag the orange cloud; its handle or two fingers turn it." : "Drag the orange cloud; its handle or the wheel turns it. Keys: arrows, Q and E; Shift for more; Home takes it back.";

@@ -1,6 +1,7 @@
 // One sentence on what is happening.
 
 import type { Status } from "../protocol/frame.js";
+import { isTouched } from "../screen.js";
 import type { Store } from "../store.js";
 import { t } from "../words.js";
 import { worldTitle } from "../worlds.js";
@@ -47,7 +48,7 @@ export function caption(store: Store): Caption {
   // How much there is to be known is known to the simulation only: the tour speaks of the robot.
   const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} explored` : "";
   if (store.aiming) return AIMING;
-  if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: told(known, matchMedia("(pointer: coarse)").matches ? "tap the map, explore again, or drive" : "click the map, explore again, or drive") };
+  if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: told(known, isTouched() ? "tap the map, explore again, or drive" : "click the map, explore again, or drive") };
   if (doubt && playing) return { doing: doubt, more: known };
   if (store.seeking === null && store.furthest > status.time + PAST) {
     const [now, all] = [clock(status.time), clock(store.furthest)];
@@ -88,5 +89,5 @@ function worthOf({ quality, judging }: Store): string {
 
 /** What steers: a thumb has no keys. */
 function byHand(): string {
-  return matchMedia("(pointer: coarse)").matches ? "by the stick" : "arrow keys, WASD or the stick";
+  return isTouched() ? "by the stick" : "arrow keys, WASD or the stick";
 }

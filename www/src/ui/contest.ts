@@ -5,6 +5,7 @@ import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
 import type { ContestState, Entrant, Ground, NoPathKind } from "../protocol/module.js";
 import type { Column } from "../csv.js";
+import { isNarrow, isTouched } from "../screen.js";
 import { word } from "../spoken.js";
 import { CONTEST_COLOURS } from "../view/layers/contest.js";
 import { html, t } from "../words.js";
@@ -69,7 +70,7 @@ export class SlamContest extends SlamPlotted {
     const { source, contest } = this.store;
     const { found, running, error, start, goal, picking, ground, seconds } = contest;
     const from = start ? place(start) : "where the robot is";
-    const click = matchMedia("(pointer: coarse)").matches ? word("tap") : word("click");
+    const click = isTouched() ? word("tap") : word("click");
     return html`
       <h2>Planners, side by side</h2>
       <p>${goal ? "All search for the same path, each for its own time. Choose one to see what it tried." : html`${click === "tap" ? "Tap" : "Click"} the map where the way should lead. The robot stays: this is a contest on paper.`}</p>
@@ -123,7 +124,7 @@ export class SlamContest extends SlamPlotted {
   override updated(): void {
     const { found } = this.store.contest;
     // The table is what was asked for: on a wide screen it may have come below the edge.
-    if (found && !this.#hasTable && matchMedia("(min-width: 761px)").matches) document.querySelector("#paths-panel")?.scrollIntoView({ block: "start" });
+    if (found && !this.#hasTable && !isNarrow()) document.querySelector("#paths-panel")?.scrollIntoView({ block: "start" });
     this.#hasTable = found !== null;
     super.updated();
   }

@@ -5,6 +5,7 @@ import { EXAMPLE, openExample } from "../example.js";
 import { addressOf, type Exhibit, exhibit, EXHIBITS } from "../gallery.js";
 import { addressOf as addressOfLesson, passed, teach } from "../lessons.js";
 import type { LessonInfo, MethodName } from "../protocol/module.js";
+import { isNarrow } from "../screen.js";
 import { html, t } from "../words.js";
 import { worldTitle } from "../worlds.js";
 import { dialog, SlamDialog } from "./dialog.js";
@@ -53,7 +54,7 @@ export class SlamGallery extends SlamDialog {
   /** The map and the card beside it are what it is about: on a phone no panel covers them. */
   #clear(): void {
     this.close();
-    if (matchMedia("(max-width: 760px)").matches) this.store.set("tab", { tab: "" });
+    if (isNarrow()) this.store.set("tab", { tab: "" });
   }
 
   /** World, sensor and method, as the choosers call them. */

@@ -3,6 +3,7 @@
 import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
 import type { Offline } from "../offline.js";
+import { isTouched } from "../screen.js";
 import { begin } from "../tour.js";
 import { html } from "../words.js";
 import { dialog, SlamDialog } from "./dialog.js";
@@ -76,7 +77,7 @@ export class SlamHelp extends SlamDialog {
       <p>Choose Go to and click the map: the robot drives there. While it explores, a click asks first. Drop a recorded log, and the same algorithms map a real building.</p>
       <p data-testid="offline">${OFFLINE[this.store.offline.kind]}${this.store.offline.kind === "none" ? html`: ${this.store.offline.why}` : ""}.</p>
       <slam-language .store=${this.store}></slam-language>
-      ${matchMedia("(pointer: coarse)").matches ? html`<h2>By finger</h2>
+      ${isTouched() ? html`<h2>By finger</h2>
       <dl>${FINGERS.map(([touch, does]) => html`<dt>${touch}</dt><dd>${does}</dd>`)}</dl>` : nothing}
       <h2>Keys</h2>
       <dl>${KEYS.map(([key, does]) => html`<dt>${key}</dt><dd>${does}</dd>`)}</dl>

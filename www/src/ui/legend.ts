@@ -5,6 +5,7 @@ import { css, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import { chooseDrawing, chosenDrawing, type Drawing } from "../view/graphics.js";
+import { isOfPlan } from "../view/parts.js";
 import { LAYERS, type LayerName, type Scene } from "../view/scene.js";
 import type { GridView } from "../view/tiles.js";
 import { html, svg, t } from "../words.js";
@@ -27,6 +28,8 @@ interface Entry {
   submapsOnly?: boolean;
   /** Of a robot that is to be found in a map only. */
   priorMapOnly?: boolean;
+  /** Not drawn now, for planners are compared. */
+  makesRoom?: boolean;
 }
 
 const stroke = (colour: string, dash = "", width = 2.5): TemplateResult<2> =>
@@ -137,7 +140,7 @@ export class SlamLegend extends SlamElement {
     @media (max-width: 760px) { .meaning { display: none; } small { display: block; } label { min-height: 40px; font-size: 14px; } .order button { width: 40px; min-height: 40px; } li { border-bottom: 1px solid color-mix(in srgb, var(--line) 60%, transparent); } }
   `;
 
-  protected override readonly topics = ["view", "run", "drawing"] as const;
+  protected override readonly topics = ["view", "run", "drawing", "tab"] as const;
   /** Whether it is shown in which order they lie, rather than which are shown. */
   #isOrdering = false;
   /** The layer that is being drawn to another place. */
@@ -176,7 +179,7 @@ export class SlamLegend extends SlamElement {
     return html`
       <ul>
         ${this.#entries().map(
-          (e) => html`<li @pointerenter=${() => this.#explain(e.meaning)} @focusin=${() => this.#explain(e.meaning)}><label class=${store.layers[e.name] ? "" : "off"}>
+          (e) => html`<li @pointerenter=${() => this.#explain(e.meaning)} @focusin=${() => this.#explain(e.meaning)}><label class=${store.layers[e.name] && !e.makesRoom ? "" : "off"}>
             <svg viewBox="0 0 28 18" aria-hidden="true">${e.sign}</svg><span>${e.label}</span>
             <input type="checkbox" role="switch" data-testid="layer-${e.name}" aria-label=${e.label} aria-description=${e.meaning} .checked=${store.layers[e.name]} @change=${() => store.toggleLayer(e.name)}>
             <small>${e.meaning}</small></label></li>`,
@@ -250,7 +253,9 @@ export class SlamLegend extends SlamElement {
   #entries(): readonly Entry[] {
     const { store } = this;
     const isThere = (e: Entry): boolean => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0);
-    return ENTRIES.filter((e) => isThere(e) && (store.source === "sim" ? !e.realOnly : !e.simOnly));
+    const makesRoom = (e: Entry): boolean => store.tab === "paths" && isOfPlan(e.name);
+    return ENTRIES.filter((e) => isThere(e) && (store.source === "sim" ? !e.realOnly : !e.simOnly))
+      .map((e) => (makesRoom(e) ? { ...e, makesRoom: true, meaning: t`${e.meaning} Not drawn while Paths is open: there paths are compared.` } : e));
   }
 
   #explain(meaning: string): void {

@@ -6,6 +6,7 @@ import { openExample } from "../example.js";
 import { needsPriorMap } from "../protocol/methods.js";
 import { ofAnySensor } from "../protocol/setup.js";
 import type { MethodName } from "../protocol/module.js";
+import { isNarrow, isTouched } from "../screen.js";
 import { anySeed } from "../seed.js";
 import { noteChoice } from "../visit.js";
 import { html, t } from "../words.js";
@@ -103,7 +104,7 @@ export class SlamSetup extends SlamElement {
         <button data-testid="save" title="Save the map, the walls, the way, the scans, pictures, curves: one file, or several in one archive (Y, or M)" aria-keyshortcuts="Y M Shift+A" @click=${() => dispatchEvent(new Event("show-saving"))}>${icons.save} Save…</button>
       </div>
       ${source === "replay" ? html`<p class="muted">Showing the recording <b>${title}</b>. Choose a world to go back to the simulation.</p>`
-        : html`<details class="muted"><summary>What can be opened</summary>${matchMedia("(pointer: coarse)").matches ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}
+        : html`<details class="muted"><summary>What can be opened</summary>${isTouched() ? t`Open: ${opened()}.` : t`Open or drop anywhere: ${opened()}.`}
           <p>Nothing at hand? <button data-testid="example" title="Scans and odometry of a drive all round a ring, from our own simulation" @click=${this.press(() => void openExample(this.store, this.client))}>Map an example</button></p></details>`}
     `;
   }
@@ -115,7 +116,7 @@ export class SlamSetup extends SlamElement {
 
   /** Opens the list of what can be opened. */
   async #showOpenable(): Promise<void> {
-    if (matchMedia("(max-width: 760px)").matches) this.store.set("tab", { tab: "run" });
+    if (isNarrow()) this.store.set("tab", { tab: "run" });
     await this.updateComplete;
     const list = this.renderRoot.querySelector("details");
     if (!list) return;

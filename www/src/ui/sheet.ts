@@ -1,6 +1,7 @@
 // The sheets of a phone: each is shut by a swipe down, and stands on what steers, however high
 // that is.
 
+import { narrowScreen } from "../screen.js";
 import type { Store } from "../store.js";
 
 /** A sheet that was drawn down so far is shut, CSS pixels. */
@@ -9,7 +10,7 @@ const SHUTS = 72;
 const TABS = 51;
 
 export function startSheets(store: Store): void {
-  const phone = matchMedia("(max-width: 760px)");
+  const phone = narrowScreen();
   for (const sheet of document.querySelectorAll<HTMLElement>("#side > section, #legend")) new Drag(sheet, phone, () => store.set("tab", { tab: "" }));
 
   const dock = document.querySelector<HTMLElement>("#dock");

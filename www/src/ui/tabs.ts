@@ -2,6 +2,7 @@
 // share the rest of the side: these choose which.
 
 import { css, type TemplateResult } from "lit";
+import { narrowScreen } from "../screen.js";
 import type { Tab } from "../store.js";
 import { html } from "../words.js";
 import { SlamElement } from "./element.js";
@@ -44,11 +45,11 @@ export class SlamTabs extends SlamElement {
   `;
 
   protected override readonly topics = ["tab"] as const;
-  #wide = matchMedia("(min-width: 761px)");
+  #narrow = narrowScreen();
 
   override connectedCallback(): void {
     super.connectedCallback();
-    this.#wide.addEventListener("change", () => this.requestUpdate());
+    this.#narrow.addEventListener("change", () => this.requestUpdate());
   }
 
   override render(): TemplateResult {
@@ -63,13 +64,13 @@ export class SlamTabs extends SlamElement {
   /** On a wide screen one of the five panels is always shown, and the layers beside it. */
   #isShown(tab: Tab): boolean {
     const { tab: chosen } = this.store;
-    if (!this.#wide.matches || chosen === tab) return chosen === tab;
+    if (this.#narrow.matches || chosen === tab) return chosen === tab;
     const isPanel = TABS.some((t) => t.tab === chosen && !t.phoneOnly && !t.narrowOnly);
     return tab === "plots" && !isPanel;
   }
 
   #choose(tab: Tab): void {
-    const isBeside = !this.#wide.matches || tab === "layers";
+    const isBeside = this.#narrow.matches || tab === "layers";
     const closes = this.store.tab === tab && isBeside;
     this.store.set("tab", { tab: closes ? "" : tab });
     // The panel takes up its room first. The tabs themselves are in sight already, wherever it is.

@@ -2,6 +2,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
+import { isTouched } from "../screen.js";
 import { ifAllowed } from "../storage.js";
 import { html } from "../words.js";
 import { SlamElement } from "./element.js";
@@ -42,7 +43,7 @@ export class SlamTip extends SlamElement {
       return nothing;
     }
     this.#timer ||= window.setTimeout(() => this.dismiss(), READ_MILLIS);
-    return html`<div data-testid="tip"><span>${matchMedia("(pointer: coarse)").matches ? "Tap the map to send the robot there: you are asked first" : "Click the map to send the robot there: you are asked first"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
+    return html`<div data-testid="tip"><span>${isTouched() ? "Tap the map to send the robot there: you are asked first" : "Click the map to send the robot there: you are asked first"}</span><button class="icon" aria-label="Close the hint" @click=${() => this.dismiss()}>${icons.close}</button></div>`;
   }
 
   dismiss(): void {

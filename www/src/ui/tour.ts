@@ -2,6 +2,7 @@
 
 import { css, nothing, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
+import { isTouched } from "../screen.js";
 import { begin, go, isOwnRun, SPEED, STEPS, type TourStep } from "../tour.js";
 import { html, svg } from "../words.js";
 import { SlamElement } from "./element.js";
@@ -150,7 +151,7 @@ export class SlamTour extends SlamElement {
   #closed(collapse: { from: number; to: number }): TemplateResult {
     const { store: { layers: { truth }, status } } = this;
     const [from, to, by, off] = [collapse.from, collapse.to, this.#moved, status?.positionError ?? NaN].map(length) as [Length, Length, Length, Length];
-    const touch = matchMedia("(pointer: coarse)").matches;
+    const touch = isTouched();
     const fell = html`Here it met a place that it knew: from ${from.value} ${from.unit} its doubt fell to <b>${to.value} ${to.unit}</b>.`;
     const slid = this.#moved > 0
       ? html`The pieces of its map, for a moment each in a colour of its own, moved into place by up to <b>${by.value} ${by.unit}</b>.`

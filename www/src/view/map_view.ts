@@ -16,6 +16,7 @@ import { sendByClick } from "../errand.js";
 import { withCorner } from "../fence.js";
 import { current as currentLesson } from "../lessons.js";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
+import { isNarrow } from "../screen.js";
 import { SlamElement } from "../ui/element.js";
 import { icons } from "../ui/icons.js";
 import { tearWords } from "../ui/tears.js";
@@ -447,7 +448,7 @@ export class SlamMap extends SlamElement {
     if (clientWidth === 0 || clientHeight === 0) return;
     const ratio = Math.min(devicePixelRatio || 1, 2);
     Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
-    const phone = matchMedia("(max-width: 760px)").matches;
+    const phone = isNarrow();
     const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
     // An open sheet covers the lower part of the map: what is fitted goes above it.
     const sheet = phone && this.store.tab !== "" ? document.querySelector(PANELS[this.store.tab])?.getBoundingClientRect() : undefined;

@@ -49,10 +49,12 @@ interface Part {
   readonly isOn?: (on: Switches, brush: Brush) => boolean;
   /** It stands on the newest submap, and glides with it. */
   readonly onRobot?: boolean;
+  /** It shows what the robot itself is about to do. */
+  readonly ofPlan?: boolean;
 }
 
 /** Two plans at once are none: the robot's own makes room for the contest. */
-const ofPlan = (layer: LayerName, draw: Part["draw"]): Part => ({ layer, sheet: "overlays", draw, isOn: (on, { contest }) => on[layer] && contest === null });
+const ofPlan = (layer: LayerName, draw: Part["draw"]): Part => ({ layer, sheet: "overlays", draw, ofPlan: true, isOn: (on, { contest }) => on[layer] && contest === null });
 const ofRobot = (layer: LayerName, draw: Part["draw"]): Part => ({ layer, sheet: "overlays", draw, onRobot: true });
 
 /** From the ground up, as long as nobody chose otherwise. */
@@ -90,6 +92,9 @@ const PARTS: readonly Part[] = [
   { layer: "torn", sheet: "overlays", draw: torn.draw },
   ofRobot("robot", robot.draw),
 ];
+
+/** Whether a layer makes room while planners are compared. */
+export const isOfPlan = (layer: LayerName): boolean => PARTS.some((part) => part.layer === layer && part.ofPlan);
 
 /** Over all layers: what somebody is just about. */
 const ON_TOP = [loadedMaps.draw, geofence.draw, contest.draw, edits.draw, spot.draw, chosen.draw] as const;

@@ -3,6 +3,7 @@
 
 import { clickSends } from "../errand.js";
 import { BEAM, BEAM_STRIDE, DOOR, DOOR_STRIDE, EDIT, EDIT_STRIDE, HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, LINE, LINE_STRIDE, type Rooms, type Tear, TRACK, TRACK_STRIDE } from "../protocol/module.js";
+import { isTouched } from "../screen.js";
 import type { Store } from "../store.js";
 import { type ClosureName, closureAt } from "./layers/closures.js";
 import { joinAt } from "./layers/graph.js";
@@ -39,7 +40,7 @@ export type Thing =
 
 /** Pixels within which something is found; a finger is wider than a pointer, and who comes by keys
     has the cross only. */
-export const REACH = typeof matchMedia === "function" && matchMedia("(pointer: coarse)").matches ? 18 : 9;
+export const REACH = isTouched() ? 18 : 9;
 export const KEY_REACH = 40;
 /** The same of what a click does something to, and of a beam's end: they lie on other things. */
 const ACTS = 10;

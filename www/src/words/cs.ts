@@ -2449,6 +2449,7 @@ export const SAID: Said = {
   "{0} MiB · {1}": "{0} MiB · {1}",
   "{0} Next stage": "{0} Další krok",
   "{0} No motion was measured between them: a part of the way is missing.": "{0} Pohyb mezi nimi nebyl změřen: část dráhy chybí.",
+  "{0} Not drawn while Paths is open: there paths are compared.": "{0} Nekreslí se, dokud je otevřena karta Cesty: tam se cesty porovnávají.",
   "{0} Open": "{0} Otevřít",
   "{0} Open file…": "{0} Otevřít soubor…",
   "{0} Open map…": "{0} Otevřít mapu…",

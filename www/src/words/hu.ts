@@ -2449,6 +2449,7 @@ export const SAID: Said = {
   "{0} MiB · {1}": "{0} MiB · {1}",
   "{0} Next stage": "{0} Következő lépés",
   "{0} No motion was measured between them: a part of the way is missing.": "{0} Nem mért köztük mozgást: az út egy része hiányzik.",
+  "{0} Not drawn while Paths is open: there paths are compared.": "{0} Nem látszik, amíg az Utak lap nyitva van: ott utakat hasonlítunk össze.",
   "{0} Open": "{0} Megnyitás",
   "{0} Open file…": "{0} Fájl megnyitása…",
   "{0} Open map…": "{0} Térkép megnyitása…",

@@ -2449,6 +2449,7 @@ export const SAID: Said = {
   "{0} MiB · {1}": "{0} MiB · {1}",
   "{0} Next stage": "{0} Następny etap",
   "{0} No motion was measured between them: a part of the way is missing.": "{0} Nie zmierzono między nimi ruchu: brakuje części drogi.",
+  "{0} Not drawn while Paths is open: there paths are compared.": "{0} Nie jest rysowane, gdy otwarta jest karta Ścieżki: tam porównuje się ścieżki.",
   "{0} Open": "{0} Otwórz",
   "{0} Open file…": "{0} Otwórz plik…",
   "{0} Open map…": "{0} Otwórz mapę…",
