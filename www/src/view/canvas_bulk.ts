@@ -19,8 +19,11 @@ const STRETCH = 1.25;
 /** A turn of the view by less is none, rad. */
 const LEAST_TURN = 1e-6;
 
+/** On the page or off it. */
+export type Context2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
+
 export class CanvasBulk implements Bulk {
-  constructor(readonly context: CanvasRenderingContext2D, readonly camera: Camera) {}
+  constructor(readonly context: Context2D, readonly camera: Camera) {}
 
   tiles(tiles: Tiles): void {
     drawTiles(this.context, this.camera, tiles);
@@ -77,7 +80,7 @@ function sizeOf({ width, height, ratio }: Camera): { width: number; height: numb
 
 /** Stretches the tiles of a grid over the canvas. Unless the view is turned, they meet on whole
     device pixels, or seams would show. */
-export function drawTiles(context: CanvasRenderingContext2D, camera: Camera, tiles: Tiles): void {
+export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): void {
   const side = tiles.tileCells * tiles.resolution;
   const isTurned = Math.abs(camera.angle) > LEAST_TURN;
   const view = camera.visible;
@@ -112,7 +115,7 @@ interface Size { readonly width: number; readonly height: number }
 
 // Upright and of whole pixels: turned, thousands of squares take four times as long.
 
-function fillPath(context: CanvasRenderingContext2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
+function fillPath(context: Context2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
   context.fillStyle = colour;
   context.beginPath();
   for (let i = 0; i + 1 < points.length; i += 2) {
@@ -127,7 +130,7 @@ let sheet: { readonly image: ImageData; readonly pixels: Uint32Array; readonly c
 
 /** One by one in a picture as large as the canvas, of which only the part counts in which they
     lie. */
-function setPixels(context: CanvasRenderingContext2D, size: Size, points: Float32Array, place: Place, side: number, colour: string): void {
+function setPixels(context: Context2D, size: Size, points: Float32Array, place: Place, side: number, colour: string): void {
   const { left: leftmost, top: topmost, right, bottom } = within(size, extentOf(points), place, side);
   // Nor where they are nowhere.
   if (!(leftmost < right && topmost < bottom)) return;
@@ -227,7 +230,7 @@ function pictureOf(ends: Float32Array, pen: Pen, camera: Camera): Omit<Picture, 
 }
 
 /** Strokes what may cross `box`; `pixel` is the size of a CSS pixel, m. */
-function strokeWithin(context: CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D, ends: Float32Array, box: Box, { colour, width, alpha = 1, dash = [] }: Pen, pixel: number): void {
+function strokeWithin(context: Context2D, ends: Float32Array, box: Box, { colour, width, alpha = 1, dash = [] }: Pen, pixel: number): void {
   context.strokeStyle = colour;
   context.globalAlpha = alpha;
   context.lineWidth = pixel * width;

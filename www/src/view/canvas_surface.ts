@@ -1,12 +1,20 @@
 // The map on three 2D canvases. What is not drawn anew for each picture, because that takes long,
 // the browser moves with the view until it is.
+//
+// Without a graphics card browsers copy every 2D canvas for each picture of the page, whether it
+// changed or not. What is seldom drawn anew, and then as a whole, is therefore shown as a bitmap.
 
 import { Camera, type Box } from "./camera.js";
-import { CanvasBulk } from "./canvas_bulk.js";
+import { CanvasBulk, type Context2D } from "./canvas_bulk.js";
 import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
+
+/** Shown as a bitmap. */
+const STILL: SheetName = "record";
 
 interface Sheet {
   readonly canvas: HTMLCanvasElement;
+  /** What shows its bitmaps; null where it is drawn on. */
+  readonly shown: ImageBitmapRenderingContext | null;
   /** The view that it was drawn for; null before that. */
   camera: Camera | null;
   moved: string;
@@ -17,7 +25,11 @@ export class CanvasSurface implements Surface {
   readonly #sheets: Readonly<Record<SheetName, Sheet>>;
 
   constructor(canvasOf: (sheet: SheetName) => HTMLCanvasElement) {
-    this.#sheets = Object.fromEntries(SHEETS.map((name) => [name, { canvas: canvasOf(name), camera: null, moved: "" }])) as unknown as Record<SheetName, Sheet>;
+    const sheetOf = (name: SheetName): Sheet => {
+      const canvas = canvasOf(name);
+      return { canvas, shown: name === STILL ? canvas.getContext("bitmaprenderer") : null, camera: null, moved: "" };
+    };
+    this.#sheets = Object.fromEntries(SHEETS.map((name) => [name, sheetOf(name)])) as unknown as Record<SheetName, Sheet>;
   }
 
   resize({ width, height, ratio }: Camera): void {
@@ -29,13 +41,21 @@ export class CanvasSurface implements Surface {
 
   record(name: SheetName, camera: Camera, within: Box | null, draw: Draw): void {
     const sheet = this.#sheets[name];
-    const context = contextOf(sheet.canvas);
-    context.save();
-    if (within && Number.isFinite(within.minX)) clip(context, camera, within);
-    context.resetTransform();
-    context.clearRect(0, 0, sheet.canvas.width, sheet.canvas.height);
-    draw(context, new CanvasBulk(context, camera));
-    context.restore();
+    const { canvas: { width, height }, shown } = sheet;
+    if (shown) {
+      const canvas = new OffscreenCanvas(width, height);
+      const context = contextOf(canvas);
+      draw(context, new CanvasBulk(context, camera));
+      shown.transferFromImageBitmap(canvas.transferToImageBitmap());
+    } else {
+      const context = contextOf(sheet.canvas);
+      context.save();
+      if (within && Number.isFinite(within.minX)) clip(context, camera, within);
+      context.resetTransform();
+      context.clearRect(0, 0, width, height);
+      draw(context, new CanvasBulk(context, camera));
+      context.restore();
+    }
     sheet.camera = Object.assign(sheet.camera ?? new Camera(), camera);
   }
 
@@ -73,7 +93,7 @@ function motion(from: Camera, to: Camera): string {
 }
 
 /** To whole pixels, and those beside them, into which smoothing carries. */
-function clip(context: CanvasRenderingContext2D, camera: Camera, { minX, minY, maxX, maxY }: Box): void {
+function clip(context: Context2D, camera: Camera, { minX, minY, maxX, maxY }: Box): void {
   const corners = [camera.toScreen(minX, maxY), camera.toScreen(maxX, maxY), camera.toScreen(minX, minY), camera.toScreen(maxX, minY)];
   const [xs, ys] = [corners.map(([x]) => x * camera.ratio), corners.map(([, y]) => y * camera.ratio)];
   const [left, top] = [Math.floor(Math.min(...xs)) - 2, Math.floor(Math.min(...ys)) - 2];
@@ -83,7 +103,7 @@ function clip(context: CanvasRenderingContext2D, camera: Camera, { minX, minY, m
   context.clip();
 }
 
-function contextOf(canvas: HTMLCanvasElement): CanvasRenderingContext2D {
+function contextOf(canvas: HTMLCanvasElement | OffscreenCanvas): Context2D {
   const context = canvas.getContext("2d");
   if (!context) throw new Error("this browser gives no 2D canvas");
   return context;
