@@ -24,6 +24,7 @@ use crate::safety::ClientId;
 use crate::shared::{Joined, Shared, Visitor};
 use crate::socket;
 
+/// Of a client's name others see so many bytes.
 const LONGEST_NAME: usize = 64;
 
 /// Serves a client to its end.
@@ -77,7 +78,9 @@ async fn enter(
     if granted.as_ref().is_some_and(Granted::may_drive) {
         reader.socket.trust();
     }
-    shared.join(visitor, hello.name, granted).await
+    let mut name = hello.name;
+    name.truncate(name.floor_char_boundary(LONGEST_NAME));
+    shared.join(visitor, name, granted).await
 }
 
 /// The right that the client shows, if any; an error if it may not even watch.
@@ -88,9 +91,6 @@ pub(crate) fn admit(
 ) -> Result<Option<Granted>, End> {
     if hello.schema != SCHEMA {
         return Err(Some(close::OTHER_SCHEMA));
-    }
-    if hello.name.len() > LONGEST_NAME {
-        return Err(Some(MALFORMED));
     }
     match &hello.proof {
         Some(proof) => match shared.proved(challenge, proof) {

@@ -1,6 +1,6 @@
 //! `slamlab-bridge`: flags, log, signals. The work is in the library.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,16 +15,14 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, run, trust};
-#[cfg(feature = "zenoh")]
-use tracing_subscriber::filter::{LevelFilter, Targets};
-#[cfg(feature = "zenoh")]
-use tracing_subscriber::layer::SubscriberExt;
-use tracing_subscriber::util::SubscriberInitExt;
 
+mod answer;
 mod flags;
+mod log;
 mod open;
 mod token_command;
 
+use answer::answer;
 use flags::{Command, Flags, RecordFlags, ServeFlags};
 use slamlab_core::slam::Method;
 use slamlab_core::wire::message::Watching;
@@ -35,7 +33,8 @@ async fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         // One sentence, also where RUST_BACKTRACE is set.
         Err(error) => {
-            eprintln!("slamlab-bridge: {}", sentence(&error));
+            // Where even that cannot be written, the exit code tells.
+            let _ = writeln!(std::io::stderr(), "slamlab-bridge: {}", sentence(&error));
             ExitCode::FAILURE
         }
     }
@@ -54,20 +53,7 @@ fn sentence(error: &anyhow::Error) -> String {
 }
 
 async fn obey(flags: Flags) -> anyhow::Result<()> {
-    let log = tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
-        // A log that goes into a file or a journal has no colours.
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .finish();
-    // What Zenoh has to say of itself, the bridge says in its own words.
-    #[cfg(feature = "zenoh")]
-    let log = log.with(
-        Targets::new()
-            .with_default(LevelFilter::INFO)
-            .with_target("zenoh", LevelFilter::OFF),
-    );
-    log.init();
+    let _log = log::begin();
     match flags.command {
         None => serve(flags.serve).await,
         Some(Command::Serve(flags)) => serve(flags).await,
@@ -178,8 +164,7 @@ async fn serve(flags: ServeFlags) -> anyhow::Result<()> {
         Some(true) => in_the_network(listening, is_tls),
         _ => None,
     };
-    bridge.until(stop).await;
-    Ok(())
+    Ok(bridge.until(stop).await?)
 }
 
 fn sources_of(settings: &Settings) -> anyhow::Result<Vec<Box<dyn Source>>> {
@@ -249,8 +234,7 @@ fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
         zenoh: settings.zenoh()?,
         ..Config::default()
     })?;
-    print!("{}", toml::to_string(&settings)?);
-    Ok(())
+    answer!("{}", toml::to_string(&settings)?.trim_end())
 }
 
 /// Records without serving anything to anybody: the listener takes a port of this machine that
@@ -259,7 +243,7 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
     let sources = open_all(&flags.source)?;
     let listener = slamlab_bridge::bind(SocketAddr::from(([127, 0, 0, 1], 0))).await?;
     let stop = stop_signal();
-    println!("recording to {} (Ctrl+C ends it)", flags.file.display());
+    answer!("recording to {} (Ctrl+C ends it)", flags.file.display())?;
     let config = Config {
         sources,
         watching: Some(Watching::Token),
@@ -273,13 +257,13 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
 fn export(file: &Path, to: &Path, method: Method) -> anyhow::Result<()> {
     let done = record::export(file, to, method)?;
     for note in &done.notes {
-        eprintln!("{}: {note}", file.display());
+        let _ = writeln!(std::io::stderr(), "{}: {note}", file.display());
     }
     let (messages, poses, maps) = (done.messages, done.poses, done.maps);
-    println!(
+    answer!(
         "{}: {messages} messages, {poses} poses, {maps} maps",
         to.display()
-    );
+    )?;
     Ok(())
 }
 
@@ -304,7 +288,7 @@ async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
     let mut are_well = true;
     for look in looks {
         let finding = look.await.context("the doctor broke down")?;
-        println!("{finding}");
+        answer!("{finding}")?;
         are_well &= finding.is_well();
     }
     anyhow::ensure!(are_well, "not all is well");
@@ -315,10 +299,10 @@ async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
 async fn serve_udp(paths: Vec<String>, listen: SocketAddr, client_port: u16) -> anyhow::Result<()> {
     let socket =
         UdpSocket::bind(listen).with_context(|| format!("cannot listen on UDP {listen}"))?;
-    println!(
+    answer!(
         "a lidar is at UDP {} (Ctrl+C stops it)",
         socket.local_addr()?
-    );
+    )?;
     let stop = stop_signal();
     let _server = udp::start(socket, paths, client_port)?;
     stop.await;

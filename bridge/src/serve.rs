@@ -123,6 +123,9 @@ pub enum RunError {
     /// The robot cannot be reached through the router.
     #[error(transparent)]
     Zenoh(#[from] ZenohError),
+    /// The hub ended unasked. Without it nobody stops the robot but the robot itself.
+    #[error("the part that has the robot broke down: an error of this program; please report it")]
+    Hub,
 }
 
 /// Serves on `listener` until `shutdown` ends; see [`start`] and [`Serving::until`].
@@ -134,8 +137,7 @@ pub async fn run(
     config: Config,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> Result<(), RunError> {
-    start(listener, config)?.until(shutdown).await;
-    Ok(())
+    start(listener, config)?.until(shutdown).await
 }
 
 /// A bridge that serves.
@@ -308,21 +310,29 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
 impl Serving {
     /// Serves until `shutdown` ends; then the robot is stopped, the recording finished, and open
     /// requests may end within two seconds.
-    pub async fn until(self, shutdown: impl Future<Output = ()>) {
-        shutdown.await;
+    ///
+    /// # Errors
+    /// [`RunError::Hub`]: then it ends at once, so that whoever started it can start it again.
+    pub async fn until(mut self, shutdown: impl Future<Output = ()>) -> Result<(), RunError> {
+        let ended = tokio::select! {
+            () = shutdown => None,
+            ended = &mut self.hub => Some(ended),
+        };
         notify::stopping();
         // Whoever listens is gone already if this fails.
         let _ = self.stop.send(true);
         // The hub first: it has the robot.
-        if self.hub.await.is_err() {
-            tracing::error!("the hub panicked");
-        }
+        let is_well = match ended {
+            Some(_) => false,
+            None => self.hub.await.is_ok(),
+        };
         if tokio::time::timeout(GRACE, self.server).await.is_err() {
             tracing::warn!(
                 "some requests were still open after {} s and were cut off",
                 GRACE.as_secs()
             );
         }
+        is_well.then_some(()).ok_or(RunError::Hub)
     }
 }
 

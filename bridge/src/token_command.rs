@@ -13,6 +13,7 @@ use slamlab_core::wire::message::Role;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
+use crate::answer::answer;
 use crate::flags::{AddFlags, TokenCommand, TokenFlags};
 
 /// The file of the rights, beside that of the owner's token.
@@ -49,10 +50,11 @@ fn add(flags: AddFlags) -> anyhow::Result<()> {
         Role::Owner => "to drive, and to take the robot from anybody",
     };
     let article = if flags.role == Role::Owner { "an" } else { "a" };
-    println!(
+    answer!(
         "{} is {article} {} from now on. The address is shown this once:\n",
-        flags.name, flags.role
-    );
+        flags.name,
+        flags.role
+    )?;
     show(&token, may, flags.qr, &settings)
 }
 
@@ -61,11 +63,11 @@ fn list(settings: &Settings) -> anyhow::Result<()> {
     let all = rights.list()?;
     let path = path(settings)?;
     match owner_if_any(&path)? {
-        Some(_) => println!("(the token of {})  owner", path.display()),
-        None => println!("(no owner: there is no {} yet)", path.display()),
+        Some(_) => answer!("(the token of {})  owner", path.display())?,
+        None => answer!("(no owner: there is no {} yet)", path.display())?,
     }
     for listed in all {
-        println!("{}  {}  made {}", listed.name, listed.role, listed.made);
+        answer!("{}  {}  made {}", listed.name, listed.role, listed.made)?;
     }
     Ok(())
 }
@@ -89,7 +91,7 @@ fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> an
     let plain = own.as_ref().map_or(all.clone(), |own| own.named(all));
     let with_token = |url: &str| format!("{url}#token={}", token.reveal());
     for url in &plain {
-        println!("{}", with_token(url));
+        answer!("{}", with_token(url))?;
     }
     let Some(of_phone) = address::for_a_phone(&plain) else {
         println!("the token is {}; {UNNAMED}", token.reveal());
@@ -97,13 +99,13 @@ fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> an
     };
     if let Some(identity) = own {
         let first = trust::address(of_phone, identity.fingerprint());
-        println!("\nonce on each phone, so that it trusts the robot:\n{first}");
+        answer!("\nonce on each phone, so that it trusts the robot:\n{first}")?;
         if with_picture {
-            println!("{}\nthen, {may}:", picture(&first)?);
+            answer!("{}\nthen, {may}:", picture(&first)?)?;
         }
     }
     if with_picture {
-        println!("{}", picture(&with_token(of_phone))?);
+        answer!("{}", picture(&with_token(of_phone))?)?;
     }
     Ok(())
 }

@@ -160,23 +160,33 @@ fn config_prints_the_file_with_the_flags_above_it() {
     );
 }
 
-/// As systemd hears it: served, alive, ending.
+/// What systemd is told of a program.
 #[cfg(target_os = "linux")]
-#[test]
-fn systemd_is_told_that_it_serves_lives_and_ends() {
-    use std::os::unix::net::UnixDatagram;
-    use std::time::Duration;
+struct Told {
+    folder: TempDir,
+    socket: std::os::unix::net::UnixDatagram,
+}
 
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("notify");
-    let socket = UnixDatagram::bind(&path).unwrap();
-    socket
-        .set_read_timeout(Some(Duration::from_secs(60)))
-        .unwrap();
-    let hear = |word: &str| {
+#[cfg(target_os = "linux")]
+impl Told {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let socket = std::os::unix::net::UnixDatagram::bind(folder.path().join("notify")).unwrap();
+        socket
+            .set_read_timeout(Some(std::time::Duration::from_secs(60)))
+            .unwrap();
+        Self { folder, socket }
+    }
+
+    fn by(&self, command: &mut Command) -> Child {
+        let path = self.folder.path().join("notify");
+        command.env("NOTIFY_SOCKET", path).spawn().unwrap()
+    }
+
+    fn hear(&self, word: &str) {
         let mut bytes = [0; 256];
         loop {
-            let count = socket.recv(&mut bytes).unwrap();
+            let count = self.socket.recv(&mut bytes).unwrap();
             if String::from_utf8_lossy(&bytes[..count])
                 .lines()
                 .any(|line| line == word)
@@ -184,16 +194,79 @@ fn systemd_is_told_that_it_serves_lives_and_ends() {
                 return;
             }
         }
-    };
-    let page = page();
-    let mut command = bridge(&["--port", "0"], &page);
-    let mut child = command.env("NOTIFY_SOCKET", &path).spawn().unwrap();
-    hear("READY=1");
-    hear("WATCHDOG=1");
-    hear("WATCHDOG=1");
-    terminate(&child);
-    hear("STOPPING=1");
-    assert!(child.wait().unwrap().success());
+    }
+
+    /// Served, alive, ending.
+    fn lives_and_ends(&self, mut child: Child) {
+        self.hear("READY=1");
+        self.hear("WATCHDOG=1");
+        self.hear("WATCHDOG=1");
+        terminate(&child);
+        self.hear("STOPPING=1");
+        assert!(child.wait().unwrap().success());
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn systemd_is_told_that_it_serves_lives_and_ends() {
+    let (told, page) = (Told::new(), page());
+    told.lives_and_ends(told.by(&mut bridge(&["--port", "0"], &page)));
+}
+
+/// It warns at once: it is open to the network.
+#[cfg(target_os = "linux")]
+fn talkative(page: &TempDir, token: &TempDir) -> Command {
+    let listen = [
+        "--listen",
+        "0.0.0.0:0",
+        "--mdns=false",
+        "--source",
+        "sim:arena",
+    ];
+    let mut command = bridge(&listen, page);
+    command.arg("--token-file").arg(token.path().join("token"));
+    command
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_log_that_nobody_reads_keeps_the_robot_waiting_for_nothing() {
+    use std::io::Write;
+
+    let (told, page, token) = (Told::new(), page(), TempDir::new().unwrap());
+    // As much as a pipe holds: what is written to it next waits for ever.
+    let (_reader, mut full) = std::io::pipe().unwrap();
+    full.write_all(&[b'.'; 65_536]).unwrap();
+    told.lives_and_ends(told.by(talkative(&page, &token).stderr(full)));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_log_that_cannot_be_written_ends_nothing() {
+    let (told, page, token) = (Told::new(), page(), TempDir::new().unwrap());
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    told.lives_and_ends(told.by(talkative(&page, &token).stderr(full)));
+    let (reader, gone) = std::io::pipe().unwrap();
+    drop(reader);
+    told.lives_and_ends(told.by(talkative(&page, &token).stderr(gone)));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_cannot_be_written_is_an_error_and_no_panic() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = command.arg("config").stdout(full).output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    assert!(error.contains("cannot write to stdout"), "{error}");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+    let (reader, gone) = std::io::pipe().unwrap();
+    drop(reader);
+    let output = command.arg("config").stdout(gone).output().unwrap();
+    assert!(output.status.success(), "its reader wants no more");
+    assert!(output.stderr.is_empty());
 }
 
 /// Output of `slamlab-bridge token …` with this file of the owner's token.

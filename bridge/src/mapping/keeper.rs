@@ -93,22 +93,22 @@ impl Keeper {
         (self.jobs.as_ref()).is_some_and(|jobs| jobs.try_send(job).is_ok())
     }
 
-    /// Keeps a geofence.
-    pub(super) fn fence(&self, zones: Vec<ZoneBody>) {
+    /// Keeps a geofence, after the map that it was drawn in, if the file has that not yet.
+    pub(super) fn fence(&self, map: Option<(SavedMap, u64)>, zones: Vec<ZoneBody>) {
+        self.save_first(map);
         self.wait_for(Job::Fence(zones));
     }
 
-    /// Moves the file aside.
-    pub(super) fn move_aside(&mut self) {
+    /// Moves the file aside, with what of its map was not written yet.
+    pub(super) fn move_aside(&mut self, map: Option<(SavedMap, u64)>) {
+        self.save_first(map);
         self.times.clear();
         self.wait_for(Job::MoveAside);
     }
 
     /// Writes a last map, if there is one, and waits until all is written.
     pub(super) fn finish(mut self, last: Option<(SavedMap, u64)>) -> Kept {
-        if let Some((map, scans)) = last {
-            self.wait_for(Job::Save(map, scans));
-        }
+        self.save_first(last);
         self.jobs = None;
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
@@ -116,6 +116,13 @@ impl Keeper {
             tracing::error!("the map's keeper panicked");
         }
         self.kept()
+    }
+
+    /// Writes a map, if there is one, before what comes next.
+    fn save_first(&self, map: Option<(SavedMap, u64)>) {
+        if let Some((map, scans)) = map {
+            self.wait_for(Job::Save(map, scans));
+        }
     }
 
     /// What must not be left out waits for what is being written.
@@ -161,7 +168,12 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                 }
             }
             Job::Fence(zones) => {
-                let why = file.write_fence(&zones).err().map(|error| {
+                // Alone it would mean nothing, and no bridge would start beside it.
+                let written = match zones.is_empty() || file.path().exists() {
+                    true => file.write_fence(&zones).map_err(|error| error.to_string()),
+                    false => Err("its map is not there yet".to_owned()),
+                };
+                let why = written.err().map(|error| {
                     format!(
                         "The geofence is in force, and would be gone after a restart: {} is not written: {error}",
                         file.fence().display()
@@ -175,7 +187,13 @@ fn run(file: &MapFile, settings: &[(String, f64)], jobs: &Receiver<Job>, kept: &
                 owed = None;
                 let moved = file.move_aside();
                 let mut kept = lock(kept);
-                *kept = Kept::default();
+                // The disk did not take what was mapped last.
+                let lost = std::mem::take(&mut *kept).fault;
+                kept.fault = lost.map(|why| {
+                    let why = format!("what was mapped last before it began anew is lost: {why}");
+                    tracing::error!("{why}");
+                    why
+                });
                 match moved {
                     Ok(Some(path)) => {
                         tracing::info!("the map before is in {} now", path.display());
@@ -228,7 +246,7 @@ mod tests {
         let keeper = Keeper::start(file.clone(), vec![], vec![]).unwrap();
         let corners = vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]];
         let kind = ZoneUse::KeepIn;
-        keeper.fence(vec![ZoneBody { kind, corners }]);
+        keeper.fence(None, vec![ZoneBody { kind, corners }]);
         let wait = |until: &dyn Fn(&Kept) -> bool| {
             let begun = Instant::now();
             while !until(&keeper.kept()) && begun.elapsed() < Duration::from_secs(20) {

@@ -186,9 +186,10 @@ impl Mapper {
     fn obey(&mut self, asked: Asked) {
         match asked {
             Asked::Reset => {
+                let unsaved = self.unsaved();
                 self.live.begin_anew();
                 if let Some(keeper) = &mut self.keeper {
-                    keeper.move_aside();
+                    keeper.move_aside(unsaved);
                 }
                 (self.posed, self.drawn, self.handed) = (0, 0, 0);
                 self.next_save = self.clock.now() + self.save_every;
@@ -196,8 +197,9 @@ impl Mapper {
                 self.report();
             }
             Asked::Fence(zones) => {
+                let unsaved = self.unsaved();
                 if let Some(keeper) = &self.keeper {
-                    keeper.fence(zones);
+                    keeper.fence(unsaved, zones);
                 }
             }
             Asked::Pack(answer) => {

@@ -112,7 +112,7 @@ enum State {
     #[default]
     Idle,
     /// The lease was asked for.
-    Asked { since: u64 },
+    Asked { since: u64, cause: Cause },
     Under {
         since: u64,
         /// Where it was when it came further last, and when.
@@ -154,7 +154,7 @@ impl Homing {
         let cause = self.watch(now, &safety, live);
         match self.state {
             State::Idle => self.begin(now, cause?, live),
-            State::Asked { since } => self.asked(now, since, &safety, live),
+            State::Asked { since, cause } => self.asked(now, since, cause, &safety, live),
             State::Under { since, at, came } => self.under_way(now, [since, came], at, live),
         }
     }
@@ -212,18 +212,15 @@ impl Homing {
             return Some(note(Severity::Info, text));
         }
         live.take_lease(now, cause == Cause::LowBattery);
-        self.state = State::Asked { since: now };
-        let text = format!(
-            "{}: the robot goes home, to where it was armed. Stop stops it.",
-            cause.words()
-        );
-        Some(note(Severity::Warning, text))
+        self.state = State::Asked { since: now, cause };
+        None
     }
 
     fn asked(
         &mut self,
         now: u64,
         since: u64,
+        cause: Cause,
         safety: &SafetyBody,
         live: &mut Live,
     ) -> Option<Note> {
@@ -238,7 +235,11 @@ impl Homing {
                 at,
                 came: now,
             };
-            return None;
+            let text = format!(
+                "{}: the robot goes home, to where it was armed. Stop stops it.",
+                cause.words()
+            );
+            return Some(note(Severity::Warning, text));
         }
         if matches!(
             safety.reason,
@@ -296,8 +297,13 @@ impl Homing {
             live.stop(now);
         }
         live.release_lease(now);
-        self.state = State::Idle;
-        let text = format!("The robot does not go home: {doubt}.");
+        let text = match std::mem::take(&mut self.state) {
+            // Nobody was told that it would.
+            State::Asked { cause, .. } => {
+                format!("{}, and the robot stays: {doubt}.", cause.words())
+            }
+            State::Idle | State::Under { .. } => format!("The robot does not go home: {doubt}."),
+        };
         Some(note(Severity::Warning, text))
     }
 

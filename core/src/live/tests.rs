@@ -26,6 +26,8 @@ struct Bridge {
     robot: Simulation,
     sequence: u32,
     armed: bool,
+    /// The right to drive was taken away.
+    refuses: bool,
     driven: f64,
     /// Sequence of the errand under way.
     errand: Option<u32>,
@@ -42,6 +44,7 @@ impl Bridge {
             robot: Simulation::new(world, robot, sensor, 3).unwrap(),
             sequence: 0,
             armed: false,
+            refuses: false,
             driven: f64::NEG_INFINITY,
             errand: None,
             said: vec![],
@@ -104,6 +107,9 @@ impl Bridge {
         for bytes in live.take_outgoing() {
             let (header, message) = decode::<ToBridge>(&bytes, Format::Binary).unwrap();
             match &message {
+                ToBridge::Take { .. } if self.refuses => {
+                    self.tell(live, &FromBridge::Refused(RefusalReason::NoRight));
+                }
                 ToBridge::Take { .. } => {
                     let lease = Lease {
                         epoch: 1,

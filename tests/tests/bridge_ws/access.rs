@@ -223,11 +223,19 @@ fn malformed_oversize_and_too_many_messages_end_the_connection() {
         let mut long = bridge.connect().await;
         let hello = ClientHello {
             schema: SCHEMA,
-            name: "x".repeat(65),
+            // 33 letters of two bytes; the 32nd ends at the 64th byte.
+            name: "ő".repeat(33),
             proof: Some(proof(&bridge.token, &long.challenge)),
         };
         long.say(ToBridge::Hello(hello)).await;
-        assert_eq!(long.end().await, Some(1007));
+        long.say(ToBridge::Take { force: true }).await;
+        let driver = long.wait(|message| match message {
+            FromBridge::Safety(body) => Some(&body.driver_name)
+                .filter(|name| !name.is_empty())
+                .cloned(),
+            _ => None,
+        });
+        assert_eq!(driver.await, "ő".repeat(32), "a long name is cut off");
         assert!(!memory.was_moved());
         bridge.stop().await;
     });

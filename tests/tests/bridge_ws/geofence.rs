@@ -117,6 +117,33 @@ fn the_robot_stops_within_its_fence_says_why_and_is_driven_back() {
     });
 }
 
+/// No bridge starts beside a fence without its map.
+#[test]
+fn a_fence_is_written_after_the_map_that_it_was_drawn_in() {
+    async_on_a_calm_machine(async || {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("flat.slamlab");
+        let kept = folder.path().join("flat.geofence.json");
+        let mut config = config(Some(&file));
+        config.map.as_mut().unwrap().save_every = Duration::from_secs(3600);
+        let bridge = Bridge::start(config).await;
+        let mut owner = bridge.armed().await;
+        owner.wait(localised).await;
+        assert!(!file.exists());
+        owner
+            .say(ToBridge::SetGeofence { zones: square(1.5) })
+            .await;
+        for _ in 0..600 {
+            if kept.exists() {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        assert!(kept.exists() && file.exists());
+        bridge.stop().await;
+    });
+}
+
 #[test]
 fn a_fence_is_kept_with_its_map_and_goes_with_it() {
     async_on_a_calm_machine(async || {

@@ -340,6 +340,34 @@ fn who_may_not_look_gets_no_map_and_who_drives_begins_it_anew() {
 }
 
 #[test]
+fn what_was_not_saved_yet_stays_with_the_map_before_when_it_begins_anew() {
+    async_on_a_calm_machine(async || {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("flat.slamlab");
+        let mut config = mapping(Some(&file));
+        config.map.as_mut().unwrap().save_every = Duration::from_secs(3600);
+        let bridge = Bridge::start(config).await;
+        let mut owner = bridge.driver().await;
+        let mapped = |message: &FromBridge| match message {
+            FromBridge::Mapping(body) => Some(body.scans).filter(|scans| *scans > 3),
+            _ => None,
+        };
+        owner.wait(mapped).await;
+        assert!(!file.exists());
+        owner.say(ToBridge::ResetMap).await;
+        let aside = folder.path().join("flat.1.slamlab");
+        for _ in 0..600 {
+            if aside.exists() {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        assert!(slamlab::read(&fs::read(aside).unwrap()).is_ok());
+        bridge.stop().await;
+    });
+}
+
+#[test]
 fn foxglove_and_rosbridge_see_the_map_and_where_the_odometry_lies_in_it() {
     async_on_a_calm_machine(async || {
         let bridge = Bridge::start(Config {

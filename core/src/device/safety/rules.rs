@@ -114,7 +114,11 @@ impl Safety {
 
     fn release(&mut self, client: ClientId, epoch: u32) -> Done {
         self.holder(client, epoch)?;
-        self.end_lease(DisarmReason::Released);
+        // Why a robot stands that stood already is not changed by that.
+        self.end_lease(match self.is_armed {
+            true => DisarmReason::Released,
+            false => self.reason,
+        });
         Ok(())
     }
 

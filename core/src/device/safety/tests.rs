@@ -350,6 +350,15 @@ fn whatever_happens_to_driver_or_robot_disarms() {
         );
     }
     let mut safety = driven();
+    let ask = |message| Input::Asks(A, 0, message);
+    let _ = safety.on(at(10), ask(ToBridge::Stop));
+    let _ = safety.on(at(20), ask(ToBridge::Release { epoch: 1 }));
+    assert_eq!(
+        safety.reason(),
+        DisarmReason::Stop,
+        "it stood already when the lease was given back"
+    );
+    let mut safety = driven();
     let out = safety.on(at(10), Input::Fault(DisarmReason::Runaway));
     assert_eq!(out[0], Output::Order(Order::EmergencyStop));
     assert!(safety.is_emergency());

@@ -139,6 +139,18 @@ fn by_default_and_after_everything_that_is_meant_to_stop_it_it_stays() {
 }
 
 #[test]
+fn a_right_that_was_taken_away_keeps_it_where_it_is_and_nobody_is_told_that_it_goes() {
+    let mut scene = Scene::new(on_link_loss());
+    scene.bridge.refuses = true;
+    scene.driven_and_lost(DisarmReason::DriverGone);
+    scene.go(100);
+    assert_eq!(
+        scene.notes,
+        ["The link to the driver was lost, and the robot stays: the bridge does not let it drive."]
+    );
+}
+
+#[test]
 fn a_stop_on_the_way_ends_it_for_good() {
     let mut scene = Scene::new(on_link_loss());
     scene.driven_and_lost(DisarmReason::DriverGone);

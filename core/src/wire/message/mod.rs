@@ -253,7 +253,7 @@ pub struct ClientHello {
     /// Its [`SCHEMA`]; in text, hexadecimal.
     #[serde(with = "schema")]
     pub schema: u64,
-    /// How others see it, 64 bytes at most: `phone`, `desk`.
+    /// How others see it: `phone`, `desk`. A bridge cuts off what is beyond 64 bytes.
     pub name: String,
     /// [`proof`] of the token; none to watch.
     pub proof: Option<[u8; PROOF_BYTES]>,
