@@ -212,6 +212,20 @@ pub(crate) fn is_piece(name: &str) -> bool {
     place::RECORDINGS.is_piece(name)
 }
 
+/// What a piece is called in a store, which may have those of other robots; itself where it is not
+/// called as a piece.
+#[cfg(feature = "storage")]
+pub(crate) fn name_in_store(piece: &str, sha_256: &str) -> String {
+    let name = place::RECORDINGS.among_others(piece, sha_256);
+    name.unwrap_or_else(|| piece.to_owned())
+}
+
+/// Whether a file in a store is called as a recording.
+#[cfg(feature = "storage")]
+pub(crate) fn is_piece_in_store(name: &str) -> bool {
+    place::RECORDINGS.is_piece_among_others(name)
+}
+
 impl Drop for Recorder {
     fn drop(&mut self) {
         self.end();

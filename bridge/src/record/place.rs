@@ -34,6 +34,10 @@ pub(super) const AUDITS: Naming = Naming {
 /// clock starts at the same time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
 
+/// Digits of a SHA-256 in a name: no two recordings of one second have the same.
+#[cfg(feature = "storage")]
+const DIGITS: usize = 16;
+
 /// Opens the new file of a recording that starts at `time_of_day`, since 1970, and says its path.
 ///
 /// A path that ends in a separator, or that is a folder, gets a file of its own in there; a missing
@@ -131,6 +135,30 @@ impl Naming {
         Some((stem.to_owned(), number))
     }
 
+    /// What a file is called where others keep files of these names, too: its SHA-256 tells it from
+    /// theirs, which may be of the same second. None for a file that is not called so.
+    #[cfg(feature = "storage")]
+    pub(super) fn among_others(self, name: &str, sha_256: &str) -> Option<String> {
+        self.parts(name)?;
+        let stem = name.strip_suffix(self.extension)?;
+        Some(format!(
+            "{stem}-{}{}",
+            sha_256.get(..DIGITS)?,
+            self.extension
+        ))
+    }
+
+    /// Whether a file is called so among others, or as in a folder.
+    #[cfg(feature = "storage")]
+    pub(super) fn is_piece_among_others(self, name: &str) -> bool {
+        let parts = name.strip_suffix(self.extension).and_then(|stem| {
+            let (stem, digits) = stem.rsplit_once('-')?;
+            let is_sum = digits.len() == DIGITS && digits.bytes().all(|b| b.is_ascii_hexdigit());
+            is_sum.then(|| format!("{stem}{}", self.extension))
+        });
+        self.is_piece(parts.as_deref().unwrap_or(name))
+    }
+
     fn parts(self, name: &str) -> Option<(&str, u32)> {
         let rest = (name.strip_prefix(self.first)?).strip_suffix(self.extension)?;
         let (stem, number) = rest.split_once('Z')?;
@@ -200,6 +228,37 @@ mod tests {
         std::fs::remove_file(second).unwrap();
         let fourth = path();
         assert!(RECORDINGS.age_of(&fourth) > RECORDINGS.age_of(&third));
+    }
+
+    #[cfg(feature = "storage")]
+    #[test]
+    fn recordings_of_one_second_have_names_of_their_own_among_others() {
+        let (one, other) = ("0123456789abcdef01", "f123456789abcdef01");
+        for name in [
+            "slamlab-2026-01-01T00-00-00Z.mcap",
+            "slamlab-2026-01-01T00-00-00Z-2.mcap",
+        ] {
+            let called = |sum| RECORDINGS.among_others(name, sum).unwrap();
+            assert_ne!(called(one), called(other));
+            for called in [&called(one), &called(other), name] {
+                assert!(RECORDINGS.is_piece_among_others(called), "{called}");
+            }
+            // In a folder nothing is deleted but what was named there.
+            assert!(!RECORDINGS.is_piece(&called(other)));
+        }
+        assert_eq!(
+            RECORDINGS.among_others("slamlab-2026-01-01T00-00-00Z-2.mcap", one),
+            Some("slamlab-2026-01-01T00-00-00Z-2-0123456789abcdef.mcap".into())
+        );
+        assert_eq!(RECORDINGS.among_others("flat.mcap", one), None);
+        for other in [
+            "flat-0123456789abcdef.mcap",
+            "slamlab-2026-01-01T00-00-00Z-0123456789abcdeg.mcap",
+            "slamlab-2026-01-01T00-00-00Z-é123456789abcde.mcap",
+            "-0123456789abcdef.mcap",
+        ] {
+            assert!(!RECORDINGS.is_piece_among_others(other), "{other}");
+        }
     }
 
     #[test]

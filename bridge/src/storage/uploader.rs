@@ -160,7 +160,11 @@ impl Uploader {
             let stored = upload(&piece, &name, &uploads.bucket, &mut ledger, self.verify).await;
             let why = match stored {
                 Ok(sum) => {
-                    tracing::info!("{name} is stored in {} (SHA-256 {sum})", uploads.bucket.url);
+                    tracing::info!(
+                        "{name} is stored in {} as {} (SHA-256 {sum})",
+                        uploads.bucket.url,
+                        ledger.name_in_store(&name)
+                    );
                     if unreadable.is_none() {
                         self.say_well().await;
                     }
