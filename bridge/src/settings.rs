@@ -420,7 +420,7 @@ impl Settings {
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),
-            ..recording::defaults(self.record.as_deref())
+            ..recording::defaults(self.record.as_deref(), self.audit.as_deref())
         };
         Ok(Self {
             listen: Some(listen),

@@ -211,9 +211,10 @@ fn recordings_that_cannot_be_kept_and_origins_that_no_browser_writes_are_refused
     let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
     assert!(refused("record-piece-mib = 0").contains("record-piece-mib is 0; expected 1 to"));
     assert!(refused("record-piece-minutes = 9999999").contains("record-piece-minutes is 9999999"));
-    let budget = refused("record-budget-mib = 100\nrecord-piece-mib = 60");
+    let budget = refused("record = \"/x/\"\nrecord-budget-mib = 100\nrecord-piece-mib = 60");
     assert!(budget.contains("room for two pieces"), "{budget}");
-    let settings = read("record-budget-mib = 100\nrecord-piece-mib = 50").unwrap();
+    let settings =
+        read("record = \"/x/\"\nrecord-budget-mib = 100\nrecord-piece-mib = 50").unwrap();
     let keep = settings.complete().unwrap().keep();
     assert_eq!((keep.piece_bytes, keep.all_bytes), (50 << 20, 100 << 20));
     for (origin, why) in [
@@ -359,6 +360,19 @@ fn paths_without_a_name_and_settings_that_do_nothing_are_refused() {
         (
             "record = \"/x/a.mcap\"\nrecord-budget-mib = 4000",
             "record-budget-mib does nothing",
+        ),
+        (
+            "record-piece-mib = 9",
+            "record-piece-mib does nothing: nothing is recorded",
+        ),
+        (
+            "audit = \"/x\"\nrecord-piece-minutes = 9",
+            "record-piece-minutes does nothing",
+        ),
+        ("record-budget-mib = 4000", "record-budget-mib does nothing"),
+        (
+            "record = \"/x/\"\naudit-budget-mib = 9",
+            "audit-budget-mib does nothing: no audit",
         ),
     ] {
         let error = refused(text);
