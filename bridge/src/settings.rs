@@ -124,7 +124,11 @@ pub fn source_help() -> String {
 
 /// A robot or a sensor, and where it sits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(
+    deny_unknown_fields,
+    rename_all = "kebab-case",
+    expecting = "[[source]] on a line of its own for each, and below it name = \"KIND:WHICH\""
+)]
 pub struct SourceSettings {
     /// As on the command line: `rplidar:/dev/rplidar`.
     pub name: SourceName,

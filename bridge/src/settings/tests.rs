@@ -134,6 +134,11 @@ fn what_is_unknown_or_cannot_be_is_named_with_its_line() {
             1,
             "missing field `name`",
         ),
+        (
+            "open = false\nsource = [\"sim:office\"]\n",
+            2,
+            "expected [[source]] on a line of its own for each, and below it name = \"KIND:WHICH\"",
+        ),
         ("open = true\nopen = false\n", 2, "duplicate key"),
         ("port = 99999", 1, "expected u16"),
     ] {
