@@ -14,7 +14,7 @@ use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::udp;
-use slamlab_bridge::{Config, Page, address, doctor, run, trust};
+use slamlab_bridge::{Config, Page, address, doctor, trust};
 #[cfg(feature = "zenoh")]
 use tracing_subscriber::filter::{LevelFilter, Targets};
 #[cfg(feature = "zenoh")]
@@ -259,14 +259,18 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
     let sources = open_all(&flags.source)?;
     let listener = slamlab_bridge::bind(SocketAddr::from(([127, 0, 0, 1], 0))).await?;
     let stop = stop_signal();
-    println!("recording to {} (Ctrl+C ends it)", flags.file.display());
+    let said = format!("recording to {} (Ctrl+C ends it)\n", flags.file.display());
     let config = Config {
         sources,
         watching: Some(Watching::Token),
         record: Some(flags.file),
         ..Config::default()
     };
-    Ok(run(listener, config, stop).await?)
+    // Only now is it so.
+    let recording = slamlab_bridge::start(listener, config)?;
+    say(&[said]);
+    recording.until(stop).await;
+    Ok(())
 }
 
 /// Maps a recording, and writes it with the map.
