@@ -9,24 +9,28 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::time::Duration;
 
 use super::RecordError;
+use crate::locked_file;
 
 /// How files in a folder are named: `FIRST-TIME.EXTENSION`, with a number behind the time where
 /// several begin in one second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Naming {
     first: &'static str,
+    lock: &'static str,
     extension: &'static str,
 }
 
 /// Recordings.
 pub(super) const RECORDINGS: Naming = Naming {
     first: "slamlab-",
+    lock: ".slamlab-recordings.lock",
     extension: ".mcap",
 };
 
 /// Audits.
 pub(super) const AUDITS: Naming = Naming {
     first: "slamlab-audit-",
+    lock: ".slamlab-audits.lock",
     extension: ".jsonl",
 };
 
@@ -62,16 +66,28 @@ pub(super) fn check(path: &Path) -> Result<(), RecordError> {
 }
 
 impl Naming {
+    /// Takes a folder, which is made where it is missing, for one writer alone, until what is
+    /// returned is closed: it deletes the oldest, and knows only which file it writes itself.
+    ///
+    /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
+    pub(super) fn lock(self, folder: &Path) -> Result<File, RecordError> {
+        make(folder)?;
+        let path = folder.join(self.lock);
+        let taken = || RecordError::Taken {
+            folder: folder.to_owned(),
+        };
+        let locked = locked_file::lock(&path);
+        let locked = locked.map_err(|source| RecordError::Io { path, source })?;
+        locked.ok_or_else(taken)
+    }
+
     /// Opens a new file in a folder, which is made where it is missing, and says its path.
     pub(super) fn create(
         self,
         folder: &Path,
         time_of_day: Duration,
     ) -> Result<(File, PathBuf), RecordError> {
-        create_dir_all(folder).map_err(|source| RecordError::Io {
-            path: folder.to_owned(),
-            source,
-        })?;
+        make(folder)?;
         let stem = self.stem(time_of_day);
         // Never a number below one that is there: files go by their age, and the oldest may be
         // deleted within the second.
@@ -85,6 +101,13 @@ impl Naming {
         }
         taken
     }
+}
+
+fn make(folder: &Path) -> Result<(), RecordError> {
+    create_dir_all(folder).map_err(|source| RecordError::Io {
+        path: folder.to_owned(),
+        source,
+    })
 }
 
 /// Whether recordings go into it, each to a file of its own.
