@@ -249,7 +249,7 @@ fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
         zenoh: settings.zenoh()?,
         ..Config::default()
     })?;
-    print!("{}", toml::to_string(&settings)?);
+    print!("{}", toml::to_string(&settings.without_secrets())?);
     Ok(())
 }
 

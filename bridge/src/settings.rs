@@ -27,6 +27,7 @@ use slamlab_core::slam::UnknownMethod;
 
 use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
+use crate::storage::StorageError;
 pub use map::{Failsafe, MapSettings};
 pub use storage::StorageSettings;
 pub use zenoh::ZenohSettings;
@@ -285,6 +286,9 @@ pub enum SettingsError {
         /// Greatest.
         most: u64,
     },
+    /// A store that cannot be.
+    #[error(transparent)]
+    Storage(#[from] StorageError),
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"

@@ -443,6 +443,28 @@ fn config_refuses_what_serve_would_and_says_where_it_stands() {
             ", line 3",
             "map file is empty",
         ),
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"\"",
+            ", line 3",
+            "storage url \"\": it is empty",
+        ),
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"s3://me:hidden@drives/robot\"",
+            ", line 3",
+            "storage url holds a user or a password",
+        ),
+        #[cfg(feature = "storage")]
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"file:///x\"",
+            ", line 3",
+            "recordings are made in /x/",
+        ),
+        #[cfg(feature = "storage")]
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"s3://a\"\n[storage.options]\naws_endpoint = \"nonsense\"",
+            ", line 5",
+            "aws_endpoint: \"nonsense\" is no address",
+        ),
         ("[map]\nset = { a = 1 }", "", "there is no setting"),
         (
             "[map]\nset = { \"grid.resolution\" = nan }",
@@ -467,6 +489,7 @@ fn config_refuses_what_serve_would_and_says_where_it_stands() {
         assert!(error.contains(words), "{text}: {error}");
         let place = format!("bridge.toml{place}");
         assert!(place == "bridge.toml" || error.contains(&place), "{error}");
+        assert!(!error.contains("hidden"), "{error}");
     }
 }
 

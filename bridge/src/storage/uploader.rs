@@ -79,8 +79,7 @@ pub(crate) struct Ready {
 ///
 /// # Errors    [`StorageError`].
 pub(crate) fn ready(config: &StorageConfig, record: Option<&Path>) -> Result<Ready, StorageError> {
-    // The store's client takes what the program has; a second start finds it there.
-    let _ = tokio_rustls::rustls::crypto::ring::default_provider().install_default();
+    config.check(record)?;
     let folder = record.filter(|path| is_folder(path));
     let folder = folder.ok_or_else(|| StorageError::NoFolder {
         url: config.url.clone(),
