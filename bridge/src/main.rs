@@ -15,9 +15,7 @@ use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::udp;
 use slamlab_bridge::{Config, Page, address, doctor, trust};
-#[cfg(feature = "zenoh")]
 use tracing_subscriber::filter::{LevelFilter, Targets};
-#[cfg(feature = "zenoh")]
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
@@ -60,12 +58,13 @@ async fn obey(flags: Flags) -> anyhow::Result<()> {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .finish();
-    // What Zenoh has to say of itself, the bridge says in its own words.
-    #[cfg(feature = "zenoh")]
+    // What Zenoh has to say of itself, and the store's client of each try, the bridge says in its
+    // own words.
     let log = log.with(
         Targets::new()
             .with_default(LevelFilter::INFO)
-            .with_target("zenoh", LevelFilter::OFF),
+            .with_target("zenoh", LevelFilter::OFF)
+            .with_target("object_store", LevelFilter::OFF),
     );
     log.init();
     match flags.command {

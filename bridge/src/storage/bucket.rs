@@ -28,8 +28,21 @@ pub(super) struct Bucket {
     pub(super) parts: Option<Arc<dyn MultipartStore>>,
     folder: Path,
     pub(super) url: String,
+    /// Where a store is asked that the URL alone does not tell.
+    endpoint: Option<String>,
     /// The folder of this machine that it is.
     local: Option<PathBuf>,
+}
+
+/// What it is and where, for whoever has to look there.
+impl std::fmt::Display for Bucket {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.url)?;
+        match &self.endpoint {
+            Some(endpoint) => write!(f, " at {endpoint}"),
+            None => Ok(()),
+        }
+    }
 }
 
 impl std::fmt::Debug for Bucket {
@@ -81,7 +94,7 @@ impl Bucket {
             (config.url.parse()).map_err(|error: url::ParseError| wrong(error.to_string()))?;
         let (scheme, folder) =
             ObjectStoreScheme::parse(&url).map_err(|error| wrong(error.to_string()))?;
-        let mut local = None;
+        let (mut endpoint, mut local) = (None, None);
         let (store, parts): (Arc<dyn ObjectStore>, Option<Arc<dyn MultipartStore>>) = match scheme {
             ObjectStoreScheme::Local => {
                 let path = url.to_file_path();
@@ -90,7 +103,7 @@ impl Bucket {
             }
             ObjectStoreScheme::AmazonS3 => {
                 let builder = with_options!(AmazonS3Builder::new(), config, "AWS_");
-                let endpoint = builder
+                endpoint = builder
                     .get_config_value(&AmazonS3ConfigKey::S3Endpoint)
                     .or_else(|| builder.get_config_value(&AmazonS3ConfigKey::Endpoint));
                 check_endpoint(config, endpoint.as_deref(), "aws_endpoint")?;
@@ -100,7 +113,7 @@ impl Bucket {
             }
             ObjectStoreScheme::GoogleCloudStorage => {
                 let builder = with_options!(GoogleCloudStorageBuilder::new(), config, "GOOGLE_");
-                let endpoint = builder.get_config_value(&GoogleConfigKey::BaseUrl);
+                endpoint = builder.get_config_value(&GoogleConfigKey::BaseUrl);
                 check_endpoint(config, endpoint.as_deref(), "google_base_url")?;
                 let builder = builder.with_client_options(patience());
                 let store = Arc::new(builder.build().map_err(unfit)?);
@@ -108,7 +121,7 @@ impl Bucket {
             }
             ObjectStoreScheme::MicrosoftAzure => {
                 let builder = with_options!(MicrosoftAzureBuilder::new(), config, "AZURE_");
-                let endpoint = builder.get_config_value(&AzureConfigKey::Endpoint);
+                endpoint = builder.get_config_value(&AzureConfigKey::Endpoint);
                 check_endpoint(config, endpoint.as_deref(), "azure_storage_endpoint")?;
                 let store = Arc::new(builder.build().map_err(unfit)?);
                 (store.clone(), Some(store))
@@ -120,6 +133,7 @@ impl Bucket {
             parts,
             folder,
             url: config.url.trim_end_matches('/').to_owned(),
+            endpoint,
             local,
         })
     }
@@ -132,6 +146,12 @@ impl Bucket {
         };
         let (local, record) = (found(local), found(record));
         local.starts_with(&record) || record.starts_with(&local)
+    }
+
+    /// The folder of this machine that it should be, where there is none: nothing is made, for it
+    /// may be on a disk that is to be mounted there.
+    pub(super) fn missing(&self) -> Option<&std::path::Path> {
+        self.local.as_deref().filter(|path| !path.is_dir())
     }
 
     /// Where a file is kept in it.
@@ -270,9 +290,10 @@ mod tests {
     }
 
     #[test]
-    fn an_endpoint_is_an_address() {
+    fn an_endpoint_is_an_address_and_named_where_something_is_wrong() {
         let at = |endpoint| open("s3://b/k", &[("aws_endpoint", endpoint)]);
-        assert!(at("http://127.0.0.1:9").is_ok());
+        let bucket = at("http://127.0.0.1:9").unwrap();
+        assert_eq!(bucket.to_string(), "s3://b/k at http://127.0.0.1:9");
         for wrong in ["nonsense", "", "https://", "s3.example:9000", "file:///x"] {
             let error = at(wrong).unwrap_err();
             assert!(error.contains("options aws_endpoint"), "{error}");

@@ -146,10 +146,16 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
 
 /// Asks the store which pieces it has.
 async fn ask(bucket: Bucket) -> listing::Answer {
+    if let Some(folder) = bucket.missing() {
+        let folder = folder.display();
+        return Err(format!(
+            "{bucket} cannot be listed: the folder {folder} is not there"
+        ));
+    }
     let folder = Some(bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
     let listed: Result<Vec<_>, _> = bucket.store.list(folder).try_collect().await;
     let objects =
-        listed.map_err(|error| format!("{} cannot be listed: {}", bucket.url, words(&error)))?;
+        listed.map_err(|error| format!("{bucket} cannot be listed: {}", words(&error)))?;
     let piece = |object: ObjectMeta| {
         let name = object
             .location
@@ -213,9 +219,12 @@ async fn one(
                 Ok(Some((piece, (bucket, path, to, leave))))
             };
             let bytes = futures_util::stream::try_unfold(begin, pieces);
-            let url = uploads.bucket.url.clone();
+            let bucket = uploads.bucket.clone();
             let bytes = bytes.inspect_err(move |error| {
-                tracing::warn!("{name} broke off on its way from {url}: {}", words(error));
+                tracing::warn!(
+                    "{name} broke off on its way from {bucket}: {}",
+                    words(error)
+                );
             });
             Ok((headers(length), Body::from_stream(bytes)).into_response())
         }
@@ -223,7 +232,7 @@ async fn one(
         Err(error) => {
             let why = format!(
                 "{name} cannot be read from {}: {}\n",
-                uploads.bucket.url,
+                uploads.bucket,
                 words(&error)
             );
             Err((StatusCode::BAD_GATEWAY, why).into_response())

@@ -1,6 +1,6 @@
 //! One piece into the store: part after part from where it was left, then compared.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use futures_util::TryStreamExt;
 use object_store::multipart::PartId;
@@ -19,6 +19,9 @@ pub(super) enum Fault {
     /// The store, or the way to it.
     #[error("{}", words(.0))]
     Store(#[from] object_store::Error),
+    /// A folder of this machine that is not there.
+    #[error("the folder {} is not there; make it, or mount the disk that has it", .0.display())]
+    NoFolder(PathBuf),
     /// The piece, or its ledger.
     #[error("{0}")]
     Disk(#[from] std::io::Error),
@@ -39,6 +42,9 @@ pub(super) async fn upload(
     ledger: &mut Ledger,
     verify: bool,
 ) -> Result<String, Fault> {
+    if let Some(folder) = bucket.missing() {
+        return Err(Fault::NoFolder(folder.to_owned()));
+    }
     let sum = match &ledger.sum {
         Some(sum) => sum.clone(),
         None => {
@@ -211,6 +217,22 @@ mod tests {
         // Of a robot that lost its ledger nothing is kept twice.
         store(&bucket, robots[0]).await;
         assert_eq!(fs::read_dir(kept.path()).unwrap().count(), 3);
+    }
+
+    #[tokio::test]
+    async fn a_folder_that_is_not_there_is_said_and_not_made() {
+        let (root, robot) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let folder = root.path().join("nas/drives");
+        let bucket = bucket(&folder);
+        let piece = robot.path().join(PIECE);
+        fs::write(&piece, "a piece").unwrap();
+        let mut ledger = Ledger::of(&piece, &bucket.url, 7, 5);
+        let error = upload(&piece, PIECE, &bucket, &mut ledger, true)
+            .await
+            .unwrap_err();
+        let expected = format!("the folder {} is not there", folder.display());
+        assert!(error.to_string().contains(&expected), "{error}");
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
     }
 
     #[tokio::test]

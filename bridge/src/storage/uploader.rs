@@ -179,10 +179,7 @@ impl Uploader {
                     unreadable = unreadable.or(Some(why));
                     continue;
                 }
-                Err(fault) => format!(
-                    "{name} is not stored in {} yet: {fault}",
-                    uploads.bucket.url
-                ),
+                Err(fault) => format!("{name} is not stored in {} yet: {fault}", uploads.bucket),
             };
             return Err(why);
         }
