@@ -13,7 +13,6 @@ mod entry;
 mod story;
 mod writer;
 
-use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -57,18 +56,19 @@ pub(crate) struct Audit {
 }
 
 impl Audit {
-    /// Begins a new file in the folder.
+    /// Begins a new file in the folder, which was taken for it.
     ///
     /// # Errors    [`RecordError`]: it cannot be written.
-    pub(crate) fn start(folder: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
+    pub(crate) fn start(pieces: Files) -> Result<Self, RecordError> {
+        let (folder, keep, clock) = (pieces.path.clone(), pieces.keep, pieces.clock);
         let (lines, waiting) = sync_channel(MOST_WAITING);
         let fate = Arc::default();
-        let mut writer = Writer::start(Files::audits(folder, keep, clock), keep, &fate)?;
+        let mut writer = Writer::start(pieces, keep, &fate)?;
         let thread = std::thread::Builder::new()
             .name("audit".into())
             .spawn(move || writer.run(&waiting))
             .map_err(|source| RecordError::Io {
-                path: folder.to_owned(),
+                path: folder,
                 source,
             })?;
         let audit = Self {

@@ -50,6 +50,7 @@ pub mod host;
 mod http;
 mod hub;
 mod listen;
+mod locked_file;
 mod mapping;
 mod metrics;
 mod notify;

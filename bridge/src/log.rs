@@ -7,9 +7,7 @@
 use std::io::{IsTerminal, stderr};
 
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
-#[cfg(feature = "zenoh")]
 use tracing_subscriber::filter::{LevelFilter, Targets};
-#[cfg(feature = "zenoh")]
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
@@ -38,12 +36,13 @@ pub(crate) fn begin() -> Log {
         // It would tell them on stderr, and panic where that cannot be written.
         .log_internal_errors(false)
         .finish();
-    // What Zenoh has to say of itself, the bridge says in its own words.
-    #[cfg(feature = "zenoh")]
+    // What Zenoh has to say of itself, and the store's client of each try, the bridge says in its
+    // own words.
     let log = log.with(
         Targets::new()
             .with_default(LevelFilter::INFO)
-            .with_target("zenoh", LevelFilter::OFF),
+            .with_target("zenoh", LevelFilter::OFF)
+            .with_target("object_store", LevelFilter::OFF),
     );
     log.init();
     Log {

@@ -14,7 +14,7 @@ use slamlab_bridge::settings::{Settings, SourceSettings, Tls};
 use slamlab_bridge::source::{Source, SourceName};
 use slamlab_bridge::tls::{Identity, UNNAMED};
 use slamlab_bridge::udp;
-use slamlab_bridge::{Config, Page, address, doctor, run, trust};
+use slamlab_bridge::{Config, Page, address, doctor, trust};
 
 mod answer;
 mod flags;
@@ -234,7 +234,10 @@ fn show_config(flags: ServeFlags) -> anyhow::Result<()> {
         zenoh: settings.zenoh()?,
         ..Config::default()
     })?;
-    answer!("{}", toml::to_string(&settings)?.trim_end())
+    answer!(
+        "{}",
+        toml::to_string(&settings.without_secrets())?.trim_end()
+    )
 }
 
 /// Records without serving anything to anybody: the listener takes a port of this machine that
@@ -243,14 +246,17 @@ async fn record(flags: RecordFlags) -> anyhow::Result<()> {
     let sources = open_all(&flags.source)?;
     let listener = slamlab_bridge::bind(SocketAddr::from(([127, 0, 0, 1], 0))).await?;
     let stop = stop_signal();
-    answer!("recording to {} (Ctrl+C ends it)", flags.file.display())?;
+    let said = format!("recording to {} (Ctrl+C ends it)\n", flags.file.display());
     let config = Config {
         sources,
         watching: Some(Watching::Token),
         record: Some(flags.file),
         ..Config::default()
     };
-    Ok(run(listener, config, stop).await?)
+    // Only now is it so.
+    let recording = slamlab_bridge::start(listener, config)?;
+    say(&[said]);
+    Ok(recording.until(stop).await?)
 }
 
 /// Maps a recording, and writes it with the map.
@@ -277,10 +283,10 @@ async fn look_at(mut ports: Vec<String>) -> anyhow::Result<()> {
         "there is no serial port: plug the device in; on a Raspberry Pi's own pins, switch the serial port on and its \
          console off (raspi-config)"
     );
-    println!(
+    answer!(
         "looking at {}; this takes up to a quarter of a minute",
         ports.join(", ")
-    );
+    )?;
     let looks: Vec<_> = ports
         .into_iter()
         .map(|port| tokio::task::spawn_blocking(move || doctor::examine(&port)))

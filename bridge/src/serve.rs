@@ -24,6 +24,7 @@ use crate::mapping::{self, MapConfig, MapError};
 use crate::metrics::Metrics;
 use crate::notify;
 use crate::page::{Page, PageError};
+use crate::record::pieces::Files;
 use crate::record::{Keep, RecordError, Recorder};
 use crate::rights::{self, Keys, KeysError};
 use crate::shared::{Limits, Shared};
@@ -222,13 +223,14 @@ pub fn start(listener: TcpListener, config: Config) -> Result<Serving, RunError>
     let clock = Clock::start();
     let metrics = Arc::new(Metrics::default());
     let log = Arc::new(AccessLog::new());
-    let audit = config.audit;
-    let audit = audit.map(|(folder, keep)| Audit::start(&folder, keep, clock).map(Arc::new));
+    // Both are taken before either begins a file.
+    let audit = (config.audit.as_ref()).map(|(folder, keep)| Files::audits(folder, *keep, clock));
     let audit = audit.transpose()?;
-    let record = config.record.as_deref();
-    let recorder = record
-        .map(|path| Recorder::start(path, config.keep, clock))
+    let record = (config.record.as_deref())
+        .map(|path| Files::recordings(path, config.keep, clock))
         .transpose()?;
+    let audit = audit.map(Audit::start).transpose()?.map(Arc::new);
+    let recorder = record.map(Recorder::start_in).transpose()?;
     let (hub, clients) = mpsc::channel(hub::MOST_WAITING);
     #[cfg(feature = "storage")]
     let (uploads, uploader) = (ready.storage.zip(recorder.as_ref()))

@@ -27,6 +27,7 @@ use slamlab_core::slam::UnknownMethod;
 
 use crate::host;
 use crate::source::{self, Source, SourceError, SourceName};
+use crate::storage::StorageError;
 pub use map::{Failsafe, MapSettings};
 pub use storage::StorageSettings;
 pub use zenoh::ZenohSettings;
@@ -124,7 +125,11 @@ pub fn source_help() -> String {
 
 /// A robot or a sensor, and where it sits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(
+    deny_unknown_fields,
+    rename_all = "kebab-case",
+    expecting = "[[source]] on a line of its own for each, and below it name = \"KIND:WHICH\""
+)]
 pub struct SourceSettings {
     /// As on the command line: `rplidar:/dev/rplidar`.
     pub name: SourceName,
@@ -281,6 +286,9 @@ pub enum SettingsError {
         /// Greatest.
         most: u64,
     },
+    /// A store that cannot be.
+    #[error(transparent)]
+    Storage(#[from] StorageError),
     /// A place where no sensor is.
     #[error(
         "mount of {name}: {key} is {value}; expected a number of at most {most} to either side"
@@ -420,7 +428,7 @@ impl Settings {
             foxglove: Some(false),
             rosbridge: Some(false),
             mdns: Some(!listen.ip().is_loopback()),
-            ..recording::defaults(self.record.as_deref())
+            ..recording::defaults(self.record.as_deref(), self.audit.as_deref())
         };
         Ok(Self {
             listen: Some(listen),

@@ -74,9 +74,9 @@ fn list(settings: &Settings) -> anyhow::Result<()> {
 
 fn revoke(name: &Name, settings: &Settings) -> anyhow::Result<()> {
     let role = rights(settings)?.revoke(name)?;
-    println!(
+    answer!(
         "{name} is no {role} any more; a running bridge ends what is done by that right within a second"
-    );
+    )?;
     Ok(())
 }
 
@@ -94,7 +94,7 @@ fn show(token: &Token, may: &str, with_picture: bool, settings: &Settings) -> an
         answer!("{}", with_token(url))?;
     }
     let Some(of_phone) = address::for_a_phone(&plain) else {
-        println!("the token is {}; {UNNAMED}", token.reveal());
+        answer!("the token is {}; {UNNAMED}", token.reveal())?;
         return Ok(());
     };
     if let Some(identity) = own {

@@ -398,6 +398,65 @@ fn two_robots_are_not_mixed() {
 
 #[cfg(unix)]
 #[test]
+fn a_folder_of_recordings_is_taken_by_one_bridge_at_a_time() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| format!("{}/", folder.path().join(name).display());
+    let (drives, audit) = (at("drives"), at("audit"));
+    let page = page();
+    let recording = || robot(&folder, &page, &["--record", &drives]);
+    let mut first = recording().spawn().unwrap();
+    first_line(&mut first);
+    let and_audit = ["--record", &drives, "--audit", &audit];
+    let error = fails(robot(&folder, &page, &and_audit));
+    terminate(&first);
+    let ended = first.wait().unwrap().success();
+    let expected = format!("folder {drives}: another bridge writes there");
+    assert!(error.contains(&expected), "{error}");
+    assert!(ended);
+    let files = |folder: &str, ending: &str| {
+        let all = fs::read_dir(folder).unwrap();
+        all.filter(|entry| {
+            let name = entry.as_ref().unwrap().file_name();
+            name.to_str().unwrap().ends_with(ending)
+        })
+        .count()
+    };
+    assert_eq!(files(&drives, ".mcap"), 1);
+    assert_eq!(files(&audit, ".jsonl"), 0, "nothing was begun");
+    let mut again = recording().spawn().unwrap();
+    first_line(&mut again);
+    terminate(&again);
+    assert!(again.wait().unwrap().success());
+    assert_eq!(files(&drives, ".mcap"), 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn recording_is_said_once_it_is_so() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("a.mcap");
+    fs::write(&file, "precious").unwrap();
+    let record = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_slamlab-bridge"));
+        command.args(["record", "--source", "sim:arena,lidar"]);
+        command
+            .arg(&file)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    };
+    let error = fails(record());
+    assert!(error.contains("is already there"), "{error}");
+    fs::remove_file(&file).unwrap();
+    let mut recording = record().spawn().unwrap();
+    let line = first_line(&mut recording);
+    terminate(&recording);
+    assert!(line.starts_with("recording to "), "{line}");
+    assert!(recording.wait().unwrap().success() && file.exists());
+}
+
+#[cfg(unix)]
+#[test]
 fn a_map_is_kept_by_one_bridge_at_a_time() {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("a.slamlab").display().to_string();
@@ -448,9 +507,36 @@ fn config_refuses_what_serve_would_and_says_where_it_stands() {
     for (text, place, words) in [
         ("record-piece-mib = 0", ", line 1", "record-piece-mib is 0"),
         (
+            "open = false\nrecord-budget-mib = 9000",
+            ", line 2",
+            "record-budget-mib does nothing",
+        ),
+        (
             "open = false\n[map]\nfile = \"\"",
             ", line 3",
             "map file is empty",
+        ),
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"\"",
+            ", line 3",
+            "storage url \"\": it is empty",
+        ),
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"s3://me:hidden@drives/robot\"",
+            ", line 3",
+            "storage url holds a user or a password",
+        ),
+        #[cfg(feature = "storage")]
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"file:///x\"",
+            ", line 3",
+            "recordings are made in /x/",
+        ),
+        #[cfg(feature = "storage")]
+        (
+            "record = \"/x/\"\n[storage]\nurl = \"s3://a\"\n[storage.options]\naws_endpoint = \"nonsense\"",
+            ", line 5",
+            "aws_endpoint: \"nonsense\" is no address",
         ),
         ("[map]\nset = { a = 1 }", "", "there is no setting"),
         (
@@ -476,6 +562,7 @@ fn config_refuses_what_serve_would_and_says_where_it_stands() {
         assert!(error.contains(words), "{text}: {error}");
         let place = format!("bridge.toml{place}");
         assert!(place == "bridge.toml" || error.contains(&place), "{error}");
+        assert!(!error.contains("hidden"), "{error}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! What stands in the audit, and that it stays within its budget.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use slamlab_core::wire::message::{DisarmReason, Right, Role, SafetyBody};
@@ -21,6 +21,10 @@ fn who(client: u32, name: &str, role: Role) -> Who {
         "phone",
         Peer::At(([192, 168, 1, 7], 40_000).into()),
     )
+}
+
+fn start(folder: &Path, keep: Keep, clock: Clock) -> Result<Audit, RecordError> {
+    Audit::start(Files::audits(folder, keep, clock)?)
 }
 
 fn lines(folder: &Path) -> Vec<Value> {
@@ -80,7 +84,7 @@ fn a_drive_is_told_from_its_lease_to_its_stop() {
 fn every_line_is_json_with_the_time_of_day_and_who() {
     let folder = TempDir::new().unwrap();
     let clock = Clock::start();
-    let audit = Audit::start(folder.path(), keep(8), clock).unwrap();
+    let audit = start(folder.path(), keep(8), clock).unwrap();
     let anna = who(3, "anna", Role::Driver);
     audit.note(clock.now(), &What::Lease { who: anna });
     let nobody = who(4, "", Role::Watcher);
@@ -116,7 +120,7 @@ fn the_oldest_files_go_when_the_budget_is_full() {
         ..keep(1)
     };
     fs::write(folder.path().join("notes.jsonl"), "mine").unwrap();
-    let audit = Audit::start(folder.path(), small, clock).unwrap();
+    let audit = start(folder.path(), small, clock).unwrap();
     for client in 0..900 {
         let who = who(client, "anna", Role::Driver);
         audit.note(clock.now(), &What::Lease { who });
@@ -144,7 +148,7 @@ fn a_folder_that_cannot_be_is_said() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("file");
     fs::write(&path, "precious").unwrap();
-    let error = Audit::start(&path, keep(1), Clock::start()).unwrap_err();
+    let error = start(&path, keep(1), Clock::start()).unwrap_err();
     assert!(error.to_string().contains("file"), "{error}");
     assert_eq!(fs::read(&path).unwrap(), b"precious");
 }

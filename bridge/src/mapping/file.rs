@@ -1,6 +1,6 @@
 //! The file that the map is kept in: read once at the start, and replaced as a whole.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +9,7 @@ use slamlab_core::format::slamlab::{self, Experiment};
 use slamlab_core::wire::message::ZoneBody;
 
 use super::{MapError, fence_file};
+use crate::locked_file;
 use crate::replaced_file::{Readers, check, replace, sync_folder};
 
 /// Maps that were moved aside and may have the same name but for a number.
@@ -25,16 +26,10 @@ pub(super) fn lock(path: &Path) -> Result<File, MapError> {
         path: beside.clone(),
         source,
     };
-    let file = (OpenOptions::new().create(true).append(true).open(&beside)).map_err(io)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(MapError::Taken {
-            path: path.to_owned(),
-        }),
-        // Some network file systems have no locks.
-        Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(file),
-        Err(TryLockError::Error(error)) => Err(io(error)),
-    }
+    let taken = || MapError::Taken {
+        path: path.to_owned(),
+    };
+    locked_file::lock(&beside).map_err(io)?.ok_or_else(taken)
 }
 
 /// See the module.

@@ -66,6 +66,12 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
+    /// Two that write there would delete and store each other's files.
+    #[error("folder {}: another bridge writes there; end that one, or name another folder", folder.display())]
+    Taken {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// The system said no.
     #[error("cannot write {}: {source}", path.display())]
     Io {
@@ -96,10 +102,16 @@ impl Recorder {
     /// Begins a recording in a new file: `path`, or, where that is a folder, one named by the time
     /// of day in there, and further ones as `keep` says.
     ///
-    /// # Errors    [`RecordError`]: the file is there already, or cannot be written.
+    /// # Errors    [`RecordError`]: the file is there already, or cannot be written, or another
+    /// bridge records into the folder.
     pub fn start(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
-        let pieces = Files::new(path, keep, clock);
-        let (file, path) = place::create(path, clock.time_of_day(clock.now()))?;
+        Self::start_in(Files::recordings(path, keep, clock)?)
+    }
+
+    /// As [`Self::start`], where the folder was taken already.
+    pub(crate) fn start_in(pieces: Files) -> Result<Self, RecordError> {
+        let (keep, clock) = (pieces.keep, pieces.clock);
+        let (file, path) = place::create(&pieces.path, clock.time_of_day(clock.now()))?;
         let (entries, waiting) = sync_channel(MOST_WAITING);
         let progress = Arc::new(Progress::default());
         let name = path.file_name().unwrap_or_default();
@@ -210,6 +222,20 @@ impl Current {
 #[cfg(feature = "storage")]
 pub(crate) fn is_piece(name: &str) -> bool {
     place::RECORDINGS.is_piece(name)
+}
+
+/// What a piece is called in a store, which may have those of other robots; itself where it is not
+/// called as a piece.
+#[cfg(feature = "storage")]
+pub(crate) fn name_in_store(piece: &str, sha_256: &str) -> String {
+    let name = place::RECORDINGS.among_others(piece, sha_256);
+    name.unwrap_or_else(|| piece.to_owned())
+}
+
+/// Whether a file in a store is called as a recording.
+#[cfg(feature = "storage")]
+pub(crate) fn is_piece_in_store(name: &str) -> bool {
+    place::RECORDINGS.is_piece_among_others(name)
 }
 
 impl Drop for Recorder {

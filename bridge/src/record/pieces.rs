@@ -53,33 +53,47 @@ pub(crate) trait Pieces {
 /// Pieces in a folder, or one file.
 #[derive(Debug)]
 pub(crate) struct Files {
-    path: PathBuf,
+    pub(crate) path: PathBuf,
     naming: Naming,
     is_folder: bool,
-    keep: Keep,
-    clock: Clock,
+    pub(crate) keep: Keep,
+    pub(crate) clock: Clock,
+    /// The folder is this bridge's alone for as long.
+    _lock: Option<File>,
 }
 
 impl Files {
-    pub(super) fn new(path: &Path, keep: Keep, clock: Clock) -> Self {
-        Self {
-            path: path.to_owned(),
-            naming: RECORDINGS,
-            is_folder: place::is_folder(path),
-            keep,
-            clock,
-        }
+    /// Of a recording.
+    ///
+    /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
+    pub(crate) fn recordings(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
+        let is_folder = place::is_folder(path);
+        Self::new(path, RECORDINGS, is_folder, keep, clock)
     }
 
     /// Of an audit, which is always a folder.
-    pub(crate) fn audits(path: &Path, keep: Keep, clock: Clock) -> Self {
-        Self {
+    ///
+    /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
+    pub(crate) fn audits(path: &Path, keep: Keep, clock: Clock) -> Result<Self, RecordError> {
+        Self::new(path, AUDITS, true, keep, clock)
+    }
+
+    fn new(
+        path: &Path,
+        naming: Naming,
+        is_folder: bool,
+        keep: Keep,
+        clock: Clock,
+    ) -> Result<Self, RecordError> {
+        let lock = is_folder.then(|| naming.lock(path)).transpose()?;
+        Ok(Self {
             path: path.to_owned(),
-            naming: AUDITS,
-            is_folder: true,
+            naming,
+            is_folder,
             keep,
             clock,
-        }
+            _lock: lock,
+        })
     }
 }
 
@@ -184,7 +198,8 @@ mod tests {
             ..Keep::default()
         };
         let left = |all_bytes| {
-            let mut files = Files::new(folder.path(), keep(all_bytes), Clock::start());
+            let mut files =
+                Files::recordings(folder.path(), keep(all_bytes), Clock::start()).unwrap();
             files.make_room(&current);
             let mut names: Vec<_> = fs::read_dir(folder.path())
                 .unwrap()
@@ -213,9 +228,25 @@ mod tests {
     fn a_file_that_was_named_is_the_only_one() {
         let folder = tempfile::TempDir::new().unwrap();
         let path = folder.path().join("flat.mcap");
-        let mut files = Files::new(&path, Keep::default(), Clock::start());
+        let mut files = Files::recordings(&path, Keep::default(), Clock::start()).unwrap();
         assert!(files.next().unwrap().is_none());
-        let mut files = Files::new(folder.path(), Keep::default(), Clock::start());
+        let mut files = Files::recordings(folder.path(), Keep::default(), Clock::start()).unwrap();
         assert!(files.next().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_folder_is_one_bridges_alone_and_its_audits_are_another_matter() {
+        let root = tempfile::TempDir::new().unwrap();
+        let folder = root.path().join("drives/");
+        let recordings = || Files::recordings(&folder, Keep::default(), Clock::start());
+        let audits = || Files::audits(&folder, Keep::default(), Clock::start());
+        let (first, _audit) = (recordings().unwrap(), audits().unwrap());
+        for refused in [recordings(), audits()] {
+            let error = refused.unwrap_err().to_string();
+            let expected = format!("folder {}: another bridge writes there", folder.display());
+            assert!(error.contains(&expected), "{error}");
+        }
+        drop(first);
+        assert!(recordings().is_ok());
     }
 }

@@ -9,30 +9,38 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::time::Duration;
 
 use super::RecordError;
+use crate::locked_file;
 
 /// How files in a folder are named: `FIRST-TIME.EXTENSION`, with a number behind the time where
 /// several begin in one second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Naming {
     first: &'static str,
+    lock: &'static str,
     extension: &'static str,
 }
 
 /// Recordings.
 pub(super) const RECORDINGS: Naming = Naming {
     first: "slamlab-",
+    lock: ".slamlab-recordings.lock",
     extension: ".mcap",
 };
 
 /// Audits.
 pub(super) const AUDITS: Naming = Naming {
     first: "slamlab-audit-",
+    lock: ".slamlab-audits.lock",
     extension: ".jsonl",
 };
 
 /// Recordings of one second that are distinguished by a number: a computer without a battery-backed
 /// clock starts at the same time of day each time.
 const MOST_OF_A_SECOND: u32 = 10_000;
+
+/// Digits of a SHA-256 in a name: no two recordings of one second have the same.
+#[cfg(feature = "storage")]
+const DIGITS: usize = 16;
 
 /// Opens the new file of a recording that starts at `time_of_day`, since 1970, and says its path.
 ///
@@ -58,16 +66,28 @@ pub(super) fn check(path: &Path) -> Result<(), RecordError> {
 }
 
 impl Naming {
+    /// Takes a folder, which is made where it is missing, for one writer alone, until what is
+    /// returned is closed: it deletes the oldest, and knows only which file it writes itself.
+    ///
+    /// # Errors    [`RecordError::Taken`], [`RecordError::Io`].
+    pub(super) fn lock(self, folder: &Path) -> Result<File, RecordError> {
+        make(folder)?;
+        let path = folder.join(self.lock);
+        let taken = || RecordError::Taken {
+            folder: folder.to_owned(),
+        };
+        let locked = locked_file::lock(&path);
+        let locked = locked.map_err(|source| RecordError::Io { path, source })?;
+        locked.ok_or_else(taken)
+    }
+
     /// Opens a new file in a folder, which is made where it is missing, and says its path.
     pub(super) fn create(
         self,
         folder: &Path,
         time_of_day: Duration,
     ) -> Result<(File, PathBuf), RecordError> {
-        create_dir_all(folder).map_err(|source| RecordError::Io {
-            path: folder.to_owned(),
-            source,
-        })?;
+        make(folder)?;
         let stem = self.stem(time_of_day);
         // Never a number below one that is there: files go by their age, and the oldest may be
         // deleted within the second.
@@ -81,6 +101,13 @@ impl Naming {
         }
         taken
     }
+}
+
+fn make(folder: &Path) -> Result<(), RecordError> {
+    create_dir_all(folder).map_err(|source| RecordError::Io {
+        path: folder.to_owned(),
+        source,
+    })
 }
 
 /// Whether recordings go into it, each to a file of its own.
@@ -129,6 +156,30 @@ impl Naming {
     pub(super) fn age_of(self, path: &Path) -> Option<(String, u32)> {
         let (stem, number) = self.parts(path.file_name()?.to_str()?)?;
         Some((stem.to_owned(), number))
+    }
+
+    /// What a file is called where others keep files of these names, too: its SHA-256 tells it from
+    /// theirs, which may be of the same second. None for a file that is not called so.
+    #[cfg(feature = "storage")]
+    pub(super) fn among_others(self, name: &str, sha_256: &str) -> Option<String> {
+        self.parts(name)?;
+        let stem = name.strip_suffix(self.extension)?;
+        Some(format!(
+            "{stem}-{}{}",
+            sha_256.get(..DIGITS)?,
+            self.extension
+        ))
+    }
+
+    /// Whether a file is called so among others, or as in a folder.
+    #[cfg(feature = "storage")]
+    pub(super) fn is_piece_among_others(self, name: &str) -> bool {
+        let parts = name.strip_suffix(self.extension).and_then(|stem| {
+            let (stem, digits) = stem.rsplit_once('-')?;
+            let is_sum = digits.len() == DIGITS && digits.bytes().all(|b| b.is_ascii_hexdigit());
+            is_sum.then(|| format!("{stem}{}", self.extension))
+        });
+        self.is_piece(parts.as_deref().unwrap_or(name))
     }
 
     fn parts(self, name: &str) -> Option<(&str, u32)> {
@@ -200,6 +251,37 @@ mod tests {
         std::fs::remove_file(second).unwrap();
         let fourth = path();
         assert!(RECORDINGS.age_of(&fourth) > RECORDINGS.age_of(&third));
+    }
+
+    #[cfg(feature = "storage")]
+    #[test]
+    fn recordings_of_one_second_have_names_of_their_own_among_others() {
+        let (one, other) = ("0123456789abcdef01", "f123456789abcdef01");
+        for name in [
+            "slamlab-2026-01-01T00-00-00Z.mcap",
+            "slamlab-2026-01-01T00-00-00Z-2.mcap",
+        ] {
+            let called = |sum| RECORDINGS.among_others(name, sum).unwrap();
+            assert_ne!(called(one), called(other));
+            for called in [&called(one), &called(other), name] {
+                assert!(RECORDINGS.is_piece_among_others(called), "{called}");
+            }
+            // In a folder nothing is deleted but what was named there.
+            assert!(!RECORDINGS.is_piece(&called(other)));
+        }
+        assert_eq!(
+            RECORDINGS.among_others("slamlab-2026-01-01T00-00-00Z-2.mcap", one),
+            Some("slamlab-2026-01-01T00-00-00Z-2-0123456789abcdef.mcap".into())
+        );
+        assert_eq!(RECORDINGS.among_others("flat.mcap", one), None);
+        for other in [
+            "flat-0123456789abcdef.mcap",
+            "slamlab-2026-01-01T00-00-00Z-0123456789abcdeg.mcap",
+            "slamlab-2026-01-01T00-00-00Z-é123456789abcde.mcap",
+            "-0123456789abcdef.mcap",
+        ] {
+            assert!(!RECORDINGS.is_piece_among_others(other), "{other}");
+        }
     }
 
     #[test]

@@ -397,7 +397,7 @@ fn a_folder_keeps_to_its_budget_while_it_is_written() {
         all_bytes: 160_000,
         ..Keep::default()
     };
-    let mut files = Files::new(folder.path(), keep, Clock::start());
+    let mut files = Files::recordings(folder.path(), keep, Clock::start()).unwrap();
     let first = files.next().unwrap().unwrap();
     let (entries, waiting) = sync_channel(MOST_WAITING);
     let progress = Progress::default();

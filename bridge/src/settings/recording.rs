@@ -13,14 +13,15 @@ pub(super) const MOST: u64 = 1024 * 1024;
 /// MiB of audits that are kept: some hundred thousand lines.
 const AUDIT_BUDGET: u64 = 64;
 
-/// The defaults of these figures; a file that was named is one piece, which grows.
-pub(super) fn defaults(record: Option<&Path>) -> Settings {
-    let keep = record.is_none_or(is_folder).then(Keep::default);
+/// The defaults of these figures, where they do something; a file that was named is one piece,
+/// which grows.
+pub(super) fn defaults(record: Option<&Path>, audit: Option<&Path>) -> Settings {
+    let keep = record.is_some_and(is_folder).then(Keep::default);
     Settings {
         record_piece_mib: keep.map(|keep| keep.piece_bytes / MEBIBYTE),
         record_piece_minutes: keep.map(|keep| keep.piece_age.as_secs() / 60),
         record_budget_mib: keep.map(|keep| keep.all_bytes / MEBIBYTE),
-        audit_budget_mib: Some(AUDIT_BUDGET),
+        audit_budget_mib: audit.map(|_| AUDIT_BUDGET),
         ..Settings::default()
     }
 }
@@ -62,16 +63,22 @@ impl Settings {
                 return Err(SettingsError::Recording { key, value });
             }
         }
-        if self
-            .record
-            .as_deref()
-            .is_some_and(|record| !is_folder(record))
-        {
-            let given = figures[..3].iter().find(|(_, value)| value.is_some());
-            if let Some((key, _)) = given {
-                let why = "`record` names a file, which grows as long as the bridge runs; name a folder (a path that ends in /)";
-                return Err(SettingsError::Idle { key, why });
-            }
+        let idle = match self.record.as_deref() {
+            None => Some("nothing is recorded; set `record` to a folder (a path that ends in /)"),
+            Some(record) if !is_folder(record) => Some(
+                "`record` names a file, which grows as long as the bridge runs; name a folder (a path that ends in /)",
+            ),
+            Some(_) => None,
+        };
+        let given = figures[..3].iter().find(|(_, value)| value.is_some());
+        if let (Some(why), Some((key, _))) = (idle, given) {
+            return Err(SettingsError::Idle { key, why });
+        }
+        if let (None, Some(_)) = (&self.audit, self.audit_budget_mib) {
+            return Err(SettingsError::Idle {
+                key: "audit-budget-mib",
+                why: "no audit is written; set `audit` to a folder",
+            });
         }
         let keep = self.keep();
         if keep.all_bytes < 2 * keep.piece_bytes {

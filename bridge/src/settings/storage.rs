@@ -24,10 +24,31 @@ pub struct StorageSettings {
     pub options: BTreeMap<String, String>,
 }
 
+/// In place of a secret.
+const NOT_SHOWN: &str = "(not shown)";
+
+/// What the names of secrets have in them, of every store; also those of ids, which go with them.
+const SECRETS: [&str; 8] = [
+    "key",
+    "secret",
+    "token",
+    "password",
+    "sas",
+    "credential",
+    "signature",
+    "header",
+];
+
+fn is_secret(key: &str, value: &str) -> bool {
+    let key = key.to_ascii_lowercase();
+    // The proxy's address may have a password in it.
+    SECRETS.iter().any(|word| key.contains(word)) || value.contains('@')
+}
+
 impl Settings {
     /// Where finished recordings are kept, too.
     ///
-    /// # Errors    [`SettingsError::StoragePart`].
+    /// # Errors    [`SettingsError::StoragePart`], [`SettingsError::Storage`].
     pub fn storage(&self) -> Result<Option<StorageConfig>, SettingsError> {
         let Some(storage) = &self.storage else {
             return Ok(None);
@@ -39,11 +60,28 @@ impl Settings {
             let value = part_mib;
             return Err(SettingsError::StoragePart { value, least, most });
         }
-        Ok(Some(StorageConfig {
+        let config = StorageConfig {
             options: storage.options.clone(),
             part_mib,
             verify: storage.verify.unwrap_or(default.verify),
             ..default
-        }))
+        };
+        config.check(self.record.as_deref())?;
+        Ok(Some(config))
+    }
+
+    /// As they may be shown: without what opens the store.
+    #[must_use]
+    pub fn without_secrets(mut self) -> Self {
+        let options = self
+            .storage
+            .iter_mut()
+            .flat_map(|storage| &mut storage.options);
+        for (key, value) in options {
+            if is_secret(key, value) {
+                *value = NOT_SHOWN.to_owned();
+            }
+        }
+        self
     }
 }

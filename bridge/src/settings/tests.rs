@@ -134,6 +134,11 @@ fn what_is_unknown_or_cannot_be_is_named_with_its_line() {
             1,
             "missing field `name`",
         ),
+        (
+            "open = false\nsource = [\"sim:office\"]\n",
+            2,
+            "expected [[source]] on a line of its own for each, and below it name = \"KIND:WHICH\"",
+        ),
         ("open = true\nopen = false\n", 2, "duplicate key"),
         ("port = 99999", 1, "expected u16"),
     ] {
@@ -211,9 +216,10 @@ fn recordings_that_cannot_be_kept_and_origins_that_no_browser_writes_are_refused
     let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
     assert!(refused("record-piece-mib = 0").contains("record-piece-mib is 0; expected 1 to"));
     assert!(refused("record-piece-minutes = 9999999").contains("record-piece-minutes is 9999999"));
-    let budget = refused("record-budget-mib = 100\nrecord-piece-mib = 60");
+    let budget = refused("record = \"/x/\"\nrecord-budget-mib = 100\nrecord-piece-mib = 60");
     assert!(budget.contains("room for two pieces"), "{budget}");
-    let settings = read("record-budget-mib = 100\nrecord-piece-mib = 50").unwrap();
+    let settings =
+        read("record = \"/x/\"\nrecord-budget-mib = 100\nrecord-piece-mib = 50").unwrap();
     let keep = settings.complete().unwrap().keep();
     assert_eq!((keep.piece_bytes, keep.all_bytes), (50 << 20, 100 << 20));
     for (origin, why) in [
@@ -360,9 +366,97 @@ fn paths_without_a_name_and_settings_that_do_nothing_are_refused() {
             "record = \"/x/a.mcap\"\nrecord-budget-mib = 4000",
             "record-budget-mib does nothing",
         ),
+        (
+            "record-piece-mib = 9",
+            "record-piece-mib does nothing: nothing is recorded",
+        ),
+        (
+            "audit = \"/x\"\nrecord-piece-minutes = 9",
+            "record-piece-minutes does nothing",
+        ),
+        ("record-budget-mib = 4000", "record-budget-mib does nothing"),
+        (
+            "record = \"/x/\"\naudit-budget-mib = 9",
+            "audit-budget-mib does nothing: no audit",
+        ),
     ] {
         let error = refused(text);
         assert!(error.contains(words), "{text}: {error}");
     }
     assert!(read("record = \"/x/a.mcap\"").unwrap().complete().is_ok());
+}
+
+#[test]
+fn a_store_that_shows_or_is_what_it_should_not_is_refused() {
+    let refused = |text: &str| read(text).unwrap().complete().unwrap_err().to_string();
+    for (url, words) in [
+        ("", "storage url \"\": it is empty"),
+        ("s3://me:hidden@drives/robot", "a user or a password"),
+        ("s3://hidden@drives/robot", "a user or a password"),
+        ("ftp:me:hidden@drives", "a user or a password"),
+        (
+            "abfss://drives:hidden@a.dfs.core.windows.net/r",
+            "a user or a password",
+        ),
+        ("az://drives/robot?sig=hidden", "storage url holds a query"),
+    ] {
+        let error = refused(&format!("record = \"/x/\"\n[storage]\nurl = {url:?}"));
+        assert!(
+            error.contains(words) && !error.contains("hidden"),
+            "{error}"
+        );
+    }
+    for good in [
+        "s3://drives/@",
+        "abfss://drives@a.dfs.core.windows.net/r",
+        "file:///a@b/c",
+    ] {
+        let text = format!("record = \"/x/\"\n[storage]\nurl = {good:?}");
+        let complete = read(&text).unwrap().complete();
+        // Azure's wants a key as well, where it can be asked for one.
+        let said = complete.map_or_else(|error| error.to_string(), |_| String::new());
+        assert!(!said.contains("whoever watches"), "{said}");
+    }
+}
+
+#[cfg(feature = "storage")]
+#[test]
+fn the_folder_of_the_recording_is_no_store() {
+    let said = |record: &str, url: &str| {
+        let text = format!("record = {record:?}\n[storage]\nurl = {url:?}");
+        let complete = read(&text).unwrap().complete();
+        complete.map_or_else(|error| error.to_string(), |_| "nothing".to_owned())
+    };
+    for url in ["file:///x/drives", "file:///x/drives/stored/", "file:///x"] {
+        let said = said("/x/drives/", url);
+        assert!(said.contains("recordings are made in /x/drives/"), "{said}");
+        assert!(said.starts_with("storage url "), "{said}");
+    }
+    assert_eq!(said("/x/drives/", "file:///x/stored"), "nothing");
+}
+
+#[test]
+fn what_opens_the_store_is_not_shown() {
+    let options = [
+        ("aws_access_key_id", "hidden"),
+        ("aws_secret_access_key", "hidden"),
+        ("AWS_SESSION_TOKEN", "hidden"),
+        ("azure_storage_sas_key", "hidden"),
+        ("proxy_url", "http://me:hidden@proxy"),
+        ("aws_endpoint", "https://s3.example"),
+        ("aws_region", "eu-central-1"),
+    ];
+    let options = options.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let settings = Settings {
+        storage: Some(StorageSettings {
+            url: "s3://drives".into(),
+            options: options.into(),
+            ..StorageSettings::default()
+        }),
+        ..Settings::default()
+    };
+    let shown = toml::to_string(&settings.without_secrets()).unwrap();
+    assert!(!shown.contains("hidden"), "{shown}");
+    assert_eq!(shown.matches("(not shown)").count(), 5, "{shown}");
+    assert!(shown.contains("https://s3.example") && shown.contains("eu-central-1"));
 }

@@ -1,11 +1,12 @@
 //! The store at a URL, and what of it went wrong in words.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use object_store::aws::AmazonS3Builder;
-use object_store::azure::MicrosoftAzureBuilder;
-use object_store::gcp::GoogleCloudStorageBuilder;
+use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
+use object_store::azure::{AzureConfigKey, MicrosoftAzureBuilder};
+use object_store::gcp::{GoogleCloudStorageBuilder, GoogleConfigKey};
 use object_store::local::LocalFileSystem;
 use object_store::multipart::MultipartStore;
 use object_store::path::Path;
@@ -13,6 +14,7 @@ use object_store::{ClientOptions, Error, ObjectStore, ObjectStoreScheme, RetryCo
 use url::Url;
 
 use super::{StorageConfig, StorageError};
+use crate::record::is_folder;
 
 /// A request that got no answer for so long is tried again: the link is broken.
 const SILENT: Duration = Duration::from_secs(30);
@@ -26,6 +28,21 @@ pub(super) struct Bucket {
     pub(super) parts: Option<Arc<dyn MultipartStore>>,
     folder: Path,
     pub(super) url: String,
+    /// Where a store is asked that the URL alone does not tell.
+    endpoint: Option<String>,
+    /// The folder of this machine that it is.
+    local: Option<PathBuf>,
+}
+
+/// What it is and where, for whoever has to look there.
+impl std::fmt::Display for Bucket {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.url)?;
+        match &self.endpoint {
+            Some(endpoint) => write!(f, " at {endpoint}"),
+            None => Ok(()),
+        }
+    }
 }
 
 impl std::fmt::Debug for Bucket {
@@ -63,6 +80,8 @@ impl Bucket {
     ///
     /// # Errors    [`StorageError`].
     pub(super) fn open(config: &StorageConfig) -> Result<Self, StorageError> {
+        // The store's client takes what the program has; a second start finds it there.
+        let _ = tokio_rustls::rustls::crypto::ring::default_provider().install_default();
         let wrong = |why: String| StorageError::Url {
             url: config.url.clone(),
             why,
@@ -75,22 +94,35 @@ impl Bucket {
             (config.url.parse()).map_err(|error: url::ParseError| wrong(error.to_string()))?;
         let (scheme, folder) =
             ObjectStoreScheme::parse(&url).map_err(|error| wrong(error.to_string()))?;
+        let (mut endpoint, mut local) = (None, None);
         let (store, parts): (Arc<dyn ObjectStore>, Option<Arc<dyn MultipartStore>>) = match scheme {
-            ObjectStoreScheme::Local => (Arc::new(LocalFileSystem::new()), None),
+            ObjectStoreScheme::Local => {
+                let path = url.to_file_path();
+                local = Some(path.map_err(|()| wrong("it names no folder".to_owned()))?);
+                (Arc::new(LocalFileSystem::new()), None)
+            }
             ObjectStoreScheme::AmazonS3 => {
                 let builder = with_options!(AmazonS3Builder::new(), config, "AWS_");
+                endpoint = builder
+                    .get_config_value(&AmazonS3ConfigKey::S3Endpoint)
+                    .or_else(|| builder.get_config_value(&AmazonS3ConfigKey::Endpoint));
+                check_endpoint(config, endpoint.as_deref(), "aws_endpoint")?;
                 // What the settings say of clear HTTP is for the endpoint, which they name.
                 let store = Arc::new(builder.build().map_err(unfit)?);
                 (store.clone(), Some(store))
             }
             ObjectStoreScheme::GoogleCloudStorage => {
                 let builder = with_options!(GoogleCloudStorageBuilder::new(), config, "GOOGLE_");
+                endpoint = builder.get_config_value(&GoogleConfigKey::BaseUrl);
+                check_endpoint(config, endpoint.as_deref(), "google_base_url")?;
                 let builder = builder.with_client_options(patience());
                 let store = Arc::new(builder.build().map_err(unfit)?);
                 (store.clone(), Some(store))
             }
             ObjectStoreScheme::MicrosoftAzure => {
                 let builder = with_options!(MicrosoftAzureBuilder::new(), config, "AZURE_");
+                endpoint = builder.get_config_value(&AzureConfigKey::Endpoint);
+                check_endpoint(config, endpoint.as_deref(), "azure_storage_endpoint")?;
                 let store = Arc::new(builder.build().map_err(unfit)?);
                 (store.clone(), Some(store))
             }
@@ -101,7 +133,25 @@ impl Bucket {
             parts,
             folder,
             url: config.url.trim_end_matches('/').to_owned(),
+            endpoint,
+            local,
         })
+    }
+
+    /// Whether it is a folder that is, holds, or lies in the one of the recording.
+    pub(super) fn meets(&self, record: Option<&std::path::Path>) -> bool {
+        let record = record.filter(|path| is_folder(path));
+        let (Some(local), Some(record)) = (&self.local, record) else {
+            return false;
+        };
+        let (local, record) = (found(local), found(record));
+        local.starts_with(&record) || record.starts_with(&local)
+    }
+
+    /// The folder of this machine that it should be, where there is none: nothing is made, for it
+    /// may be on a disk that is to be mounted there.
+    pub(super) fn missing(&self) -> Option<&std::path::Path> {
+        self.local.as_deref().filter(|path| !path.is_dir())
     }
 
     /// Where a file is kept in it.
@@ -113,6 +163,41 @@ impl Bucket {
     pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
+}
+
+/// A path as the system finds it, also where the last of its folders are not there yet.
+fn found(path: &std::path::Path) -> PathBuf {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let there = path.ancestors().find_map(|above| {
+        let rest = path.strip_prefix(above).ok()?;
+        Some(above.canonicalize().ok()?.join(rest))
+    });
+    there.unwrap_or(path)
+}
+
+/// Where the store is asked must be an address, and one that everybody may see.
+fn check_endpoint(
+    config: &StorageConfig,
+    endpoint: Option<&str>,
+    usual_key: &str,
+) -> Result<(), StorageError> {
+    let Some(endpoint) = endpoint else {
+        return Ok(());
+    };
+    let why = match endpoint.parse::<Url>() {
+        Ok(url) if !url.username().is_empty() || url.password().is_some() => {
+            "it holds a user or a password, and whoever watches would see it".to_owned()
+        }
+        Ok(url) if url.has_host() && ["http", "https"].contains(&url.scheme()) => return Ok(()),
+        _ => format!("{endpoint:?} is no address; expected https:// or http:// and a host"),
+    };
+    // It may come from the environment.
+    let given = config.options.iter().find(|(_, value)| *value == endpoint);
+    Err(StorageError::Option {
+        url: config.url.clone(),
+        key: given.map_or(usual_key, |(key, _)| key).to_owned(),
+        why,
+    })
 }
 
 /// The uploader tries again by itself, and says so: here it is only for a hiccup.
@@ -187,5 +272,57 @@ fn root(error: &Error) -> String {
     match line.char_indices().nth(300) {
         Some((end, _)) => format!("{}…", line.get(..end).unwrap_or_default()),
         None => line,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(url: &str, options: &[(&str, &str)]) -> Result<Bucket, String> {
+        let options = options.iter();
+        let options = options.map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
+        let config = StorageConfig {
+            options: options.collect(),
+            ..StorageConfig::new(url.to_owned())
+        };
+        Bucket::open(&config).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_endpoint_is_an_address_and_named_where_something_is_wrong() {
+        let at = |endpoint| open("s3://b/k", &[("aws_endpoint", endpoint)]);
+        let bucket = at("http://127.0.0.1:9").unwrap();
+        assert_eq!(bucket.to_string(), "s3://b/k at http://127.0.0.1:9");
+        for wrong in ["nonsense", "", "https://", "s3.example:9000", "file:///x"] {
+            let error = at(wrong).unwrap_err();
+            assert!(error.contains("options aws_endpoint"), "{error}");
+            assert!(error.contains("is no address"), "{error}");
+        }
+        let error = at("https://me:hidden@s3.example").unwrap_err();
+        assert!(error.contains("aws_endpoint: it holds"), "{error}");
+        assert!(!error.contains("hidden"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_store_that_is_the_folder_of_the_recording_is_found_by_any_way_there() {
+        let root = tempfile::tempdir().unwrap();
+        let at = |name: &str| root.path().join(name);
+        std::fs::create_dir(at("drives")).unwrap();
+        std::os::unix::fs::symlink(at("drives"), at("link")).unwrap();
+        let meets = |store: &str, record: &str| {
+            let url = format!("file://{}", at(store).display());
+            open(&url, &[]).unwrap().meets(Some(&at(record)))
+        };
+        assert!(meets("drives", "drives/"));
+        assert!(meets("link", "drives"));
+        assert!(meets("drives/stored/here", "link/"));
+        assert!(meets("not%20yet", "not yet/of/today/"));
+        assert!(!meets("drives", "drives-2/"));
+        assert!(!meets("kept", "drives/"));
+        // A file takes no budget.
+        assert!(!meets("drives", "drives/a.mcap"));
+        assert!(!open("s3://drives", &[]).unwrap().meets(Some(&at("drives"))));
     }
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::record::name_in_store;
 use crate::replaced_file::{Readers, replace};
 
 /// Behind the name of the piece.
@@ -24,6 +25,8 @@ pub(super) struct Ledger {
     pub(super) bytes: u64,
     /// Of a part.
     pub(super) part_bytes: u64,
+    /// SHA-256 of the piece, from before any of it was sent. Programs before this one took none.
+    pub(super) sum: Option<String>,
     /// By which the store knows the upload.
     pub(super) upload: Option<String>,
     /// What the store answered to each part that it has.
@@ -55,7 +58,18 @@ impl Ledger {
 
     /// Nothing of it is there.
     pub(super) fn begin_anew(&mut self) {
-        (self.upload, self.parts, self.stored) = (None, vec![], None);
+        (self.sum, self.upload, self.stored) = (None, None, None);
+        self.parts.clear();
+    }
+
+    /// What the piece of this name is called in the store. Of another robot's that began in the
+    /// same second it is told by what is in it: the same bytes alone have the same name, so that
+    /// nothing of another's is ever written over, whoever sends first.
+    pub(super) fn name_in_store(&self, piece: &str) -> String {
+        match &self.sum {
+            Some(sum) => name_in_store(piece, sum),
+            None => piece.to_owned(),
+        }
     }
 
     /// Keeps it beside the piece.

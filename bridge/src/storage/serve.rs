@@ -5,7 +5,7 @@
 //! them this way, for a plain request has no place for a proof. The store is asked for its list
 //! seldom (`listing`), and for recordings within bounds (`fetches`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use axum::body::Body;
@@ -26,7 +26,7 @@ use super::fetches::TooMany;
 use super::ledger::Ledger;
 use super::listing::{self, Stored};
 use super::uploader::Uploads;
-use crate::record::is_piece;
+use crate::record::is_piece_in_store;
 use crate::shared::{Shared, Visitor};
 
 /// A recording.
@@ -90,6 +90,8 @@ fn later(why: TooMany) -> Response {
 async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
     let mut all: BTreeMap<String, Listed> = BTreeMap::new();
+    // Of pieces that are here: they are not listed twice.
+    let mut names_in_store = BTreeSet::new();
     let mut fault = uploads.fault();
     match uploads.pieces() {
         Err(error) => fault = fault.or(Some(error.to_string())),
@@ -97,7 +99,11 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
             for (name, bytes) in pieces {
                 let ledger = Ledger::read(&uploads.folder.join(&name)).unwrap_or_default();
                 let sent = (ledger.parts.len() as u64 * ledger.part_bytes).min(bytes);
-                let stored = ledger.stored.is_some() && ledger.to == uploads.bucket.url;
+                let is_of_store = ledger.to == uploads.bucket.url;
+                if is_of_store {
+                    names_in_store.insert(ledger.name_in_store(&name));
+                }
+                let stored = ledger.stored.is_some() && is_of_store;
                 let listed = Listed {
                     bytes,
                     here: true,
@@ -116,7 +122,8 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
     match &*uploads.listing.get(ask(uploads.bucket.clone())).await {
         Err(why) => fault = fault.or_else(|| Some(why.clone())),
         Ok(stored) => {
-            for Stored { name, bytes } in stored {
+            let elsewhere = |one: &&Stored| !names_in_store.contains(&one.name);
+            for Stored { name, bytes } in stored.iter().filter(elsewhere) {
                 all.entry(name.clone()).or_insert_with(|| Listed {
                     name: name.clone(),
                     bytes: *bytes,
@@ -139,12 +146,21 @@ async fn list(State(shared): State<Arc<Shared>>) -> Result<Response, Response> {
 
 /// Asks the store which pieces it has.
 async fn ask(bucket: Bucket) -> listing::Answer {
+    if let Some(folder) = bucket.missing() {
+        let folder = folder.display();
+        return Err(format!(
+            "{bucket} cannot be listed: the folder {folder} is not there"
+        ));
+    }
     let folder = Some(bucket.folder()).filter(|folder| !folder.as_ref().is_empty());
     let listed: Result<Vec<_>, _> = bucket.store.list(folder).try_collect().await;
     let objects =
-        listed.map_err(|error| format!("{} cannot be listed: {}", bucket.url, words(&error)))?;
+        listed.map_err(|error| format!("{bucket} cannot be listed: {}", words(&error)))?;
     let piece = |object: ObjectMeta| {
-        let name = object.location.filename().filter(|name| is_piece(name))?;
+        let name = object
+            .location
+            .filename()
+            .filter(|name| is_piece_in_store(name))?;
         Some(Stored {
             name: name.to_owned(),
             bytes: object.size,
@@ -163,7 +179,7 @@ async fn one(
 ) -> Result<Response, Response> {
     let uploads = uploads(&shared).map_err(refusal)?;
     // Also keeps paths out that lead elsewhere.
-    if !is_piece(&name) {
+    if !is_piece_in_store(&name) {
         return Err(nothing());
     }
     // With its length: whoever receives less than all of it, because the link to the store broke,
@@ -203,9 +219,12 @@ async fn one(
                 Ok(Some((piece, (bucket, path, to, leave))))
             };
             let bytes = futures_util::stream::try_unfold(begin, pieces);
-            let url = uploads.bucket.url.clone();
+            let bucket = uploads.bucket.clone();
             let bytes = bytes.inspect_err(move |error| {
-                tracing::warn!("{name} broke off on its way from {url}: {}", words(error));
+                tracing::warn!(
+                    "{name} broke off on its way from {bucket}: {}",
+                    words(error)
+                );
             });
             Ok((headers(length), Body::from_stream(bytes)).into_response())
         }
@@ -213,7 +232,7 @@ async fn one(
         Err(error) => {
             let why = format!(
                 "{name} cannot be read from {}: {}\n",
-                uploads.bucket.url,
+                uploads.bucket,
                 words(&error)
             );
             Err((StatusCode::BAD_GATEWAY, why).into_response())

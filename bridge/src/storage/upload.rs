@@ -1,6 +1,6 @@
 //! One piece into the store: part after part from where it was left, then compared.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use futures_util::TryStreamExt;
 use object_store::multipart::PartId;
@@ -19,6 +19,9 @@ pub(super) enum Fault {
     /// The store, or the way to it.
     #[error("{}", words(.0))]
     Store(#[from] object_store::Error),
+    /// A folder of this machine that is not there.
+    #[error("the folder {} is not there; make it, or mount the disk that has it", .0.display())]
+    NoFolder(PathBuf),
     /// The piece, or its ledger.
     #[error("{0}")]
     Disk(#[from] std::io::Error),
@@ -39,25 +42,39 @@ pub(super) async fn upload(
     ledger: &mut Ledger,
     verify: bool,
 ) -> Result<String, Fault> {
+    if let Some(folder) = bucket.missing() {
+        return Err(Fault::NoFolder(folder.to_owned()));
+    }
+    let sum = match &ledger.sum {
+        Some(sum) => sum.clone(),
+        None => {
+            // What a program before this one began has another name there.
+            ledger.begin_anew();
+            let sum = sum_of(piece).await?;
+            ledger.sum = Some(sum.clone());
+            ledger.write(piece)?;
+            sum
+        }
+    };
+    let name = &ledger.name_in_store(name);
     match &bucket.parts {
         Some(_) => in_parts(piece, name, bucket, ledger).await?,
         None => whole(piece, name, bucket, ledger.part_bytes).await?,
     }
-    let sent = sum_of(piece).await?;
     if verify {
         let found = sum_in(bucket, name).await?;
-        if found != sent {
+        if found != sum {
             // No part of it is to be trusted.
             ledger.begin_anew();
             ledger.write(piece)?;
-            let expected = sent;
+            let expected = sum;
             return Err(Fault::Differs { found, expected });
         }
     }
-    ledger.stored = Some(sent.clone());
+    ledger.stored = Some(sum.clone());
     (ledger.upload, ledger.parts) = (None, vec![]);
     ledger.write(piece)?;
-    Ok(sent)
+    Ok(sum)
 }
 
 async fn in_parts(
@@ -151,4 +168,93 @@ async fn sum_in(bucket: &Bucket, name: &str) -> Result<String, Fault> {
         sum.update(&read);
     }
     Ok(hexadecimal::write(&sum.finalize()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::storage::StorageConfig;
+
+    const PIECE: &str = "slamlab-2026-01-01T00-00-00Z.mcap";
+
+    fn bucket(folder: &Path) -> Bucket {
+        let url = format!("file://{}", folder.display());
+        Bucket::open(&StorageConfig::new(url)).unwrap()
+    }
+
+    /// A robot that stores what it recorded.
+    async fn store(bucket: &Bucket, bytes: &[u8]) -> Ledger {
+        let robot = tempfile::tempdir().unwrap();
+        let piece = robot.path().join(PIECE);
+        fs::write(&piece, bytes).unwrap();
+        let mut ledger = Ledger::of(&piece, &bucket.url, bytes.len() as u64, 5);
+        upload(&piece, PIECE, bucket, &mut ledger, true)
+            .await
+            .unwrap();
+        ledger
+    }
+
+    #[tokio::test]
+    async fn robots_that_began_in_one_second_do_not_write_over_each_other() {
+        let kept = tempfile::tempdir().unwrap();
+        let bucket = bucket(kept.path());
+        let of_before = kept.path().join(PIECE);
+        fs::write(&of_before, "of a program before").unwrap();
+        let robots = [b"the first robot's".as_slice(), b"the second robot's"];
+        let mut names = vec![];
+        for bytes in robots {
+            let ledger = store(&bucket, bytes).await;
+            let name = ledger.name_in_store(PIECE);
+            assert!(crate::record::is_piece_in_store(&name), "{name}");
+            names.push(name);
+        }
+        for (name, bytes) in names.iter().zip(robots) {
+            assert_eq!(fs::read(kept.path().join(name)).unwrap(), bytes);
+        }
+        assert_eq!(fs::read(of_before).unwrap(), b"of a program before");
+        // Of a robot that lost its ledger nothing is kept twice.
+        store(&bucket, robots[0]).await;
+        assert_eq!(fs::read_dir(kept.path()).unwrap().count(), 3);
+    }
+
+    #[tokio::test]
+    async fn a_folder_that_is_not_there_is_said_and_not_made() {
+        let (root, robot) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let folder = root.path().join("nas/drives");
+        let bucket = bucket(&folder);
+        let piece = robot.path().join(PIECE);
+        fs::write(&piece, "a piece").unwrap();
+        let mut ledger = Ledger::of(&piece, &bucket.url, 7, 5);
+        let error = upload(&piece, PIECE, &bucket, &mut ledger, true)
+            .await
+            .unwrap_err();
+        let expected = format!("the folder {} is not there", folder.display());
+        assert!(error.to_string().contains(&expected), "{error}");
+        assert_eq!(fs::read_dir(root.path()).unwrap().count(), 0);
+    }
+
+    #[tokio::test]
+    async fn what_a_program_before_had_begun_is_sent_anew_and_what_it_stored_keeps_its_name() {
+        let (kept, robot) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let bucket = bucket(kept.path());
+        let piece = robot.path().join(PIECE);
+        fs::write(&piece, "a piece").unwrap();
+        let mut ledger = Ledger {
+            upload: Some("7".into()),
+            parts: vec!["x".into()],
+            ..Ledger::of(&piece, &bucket.url, 7, 5)
+        };
+        let sum = upload(&piece, PIECE, &bucket, &mut ledger, true)
+            .await
+            .unwrap();
+        assert_eq!(
+            (&ledger.stored, &ledger.sum),
+            (&Some(sum.clone()), &Some(sum))
+        );
+        assert_eq!(Ledger::read(&piece), Some(ledger.clone()));
+        ledger.sum = None;
+        assert_eq!(ledger.name_in_store(PIECE), PIECE);
+    }
 }

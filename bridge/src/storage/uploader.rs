@@ -79,8 +79,7 @@ pub(crate) struct Ready {
 ///
 /// # Errors    [`StorageError`].
 pub(crate) fn ready(config: &StorageConfig, record: Option<&Path>) -> Result<Ready, StorageError> {
-    // The store's client takes what the program has; a second start finds it there.
-    let _ = tokio_rustls::rustls::crypto::ring::default_provider().install_default();
+    config.check(record)?;
     let folder = record.filter(|path| is_folder(path));
     let folder = folder.ok_or_else(|| StorageError::NoFolder {
         url: config.url.clone(),
@@ -160,7 +159,11 @@ impl Uploader {
             let stored = upload(&piece, &name, &uploads.bucket, &mut ledger, self.verify).await;
             let why = match stored {
                 Ok(sum) => {
-                    tracing::info!("{name} is stored in {} (SHA-256 {sum})", uploads.bucket.url);
+                    tracing::info!(
+                        "{name} is stored in {} as {} (SHA-256 {sum})",
+                        uploads.bucket.url,
+                        ledger.name_in_store(&name)
+                    );
                     if unreadable.is_none() {
                         self.say_well().await;
                     }
@@ -176,10 +179,7 @@ impl Uploader {
                     unreadable = unreadable.or(Some(why));
                     continue;
                 }
-                Err(fault) => format!(
-                    "{name} is not stored in {} yet: {fault}",
-                    uploads.bucket.url
-                ),
+                Err(fault) => format!("{name} is not stored in {} yet: {fault}", uploads.bucket),
             };
             return Err(why);
         }

@@ -217,13 +217,15 @@ impl Torn {
     fn equal_pieces(&self, recordings: &Path) -> (usize, usize) {
         let bucket = self.folder.path().join("buckets").join(BUCKET);
         let robots = std::fs::read_dir(bucket).unwrap().flatten();
-        let robots: Vec<PathBuf> = robots.map(|robot| robot.path()).collect();
+        let stored: Vec<PathBuf> = robots.flat_map(|robot| pieces(&robot.path())).collect();
         let pieces = pieces(recordings);
+        let stem = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
         let is_there = |piece: &&PathBuf| {
             let here = std::fs::read(piece).unwrap();
-            let mut copies = robots
+            // There a name goes on with what tells it from those of other robots.
+            let mut copies = stored
                 .iter()
-                .map(|robot| robot.join(piece.file_name().unwrap()));
+                .filter(|copy| stem(copy).starts_with(&stem(piece)));
             copies.any(|copy| std::fs::read(copy).is_ok_and(|there| there == here))
         };
         (pieces.iter().filter(is_there).count(), pieces.len())

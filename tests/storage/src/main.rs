@@ -134,7 +134,7 @@ async fn serve(folder: &Path, port: u16) -> ExitCode {
 struct Bridge {
     address: SocketAddr,
     stop: tokio::sync::oneshot::Sender<()>,
-    done: tokio::task::JoinHandle<()>,
+    done: tokio::task::JoinHandle<Result<(), slamlab_bridge::RunError>>,
 }
 
 impl Bridge {
@@ -168,7 +168,7 @@ impl Bridge {
     async fn end(self) -> Result<()> {
         // It may have ended by itself.
         let _ = self.stop.send(());
-        Ok(self.done.await?)
+        Ok(self.done.await??)
     }
 
     async fn list(&self) -> Result<List> {
@@ -232,6 +232,12 @@ fn sum(bytes: &[u8]) -> String {
     sum.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
+/// What a piece is called in the store, which may have those of other robots.
+fn name_in_store(piece: &str, sum: &str) -> String {
+    let stem = piece.strip_suffix(".mcap").unwrap_or(piece);
+    format!("{stem}-{}.mcap", &sum[..16])
+}
+
 /// Finished pieces of so many MiB in all, as a bridge that had no link would have left them; their
 /// sums. Their bytes are never alike: a part in the wrong place is seen.
 fn make_pieces(folder: &Path, mib: u64) -> Result<BTreeMap<String, String>> {
@@ -284,7 +290,8 @@ async fn refused(scene: &Path, store: &Store, refusal: Refusal) -> Result<String
         })
         .await?;
     bridge.end().await?;
-    let kept = scene.join("buckets").join(BUCKET).join("robot").join(PIECE);
+    let bucket = scene.join("buckets").join(BUCKET).join("robot");
+    let kept = bucket.join(name_in_store(PIECE, &sum(bytes.as_bytes())));
     let stored = std::fs::read(&kept).with_context(|| kept.display().to_string())?;
     if stored != bytes.as_bytes() {
         bail!("after {refusal:?} another piece is stored");
@@ -360,7 +367,9 @@ async fn report(flags: &Flags) -> Result<Report> {
     let seconds = begun.elapsed().as_secs_f64();
 
     let bucket = path("buckets").join(BUCKET).join("robot");
-    let in_bucket = |name: &str| std::fs::read(bucket.join(name)).map(|bytes| sum(&bytes));
+    let in_bucket = |name: &str, of: &str| {
+        std::fs::read(bucket.join(name_in_store(name, of))).map(|bytes| sum(&bytes))
+    };
     let mut equal = 0;
     for one in list.recordings.iter().filter(|one| one.stored) {
         let expected = match sums.get(&one.name) {
@@ -368,7 +377,7 @@ async fn report(flags: &Flags) -> Result<Report> {
             // Of this run: the piece itself, which nobody writes any more.
             None => sum(&std::fs::read(path("recordings").join(&one.name))?),
         };
-        match in_bucket(&one.name) {
+        match in_bucket(&one.name, &expected) {
             Ok(found) if found == expected => equal += 1,
             other => failed.push(format!("{}: {other:?} in the bucket", one.name)),
         }
@@ -385,10 +394,11 @@ async fn report(flags: &Flags) -> Result<Report> {
     // One that is no longer here is handed out from there.
     let (first, expected) = sums.first_key_value().context("no pieces")?;
     std::fs::remove_file(path("recordings").join(first))?;
+    let there = format!("/recordings/{}", name_in_store(first, expected));
     // The link may break on the way: who received less than all of it knows that, and asks again.
-    let mut handed = get(bridge.address, &format!("/recordings/{first}")).await;
+    let mut handed = get(bridge.address, &there).await;
     if handed.is_err() {
-        handed = get(bridge.address, &format!("/recordings/{first}")).await;
+        handed = get(bridge.address, &there).await;
     }
     let handed_out_equal = sum(&handed?) == *expected;
     if !handed_out_equal {
