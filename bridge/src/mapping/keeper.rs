@@ -257,6 +257,11 @@ mod tests {
         let fault = wait(&|kept| kept.fence_fault.is_some()).fence_fault;
         let fault = fault.unwrap();
         assert!(fault.contains(fence.to_str().unwrap()), "{fault}");
+        assert!(fault.contains("its map is not there yet"), "{fault}");
+        fs::write(file.path(), "a map").unwrap();
+        let by_system =
+            |kept: &Kept| matches!(&kept.fence_fault, Some(why) if !why.contains("its map"));
+        assert!(by_system(&wait(&by_system)), "{:?}", keeper.kept());
         fs::remove_dir_all(&fence).unwrap();
         assert_eq!(wait(&|kept| kept.fence_fault.is_none()).fence_fault, None);
         assert_eq!(file.read_fence().unwrap().len(), 1);
