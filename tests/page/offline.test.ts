@@ -158,6 +158,7 @@ test('a bridge that was renewed while the page was open is found to have a newer
   await lab.at('renew').click();
   await expect(page).toHaveTitle('build two');
   await expect.poll(async () => (await look(page).catch(() => null))?.source, 'with the robot behind it').toBe('bridge');
+  await expect(page.locator('slam-plots .uplot').first(), 'all of it has come').toBeAttached();
   await newer.stop();
   without(problems);
 });

@@ -28,7 +28,7 @@ test('the plots of a simulation are saved as a table with units, each scan in it
   const [, matched] = [last[11]!, last[12]!];
   expect(matched, 'walls are recognised').toBeGreaterThan(0);
   await expect(lab.at('plot-26')).toHaveText(`${last[11]} / ${last[12]} / ${last[13]}`);
-  await expect(lab.at('plot-16')).toHaveText(`${last[8]!.toFixed(2)} cm`);
+  await expect(lab.at('plot-16')).toHaveText(`${last[8]!.toFixed(2).replace('-', '−')} cm`);
   const known = table.rows.filter((row) => Number.isFinite(row[5]));
   const within = known.filter((row) => Math.abs(row[5]!) <= row[6]!);
   expect(within.length / known.length, 'most innovations lie between their bounds').toBeGreaterThan(0.7);
