@@ -8,8 +8,8 @@
 //!
 //! 1. A piece is finished when another one is written. The uploader takes the oldest that is not
 //!    stored yet, part after part; after each the ledger beside the piece says so, on the disk
-//!    (`ledger`). A cut network, or the end of the program, costs the part under way. Its name there
-//!    ends in what tells it from those of other robots, which may have the same store.
+//!    (`ledger`). A cut network, or the end of the program, costs the part under way. Its name
+//!    there ends in what tells it from those of other robots, which may have the same store.
 //! 2. When all parts are there the object is read back and compared by SHA-256 (`upload`). Then,
 //!    and not before, the piece counts as stored.
 //! 3. What goes wrong is said once to everybody, with what and where, and tried again after a
