@@ -1,6 +1,7 @@
 //! A bridge on a free port, and a client that speaks its protocol.
 
 use std::net::SocketAddr;
+use std::path::Path;
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
@@ -15,7 +16,7 @@ use slamlab_core::wire::message::{
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 
@@ -98,6 +99,16 @@ pub(crate) async fn stream_from(address: SocketAddr, last: u8) -> TcpStream {
     let socket = TcpSocket::new_v4().unwrap();
     socket.bind(([127, 0, 0, last], 0).into()).unwrap();
     socket.connect(address).await.unwrap()
+}
+
+/// Until a file is there, or gone, as a bridge makes it.
+pub(crate) async fn until_there(path: &Path, is_there: bool, longest: Duration) {
+    let until = Instant::now() + longest;
+    while path.exists() != is_there {
+        let what = if is_there { "missing" } else { "there" };
+        assert!(Instant::now() < until, "{} is {what} still", path.display());
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
 }
 
 pub(crate) fn limits() -> Limits {

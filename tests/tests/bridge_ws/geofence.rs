@@ -13,7 +13,7 @@ use slamlab_core::wire::message::{
 use slamlab_tests::calm::async_on_a_calm_machine;
 use tokio::time::Instant;
 
-use super::client::{Bridge, Came, Client};
+use super::client::{Bridge, Came, Client, until_there};
 use super::rights_stand::Stand;
 use super::streams::simulated;
 
@@ -133,13 +133,8 @@ fn a_fence_is_written_after_the_map_that_it_was_drawn_in() {
         owner
             .say(ToBridge::SetGeofence { zones: square(1.5) })
             .await;
-        for _ in 0..600 {
-            if kept.exists() {
-                break;
-            }
-            tokio::time::sleep(Duration::from_millis(10)).await;
-        }
-        assert!(kept.exists() && file.exists());
+        until_there(&kept, true, Duration::from_secs(6)).await;
+        assert!(file.exists());
         bridge.stop().await;
     });
 }
@@ -176,11 +171,7 @@ fn a_fence_is_kept_with_its_map_and_goes_with_it() {
         owner.say(ToBridge::ResetMap).await;
         let gone = |message: &FromBridge| geofence(message).filter(|body| body.zones.is_empty());
         owner.wait(gone).await;
-        let until = Instant::now() + Duration::from_secs(20);
-        while kept.exists() {
-            assert!(Instant::now() < until, "it is still there");
-            tokio::time::sleep(Duration::from_millis(50)).await;
-        }
+        until_there(&kept, false, Duration::from_secs(20)).await;
         bridge.stop().await;
         assert!(folder.path().join("flat.1.geofence.json").exists());
 

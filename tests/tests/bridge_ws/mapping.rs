@@ -18,7 +18,7 @@ use slamlab_tests::calm::async_on_a_calm_machine;
 use slamlab_tests::map_truth::{self, MapTruth};
 use tokio_tungstenite::tungstenite::Message;
 
-use super::client::{Bridge, Client};
+use super::client::{Bridge, Client, until_there};
 use super::robot::private;
 use super::streams::{get, simulated};
 
@@ -356,12 +356,7 @@ fn what_was_not_saved_yet_stays_with_the_map_before_when_it_begins_anew() {
         assert!(!file.exists());
         owner.say(ToBridge::ResetMap).await;
         let aside = folder.path().join("flat.1.slamlab");
-        for _ in 0..600 {
-            if aside.exists() {
-                break;
-            }
-            tokio::time::sleep(Duration::from_millis(100)).await;
-        }
+        until_there(&aside, true, Duration::from_secs(60)).await;
         assert!(slamlab::read(&fs::read(aside).unwrap()).is_ok());
         bridge.stop().await;
     });
