@@ -4,29 +4,26 @@ import { degrees } from "./angle.js";
 import { hostOf, tokenOf } from "./bridge_address.js";
 import { type Compared, shownRun } from "./compared.js";
 import { isExample, presentExample } from "./example.js";
-import { faultOf } from "./fault.js";
 import { Files } from "./files.js";
-import { type Answer, type Command, handle, type Handlers, type LiveSetup, type Question } from "./protocol.js";
-import { SAMPLE } from "./protocol/sample.js";
-import { needsPriorMap } from "./protocol/methods.js";
-import type { DeviceKind, EditName, FenceZone, Level, MapStart, MethodName, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
-import type { Tuning } from "./protocol/setup.js";
-import { downloadAll } from "./save.js";
-import { SerialPorts } from "./serial_ports.js";
-import type { Contest, LoadedMap, Store, Toast } from "./store.js";
-import { exhibit, exhibitAt } from "./gallery.js";
 import { keepSimulation, lastRun } from "./last_run.js";
-import { lessonAt, notePassed, teach, withoutFault } from "./lessons.js";
-import { addressOfLink, isLink, isOwnAddress, isSaid, isSharedWorld, MOST_ADDRESS, MOST_MESSAGE, saidOf } from "./link.js";
+import { notePassed, withoutFault } from "./lessons.js";
+import { isLink, isSharedWorld } from "./link.js";
+import { LoadedMaps } from "./loaded_maps.js";
+import { PageAddress } from "./page_address.js";
+import { type Answer, type Command, handle, type Handlers, type Question } from "./protocol.js";
+import { needsPriorMap } from "./protocol/methods.js";
+import type { EditName, Level, MapStart, MethodName, PriorMapSetup, SavedFile, SavedKind, SettingValues, Setup, SourceKind } from "./protocol/module.js";
+import { SAMPLE } from "./protocol/sample.js";
+import type { Tuning } from "./protocol/setup.js";
+import { Robot } from "./robot.js";
+import { downloadAll } from "./save.js";
+import type { Contest, Store, Toast } from "./store.js";
 import { greet } from "./tour.js";
 import type { Scene } from "./view/scene.js";
 import { LEAST_MOVE } from "./view/submaps.js";
 import { choices, forgetChoices, noteChoice } from "./visit.js";
 import { WayBack } from "./way_back.js";
 import { t } from "./words.js";
-
-/** Wall milliseconds within which the answer to Drive comes. */
-const LEASE_MILLIS = 5000;
 
 /** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
 const SOON_AGAIN_MILLIS = 10_000;
@@ -49,14 +46,10 @@ export class Client {
   /** What is said of the run that is about to start: what its building was read without, or what
       it begins in place of. */
   #skipped = "";
-  #bridge: { url: string; token: string } | null = null;
-  #askedLeaseAt = -Infinity;
-  readonly #ports = new SerialPorts((text) => {
-    // The mapper gets no more readings.
-    this.send({ kind: "unplug" });
-    this.warn(text);
-  });
   readonly files: Files;
+  readonly robot: Robot;
+  readonly address: PageAddress;
+  readonly loadedMaps: LoadedMaps;
   readonly #way: WayBack;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
@@ -73,6 +66,9 @@ export class Client {
   /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
     this.files = new Files(this, store);
+    this.robot = new Robot(this, store);
+    this.address = new PageAddress(this, store);
+    this.loadedMaps = new LoadedMaps(this, store);
     this.#way = new WayBack(store, this);
   }
 
@@ -135,7 +131,7 @@ export class Client {
 
   tellSaved(names: readonly string[]): void {
     const text = t`Saved ${names.join(", ")}`;
-    this.#note("good", text);
+    this.note("good", text);
     this.store.set("toast", { toast: { level: "good", text } });
   }
 
@@ -146,8 +142,6 @@ export class Client {
 
   /** How far the next run goes at once, s. */
   #until: number | null = null;
-  /** Name of the lesson that begins when it is known what there is. */
-  #wanted: string | null = null;
   /** What was asked of simulated runs that have not begun yet, and how many they are. */
   #asked: Partial<Setup> = {};
   #starts = 0;
@@ -238,103 +232,13 @@ export class Client {
     const token = tokenOf(location);
     const { host, url } = await hostOf(location);
     this.store.set("bridge", { host });
-    if (url) this.connect(url, token);
-    else if (!this.visit(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
+    if (url) this.robot.connect(url, token);
+    else if (!this.address.open(location.hash) && (isSharedWorld(location.hash) || !greet(this.store, this))) {
       const { speed = this.store.speed, ...setup } = choices();
       this.setSpeed(speed);
       this.start(setup);
       this.store.set("last", { lastRun: lastRun() });
     }
-  }
-
-  /** Begins what stands behind the page's address, a link or an experiment; `false` where nothing
-      does. */
-  visit(hash: string): boolean {
-    if (isLink(hash)) {
-      this.follow(hash);
-      return true;
-    }
-    const lesson = lessonAt(hash);
-    if (lesson !== null) {
-      this.#lesson(lesson);
-      return true;
-    }
-    const found = exhibitAt(hash);
-    if (found === null) {
-      if (isSaid(hash) && !isSharedWorld(hash)) this.refuse(t`The address ends in ${saidOf(hash)}, which names no run, lesson, experiment or world of this page.`);
-      return false;
-    }
-    if (typeof found !== "string") {
-      exhibit(this.store, this, found);
-      return true;
-    }
-    this.refuse(t`There is no experiment ${found}. Under Experiments (G) stand all that there are.`);
-    return false;
-  }
-
-  /** Begins a lesson as soon as it is known what there is. */
-  #lesson(name: string): void {
-    const { lessons } = this.store.offer;
-    if (lessons.length === 0) {
-      this.#wanted = name;
-      return;
-    }
-    const lesson = lessons.find((each) => each.name === name);
-    if (lesson) return teach(this.store, this, lesson);
-    this.refuse(t`There is no lesson ${name}. Under Experiments (G) stand all that there are.`);
-    if (this.#run === 0) this.start();
-  }
-
-  /** Devices at serial ports that this page has open. */
-  get plugged(): readonly string[] {
-    return this.#ports.kinds;
-  }
-
-  /** One more device at a serial port, which the browser asks the person for: among those behind
-      its usual adapters, or among all. */
-  async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
-    try {
-      await this.#ports.choose(kind, ofAll);
-      this.#cable(this.store.setup.method);
-    } catch (error) {
-      // The person closed the dialog: there is nothing to report.
-      if (error instanceof DOMException && error.name === "NotFoundError") return;
-      this.warn(t`The port cannot be used: ${faultOf(error).text}`);
-    }
-  }
-
-  /** Drives what is at the serial ports. */
-  #cable(method: MethodName): void {
-    this.send({ kind: "unplug" });
-    const wire = this.#ports.begin();
-    this.send({ kind: "cable", wire, ...this.#liveSetup(method) }, [wire]);
-  }
-
-  connect(url: string, token: string, method: MethodName = this.store.setup.method): void {
-    this.#bridge = { url, token };
-    this.send({ kind: "connect", url, token, ...this.#liveSetup(method) });
-  }
-
-  /** How a robot is mapped: a bridge has no map to hand out, so that without one its robot draws
-      its own. */
-  #liveSetup(method: MethodName): LiveSetup {
-    const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.store;
-    return { method: needsPriorMap(method) && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
-  }
-
-  /** Takes the right to drive, or gives it back. */
-  lease(take: boolean): void {
-    this.#askedLeaseAt = take ? performance.now() : -Infinity;
-    const driver = this.store.bridge?.driver ?? "";
-    this.send({ kind: "lease", take, force: driver !== "" });
-  }
-
-  /** Whether this page drives a real robot, or is about to: the answer to Drive may be on its
-      way. */
-  get mayBeDriving(): boolean {
-    const { source, bridge } = this.store;
-    const isAsked = performance.now() - this.#askedLeaseAt < LEASE_MILLIS;
-    return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
 
   /** Begins again in the saved map, from here in it. */
@@ -344,25 +248,6 @@ export class Client {
     store.set("run", { savedMap: { ...store.savedMap, start } });
     this.send({ kind: "begin-at", start });
     this.again("scan-matching");
-  }
-
-  /** Looks again where a loaded map lies. */
-  alignMap(id: number): void {
-    this.#ofMap(id, { isAligning: true });
-    this.send({ kind: "align-map", id });
-  }
-
-  dropMap(id: number): void {
-    this.send({ kind: "drop-map", id });
-    this.store.set("submaps", { loadedMaps: this.store.loadedMaps.filter((map) => map.id !== id) });
-  }
-
-  showMap(id: number, shown: boolean): void {
-    this.#ofMap(id, { shown });
-  }
-
-  #ofMap(id: number, patch: Partial<LoadedMap>): void {
-    this.store.set("submaps", { loadedMaps: this.store.loadedMaps.map((map) => (map.id === id ? { ...map, ...patch } : map)) });
   }
 
   /** Shows or hides submaps; whoever shows some wants to see them. */
@@ -397,19 +282,6 @@ export class Client {
   setDoor(index: number, open: boolean): void {
     this.send({ kind: "door", index, open });
     this.#wake();
-  }
-
-  emergency(on: boolean): void {
-    if (on) this.#ports.stop(true);
-    this.send({ kind: "emergency", on });
-  }
-
-  resetBridgeMap(): void {
-    this.send({ kind: "reset-bridge-map" });
-  }
-
-  setGeofence(zones: readonly FenceZone[]): void {
-    this.send({ kind: "set-geofence", zones: [...zones] });
   }
 
   explore(): void {
@@ -483,23 +355,11 @@ export class Client {
 
   stop(): void {
     this.store.set("run", { aiming: false, isStopped: true });
-    // Past the worker that maps, which may be busy.
-    this.#ports.stop(false);
+    this.robot.stop();
     const { source, reading } = this.store;
-    if (source === "bridge") this.#tellStop();
     // A robot is stopped also while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
-  }
-
-  /** What an order to stop does is seen at a robot that this page drives; all others are told. */
-  #tellStop(): void {
-    const { bridge } = this.store;
-    if (bridge?.connection !== "open") {
-      this.store.set("toast", { toast: { level: "warn", text: "There is no connection: this Stop does not reach the robot. Its bridge stops a robot whose driver is gone." } });
-    } else if (!bridge.hasLease) {
-      this.store.set("toast", { toast: { level: "good", text: "Stop was sent: the robot stops, whoever drives it." } });
-    }
   }
 
   /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
@@ -514,36 +374,17 @@ export class Client {
     this.send({ kind: "link", setup: this.store.started });
   }
 
-  async #giveLink(link: string): Promise<void> {
-    const address = addressOfLink(link);
-    const letters = address.length;
-    if (link.length > MOST_ADDRESS) {
-      this.warn(t`The link would have ${letters} letters, more than an address takes: the world in it is large. Save the run as a file instead: dropped onto this page it does the run again.`);
-      return;
-    }
-    history.replaceState(null, "", address);
-    try {
-      await navigator.clipboard.writeText(address);
-      if (letters > MOST_MESSAGE) {
-        this.warn(t`The link is copied, but it has ${letters} letters, and many messengers cut a message at ${MOST_MESSAGE}. Saved as a file it can be sent as well: dropped onto this page it does the run again.`);
-        return;
-      }
-      this.store.set("toast", { toast: { level: "good", text: isOwnAddress(location.hostname)
-        ? "The link is copied: it does this run again, to the bit, with all that you did. It leads to this computer: for others write the address of a page of slamlab that they reach in place of what stands before the #."
-        : "The link is copied: it does this run again, to the bit, with all that you did." } });
-    } catch {
-      // No clipboard without the right to it, or without TLS.
-      this.store.set("toast", { toast: { level: "info", text: "The link stands in the address of this page: it does this run again, with all that you did." } });
-    }
-  }
-
   /** What runs now, from its beginning: with the method given, or else with the one it had. */
   again(method?: MethodName): void {
     const { store } = this;
-    if (store.source === "bridge" && this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method ?? store.method));
-    else if (store.source === "bridge" && this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method ?? store.method);
-    else if (store.source === "replay" && this.files.recording) void this.files.open(this.files.recording, method ?? store.method);
+    if (store.source === "bridge" && this.robot.again(method ?? store.method)) return;
+    if (store.source === "replay" && this.files.recording) void this.files.open(this.files.recording, method ?? store.method);
     else this.start({ mode: "explore", ...(method === undefined ? {} : { method }) });
+  }
+
+  /** Whether there is a run. */
+  get hasRun(): boolean {
+    return this.#run !== 0;
   }
 
   /** What was asked for and cannot be; the run that begins in its place does not take that away. */
@@ -591,14 +432,13 @@ export class Client {
   readonly #handlers: Handlers<Answer> = {
     ready: (offer) => {
       this.store.set("run", { offer });
-      if (this.#wanted !== null) this.#lesson(this.#wanted);
-      this.#wanted = null;
-      if (!this.isBeside) void this.#ports.prepare();
+      this.address.offered();
+      if (!this.isBeside) this.robot.prepare();
     },
     started: (start) => {
       this.#answered(start.setup !== null);
       this.#run = start.run;
-      if (start.source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
+      this.robot.begins(start.source);
       this.store.compared = this.files.begins(start.source) ? this.#comparedWith(start.method) : [];
       // On the way to an earlier moment the view stays, and so does the speed.
       if (!start.isAgain) this.#pace(start.source);
@@ -672,7 +512,7 @@ export class Client {
     },
     preset: ({ name, settings }) => {
       this.usePreset({ name, settings });
-      this.#note("good", t`The preset "${name}" is in use`);
+      this.note("good", t`The preset "${name}" is in use`);
     },
     contest: ({ contest: found, running, error }) => this.store.set("contest", { contest: { ...this.store.contest, found, running, error } }),
     examined: (examined) => {
@@ -693,14 +533,10 @@ export class Client {
     "going-on": ({ name, picture, begins, told }) => {
       this.store.set("run", { loading: "", savedMap: picture && { name, picture, start: { from: "left" }, isBegun: false } });
       if (begins) this.again("scan-matching");
-      this.#note("good", told);
+      this.note("good", told);
     },
-    "map-loaded": ({ id, name, picture, path }) => {
-      const map: LoadedMap = { id, name, picture, path, shown: true, alignment: null, error: "", isAligning: true };
-      this.store.set("submaps", { loadedMaps: [...this.store.loadedMaps, map] });
-      if (path) this.#tellPath(name, path);
-    },
-    "map-aligned": ({ id, alignment, error }) => this.#ofMap(id, { alignment, error, isAligning: false }),
+    "map-loaded": (loaded) => this.loadedMaps.loaded(loaded),
+    "map-aligned": (aligned) => this.loadedMaps.aligned(aligned),
     renumbered: ({ submap, by }) => {
       const { store } = this;
       // Those behind it are numbered anew.
@@ -711,14 +547,14 @@ export class Client {
     "solved-graph": (solvedGraph) => {
       this.store.set("graph", { solvedGraph });
       this.store.set("tab", { tab: "run" });
-      this.#note("good", t`The pose graph ${solvedGraph.name} is solved: it is drawn under Run`);
+      this.note("good", t`The pose graph ${solvedGraph.name} is solved: it is drawn under Run`);
     },
     saved: ({ files }) => {
       downloadAll(files);
       this.tellSaved(files.map((file) => file.name));
     },
     collected: (collected) => this.#collecting.shift()?.(collected),
-    link: ({ link }) => void this.#giveLink(link),
+    link: ({ link }) => void this.address.give(link),
     kept: ({ link, asked }) => {
       if (asked) this.#askLink.shift()?.(link);
       else keepSimulation(this.store, link);
@@ -730,7 +566,7 @@ export class Client {
       }
       this.#answered(true);
       this.store.set("run", { loading: "", seeking: null });
-      this.#note("warn", text);
+      this.note("warn", text);
       this.warn(text, this.files.wayOutOf(text));
       // A link that is wrong leaves nothing to look at.
       if (this.#run === 0) this.onLost();
@@ -750,13 +586,8 @@ export class Client {
     return (left ? [...earlier, left] : earlier).filter(({ method }) => method !== next);
   }
 
-  #tellPath(name: string, { poses, seconds, repeated }: NonNullable<LoadedMap["path"]>): void {
-    const left = repeated > 0 ? ` ${t`${repeated} more have the same time as another one, and were left out.`}` : "";
-    this.#note("good", `${t`${name}: a path of ${poses} poses in ${seconds.toFixed(0)} s is drawn beside the way of the run; Run says how it lies.`}${left}`);
-    this.store.set("toast", { toast: { level: "good", text: t`${name}: a path of ${poses} poses in ${seconds.toFixed(0)} s is drawn beside the way of the run; Run says how it lies.` } });
-  }
-
-  #note(level: Level, text: string): void {
+  /** A line of the log, of this moment of the run. */
+  note(level: Level, text: string): void {
     this.store.note({ time: this.store.status?.time ?? 0, level, text });
   }
 

@@ -146,7 +146,7 @@ client.onRestart = () => {
 /** The registration lab, over all else; its code comes when it is opened first. */
 let lab: SlamRegistration | null = null;
 async function showLab(): Promise<void> {
-  if (client.mayBeDriving) client.stop();
+  if (client.robot.mayBeDriven) client.stop();
   if (!lab) {
     if (!(await bundle(store, "registration.js", "The registration lab"))) return;
     lab ??= Object.assign(document.createElement("slam-registration") as SlamRegistration, { store, keyframes, onClose: hideLab });
@@ -228,7 +228,7 @@ async function openArchive(file: File): Promise<void> {
 let editor: SlamEditor | null = null;
 let goesOn = false;
 async function showEditor(link: string | null = null): Promise<void> {
-  if (client.mayBeDriving) client.stop();
+  if (client.robot.mayBeDriven) client.stop();
   if (!editor?.isConnected) goesOn = store.source === "sim" && store.playing;
   if (goesOn) client.send({ kind: "pause" });
   if (!editor) {
@@ -411,7 +411,7 @@ Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 
 // An address that is changed while the page is open.
 addEventListener("hashchange", () => isSharedWorld(location.hash) && void showEditor(location.hash));
-addEventListener("hashchange", () => client.visit(location.hash) || store.set("exhibit", { exhibit: null }));
+addEventListener("hashchange", () => client.address.open(location.hash) || store.set("exhibit", { exhibit: null }));
 // Who begins something else leaves the experiment, and its address.
 store.on("exhibit", () => {
   if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
@@ -435,7 +435,7 @@ for (const topic of ["run", "lesson"] as const) {
 
 // Nobody steers a robot from a page that is out of sight.
 document.addEventListener("visibilitychange", () => {
-  if (document.hidden && client.mayBeDriving) client.stop();
+  if (document.hidden && client.robot.mayBeDriven) client.stop();
 });
 
 // A bridge that is there again may be of another build than the page.

@@ -71,9 +71,9 @@ export class SlamBridge extends SlamElement {
       ${bridge.connection === "open" ? state(bridge) : ""}
       ${this.#map(bridge)}
       ${bridge.recording && bridge.connection === "open" ? html`<details data-testid="recordings-of-bridge" @toggle=${this.#lists}><summary>Recordings</summary>${this.#canList ? html`<slam-recordings .store=${this.store} .client=${this.client}></slam-recordings>` : nothing}</details>` : nothing}
-      <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
+      <button class="emergency" data-testid="emergency" aria-pressed=${bridge.emergency} ?disabled=${(bridge.connection !== "open" && this.client.robot.plugged.length === 0) || (bridge.emergency && !bridge.hasLease)}
         title=${bridge.emergency ? "Take the right to drive, then undo the emergency stop; nothing moves by that" : "Cuts the motors off; they stay off until this is undone"}
-        @click=${() => this.client.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
+        @click=${() => this.client.robot.emergency(!bridge.emergency)}>${icons.stop} ${bridge.emergency ? "Undo the emergency stop" : "Emergency stop"}</button>
     `;
   }
 

@@ -48,7 +48,7 @@ function drawing({ store, client }: Here, fence: FenceDraft): TemplateResult {
   const set = (fence: FenceDraft | null): void => store.set("run", { fence });
   const { corners, zones, keepOut } = fence;
   const done = (): void => {
-    client.setGeofence((corners.length > 0 ? closed(fence) : fence).zones);
+    client.robot.setGeofence((corners.length > 0 ? closed(fence) : fence).zones);
     set(null);
   };
   return html`<fieldset data-testid="geofence-editor">
@@ -71,11 +71,11 @@ function drawing({ store, client }: Here, fence: FenceDraft): TemplateResult {
 }
 
 function anew(client: Client): void {
-  if (confirm(t("Begin the bridge's own map anew, from where the robot stands? Its geofence is gone with it."))) client.resetBridgeMap();
+  if (confirm(t("Begin the bridge's own map anew, from where the robot stands? Its geofence is gone with it."))) client.robot.resetMap();
 }
 
 function lift(client: Client): void {
-  if (confirm(t("Lift the geofence? The robot may drive everywhere then. It is to be drawn again once the robot has found itself."))) client.setGeofence([]);
+  if (confirm(t("Lift the geofence? The robot may drive everywhere then. It is to be drawn again once the robot has found itself."))) client.robot.setGeofence([]);
 }
 
 function areas(count: number): string {

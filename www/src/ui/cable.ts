@@ -16,12 +16,12 @@ export class SlamCable extends SlamElement {
   #ofAll = false;
 
   override render(): TemplateResult {
-    const { plugged } = this.client;
+    const { plugged } = this.client.robot;
     return html`<details data-testid="cable" ?open=${plugged.length > 0}>
       <summary>Robot at a cable of this computer</summary>
       ${webSerial()
         ? html`<p>Choose what is plugged in; the browser then asks for its port. Several devices work together. The robot stands until you press Drive, and stops when this page is out of sight.</p>
-          <div class="row">${this.store.offer.devices.map((kind) => html`<button data-testid="plug-${kind.name}" title=${kind.about} aria-pressed=${plugged.includes(kind.name)} @click=${() => void this.client.plug(kind, this.#ofAll)}>${kind.title}</button>`)}</div>
+          <div class="row">${this.store.offer.devices.map((kind) => html`<button data-testid="plug-${kind.name}" title=${kind.about} aria-pressed=${plugged.includes(kind.name)} @click=${() => void this.client.robot.plug(kind, this.#ofAll)}>${kind.title}</button>`)}</div>
           <label><input type="checkbox" data-testid="all-ports" .checked=${this.#ofAll} @change=${(e: Event) => (this.#ofAll = isChecked(e))}> Offer every port, also those of other adapters</label>
           ${plugged.length > 0 ? html`<div class="row"><button data-testid="unplug" @click=${() => this.client.start({ mode: "explore" })}>Leave the robot</button></div>` : ""}`
         : html`<p data-testid="no-web-serial">This browser has no Web Serial. Chrome, Edge and Opera on a computer have, where the page's address begins with https or is this computer's own. In all others use the bridge on the robot.</p>`}

@@ -34,7 +34,7 @@ export class SlamRenewal extends SlamElement {
 
   #renew(): void {
     // Nobody is left driving a robot.
-    if (this.client.mayBeDriving) this.client.stop();
+    if (this.client.robot.mayBeDriven) this.client.stop();
     renew();
   }
 

@@ -142,11 +142,11 @@ export class SlamSubmaps extends SlamElement {
     return html`<li data-testid="loaded-map-${id}"><div class="row">
       <button class="name" ?disabled=${!alignment} title=${alignment ? "Go to it on the map" : ""} @click=${() => alignment && this.#lookAt(boundsOf(path ? picture.way : picture.walls, alignment.pose))}>
         <b>${name}</b><span class="num muted">${path ? t`${path.poses} poses` : picture.submaps === 1 ? t`${picture.points} points` : t`${picture.submaps} submaps`}</span></button>
-      ${this.#eye(shown && alignment !== null, name, `loaded-eye-${id}`, !alignment, () => this.client.showMap(id, !shown))}
-      <button class="icon" data-testid="drop-map-${id}" aria-label="Remove ${name} from the list" title="Remove from the list" @click=${() => this.client.dropMap(id)}>${icons.close}</button>
+      ${this.#eye(shown && alignment !== null, name, `loaded-eye-${id}`, !alignment, () => this.client.loadedMaps.show(id, !shown))}
+      <button class="icon" data-testid="drop-map-${id}" aria-label="Remove ${name} from the list" title="Remove from the list" @click=${() => this.client.loadedMaps.drop(id)}>${icons.close}</button>
       </div>
       <p class="fit ${alignment ? "good" : ""}" data-testid="fit-${id}">${isAligning ? "Looking where it lies…" : this.#fit(map)}</p>
-      ${isAligning ? nothing : html`<div class="two own"><button data-testid="align-map-${id}" title="Look where it lies in the map as it is drawn now" @click=${() => this.client.alignMap(id)}>${icons.again} Align again</button></div>`}
+      ${isAligning ? nothing : html`<div class="two own"><button data-testid="align-map-${id}" title="Look where it lies in the map as it is drawn now" @click=${() => this.client.loadedMaps.align(id)}>${icons.again} Align again</button></div>`}
     </li>`;
   }
 

@@ -125,7 +125,7 @@ export class SlamTransport extends SlamElement {
     const why = bridge?.mayDrive === false ? "Only with the token of a driver or an owner: open the address that holds it"
       : drives ? "Give back the right to drive; the robot stops" : others ? t`${bridge?.driver} drives; taking over stops the robot first` : "Take the right to drive, and arm the robot";
     return html`<button class="lease" data-testid="lease" aria-pressed=${drives} ?disabled=${!may} title=${why}
-      @click=${this.press(() => this.client.lease(!drives))}>${icons.hand} ${words}</button>`;
+      @click=${this.press(() => this.client.robot.lease(!drives))}>${icons.hand} ${words}</button>`;
   }
 
   #modes(): TemplateResult {
