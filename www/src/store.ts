@@ -232,6 +232,11 @@ export class Store {
     this.notify(topic);
   }
 
+  /** The planners are compared: a click on the map chooses their start or goal. */
+  get comparesPaths(): boolean {
+    return this.tab === "paths";
+  }
+
   /** Whether what is shown is a robot that is not heard. */
   get isCutOff(): boolean {
     return this.source === "bridge" && this.bridge?.connection !== "open";

@@ -253,7 +253,7 @@ export class SlamLegend extends SlamElement {
   #entries(): readonly Entry[] {
     const { store } = this;
     const isThere = (e: Entry): boolean => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0);
-    const makesRoom = (e: Entry): boolean => store.tab === "paths" && isOfPlan(e.name);
+    const makesRoom = (e: Entry): boolean => store.comparesPaths && isOfPlan(e.name);
     return ENTRIES.filter((e) => isThere(e) && (store.source === "sim" ? !e.realOnly : !e.simOnly))
       .map((e) => (makesRoom(e) ? { ...e, makesRoom: true, meaning: t`${e.meaning} Not drawn while Paths is open: there paths are compared.` } : e));
   }

@@ -28,13 +28,13 @@ export class SlamNext extends SlamElement {
   #isOver = false;
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source, tab, layers, editing, inspecting, isStopped, tour, exhibit, offer: { worlds }, setup } = this.store;
+    const { status, source, tab, comparesPaths, layers, editing, inspecting, isStopped, tour, exhibit, offer: { worlds }, setup } = this.store;
     this.#isOver = status !== null && (status.finished || (this.#isOver && isStopped));
     if (!this.#isOver) this.#closed = false;
     // Those have a next step of their own, runs side by side are compared already, and a robot
     // behind a bridge is told what to do by who drives it. On a phone what is open covers the map.
     if (!this.#isOver || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
-    if (layers.rooms || tab === "paths" || (tab !== "" && isNarrow())) return nothing;
+    if (layers.rooms || comparesPaths || (tab !== "" && isNarrow())) return nothing;
     const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];
     return html`<div data-testid="next" role="group" aria-label="What next?"><span>What next?</span>
       ${source === "sim" && world !== undefined ? html`<button data-testid="next-world" title="The robot maps a building that it has never seen" @click=${this.#do(() => this.client.start({ world, worldJson: null, mode: "explore" }))}>Another building</button>` : nothing}

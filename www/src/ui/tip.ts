@@ -34,10 +34,10 @@ export class SlamTip extends SlamElement {
   }
 
   override render(): TemplateResult | typeof nothing {
-    const { status, source, tab, layers, editing, inspecting, tour, exhibit } = this.store;
+    const { status, source, comparesPaths, layers, editing, inspecting, tour, exhibit } = this.store;
     // The tour says so at its end, and an experiment has a story of its own. A click chooses a
     // room, or start and goal, where those are shown.
-    if (this.#seen || tour || exhibit || currentLesson(this.store) || editing || inspecting || layers.rooms || tab === "paths" || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
+    if (this.#seen || tour || exhibit || currentLesson(this.store) || editing || inspecting || layers.rooms || comparesPaths || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
       return nothing;

@@ -10,33 +10,30 @@
 // Record and ground take long, and so may overlays: at most one of those is drawn for a picture. In
 // another order of layers more is on the quicker sheets (`parts.ts`).
 
-import { css, html, nothing, type TemplateResult } from "lit";
-import { degrees } from "../angle.js";
+import { html, nothing, type TemplateResult } from "lit";
 import { sendByClick } from "../errand.js";
 import { withCorner } from "../fence.js";
-import { current as currentLesson } from "../lessons.js";
-import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
-import { isNarrow } from "../screen.js";
 import { SlamElement } from "../ui/element.js";
-import { icons } from "../ui/icons.js";
-import { tearWords } from "../ui/tears.js";
 import { t } from "../words.js";
 import { type Box, Camera, NEAR, union } from "./camera.js";
 import { CanvasBulk } from "./canvas_bulk.js";
 import { CanvasSurface } from "./canvas_surface.js";
+import { freeRoom } from "./free_room.js";
 import { listenToGestures } from "./gestures.js";
 import { Graphics } from "./graphics.js";
 import { isInDoubt, ruleStep } from "./layers/grid.js";
 import type { Brush } from "./layers/layer.js";
+import { mapStyle } from "./map_style.js";
+import { mapTools } from "./map_tools.js";
 import { type Palette, readPalette } from "./palette.js";
 import { drawSheet } from "./parts.js";
 import type { Bulk, Pencil } from "./painter.js";
 import type { Scene } from "./scene.js";
 import { Sheets } from "./sheets.js";
 import { SHEETS, type Surface } from "./surface.js";
-import { hitAt, KEY_REACH, REACH, roomAt, type Sight, targetAt, type Thing, thingsAt } from "./things.js";
+import { isDoorOpen, KEY_REACH, REACH, roomAt, type Sight, targetAt, thingsAt } from "./things.js";
 import type { Tiles } from "./tiles.js";
-import { fieldWords, metres, readingWords } from "./words.js";
+import { placeWords } from "./words.js";
 
 /** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
 const EASE = 6;
@@ -50,61 +47,12 @@ const LONGEST_IDLE = 1000;
 const LEAST_ANGLE = 1e-3;
 /** How far beside the card it comes out, CSS pixels. */
 const UNCOVERED = 40;
-/** Pixels of free height from which on a phone has room for the scale. */
-const LEAST_SCALED = 140;
-
-/** Pixels of width from which on a story has room beside the map. */
-const LEAST_BESIDE = 960;
-/** Pixels of height of a name alone, which leaves the map its room. */
-const LEAST_TOLD = 130;
-/** What the buttons at its right take of a phone's map. */
-const TOOLS = 58;
-/** What the line of a run's past takes of the lower end, CSS pixels. */
-const TIME_LINE = 50;
-
-/** The panels that a phone shows as a sheet over the map. */
-const PANELS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 /** What a change would go from and to, map frame, m. */
 type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
 
 export class SlamMap extends SlamElement {
-  static override styles = css`
-    :host { position: absolute; inset: 0; overflow: hidden; background: var(--map-unknown); }
-    canvas { position: absolute; inset: 0; width: 100%; height: 100%; display: block; transform-origin: 0 0; }
-    #gl[hidden] { display: none; }
-    #pad { position: absolute; inset: 0; cursor: crosshair; touch-action: none; outline-offset: -3px; }
-    #pad.plain { cursor: grab; }
-    #pad.wall, #pad.door { cursor: pointer; }
-    #pad:active { cursor: grabbing; }
-    #pad.draws, #pad.draws:active { cursor: crosshair; }
-    #pad.inspects { cursor: help; }
-    #cross { position: absolute; width: 25px; height: 25px; margin: -13px 0 0 -13px; pointer-events: none; color: var(--map-path); display: none; }
-    #pad:focus-visible ~ #cross { display: block; }
-    #tools { position: absolute; right: 14px; top: 14px; display: flex; flex-direction: column; gap: 6px; }
-    #tools button { background: var(--glass); }
-    #tools button[aria-pressed="true"] { background: var(--accent); color: var(--on-accent); border-color: transparent; }
-    #foot { position: absolute; left: 16px; bottom: 14px; display: flex; flex-direction: column; gap: 8px; pointer-events: none; font: 500 12px/1.3 var(--mono); color: var(--ink); }
-    #hover { background: var(--glass); border: 1px solid var(--line); border-radius: 6px; padding: 4px 8px; width: max-content; max-width: clamp(220px, 50cqw - 232px, 350px); }
-    #scale { display: flex; align-items: end; gap: 8px; }
-    #bar { height: 6px; border: 1.5px solid var(--ink); border-top: 0; opacity: .8; }
-    /* Beside the dock there is no room for a long line but on very wide screens. */
-    @container stage (max-width: 1700px) { #foot { bottom: var(--foot, 142px); } }
-    /* The layers stand over its lower left. */
-    @container stage (min-width: 824px) { :host(:not([told])) #hover { margin-left: 224px; } }
-    @media (max-width: 760px) {
-      #foot { bottom: auto; top: var(--foot-top, 12px); left: 12px; }
-      :host([low]) #scale { display: none; }
-      #hover { display: none; }
-      #tools { right: 10px; top: calc(var(--card, 0px) + 10px); }
-      :host([told]) #tools { display: none; }
-    }
-    /* On a wider page the header has it. */
-    @media (min-width: 481px) { #tools .narrow { display: none; } }
-    @media (pointer: coarse) and (max-width: 760px) {
-      #tools .pinch { display: none; }
-    }
-  `;
+  static override styles = mapStyle;
 
   protected override readonly topics = ["view", "run"] as const;
   readonly camera = new Camera();
@@ -209,7 +157,7 @@ export class SlamMap extends SlamElement {
   /** By lit's own `html`: what the map is drawn on stays when the language changes, and only its
       labels are said anew. */
   override render(): TemplateResult {
-    const { follow, source, editing, fence, inspecting, layers, method } = this.store;
+    const { source, editing, fence, inspecting } = this.store;
     return html`
       <canvas id="gl" hidden></canvas>
       <canvas id="ground"></canvas>
@@ -221,16 +169,7 @@ export class SlamMap extends SlamElement {
         @keydown=${this.#key}
       ></div>
       <svg id="cross" viewBox="0 0 25 25" aria-hidden="true"><path d="M12.5 1v8m0 7v8M1 12.5h8m7 0h8" stroke="currentColor" stroke-width="2"/></svg>
-      ${this.lead ? nothing : html`<div id="tools" role="group" aria-label=${t("View")}>
-        <button class="icon pinch" title=${t("Zoom in (+)")} aria-label=${t("Zoom in")} @click=${() => this.zoom(1.5)}>${icons.plus}</button>
-        <button class="icon pinch" title=${t("Zoom out (−)")} aria-label=${t("Zoom out")} @click=${() => this.zoom(1 / 1.5)}>${icons.minus}</button>
-        <button class="icon" title=${t("Show everything (0)")} aria-label=${t("Show everything")} @click=${() => this.fit()}>${icons.fit}</button>
-        ${this.camera.angle === 0 ? nothing : html`<button class="icon" data-testid="upright" title=${t("Turn the map upright (J)")} aria-label=${t("Turn the map upright")} @click=${() => this.turn()}>${icons.needle(degrees(this.camera.angle))}</button>`}
-        <button class="icon" title=${t("Follow the robot (F)")} aria-label=${t("Follow the robot")} aria-pressed=${follow} @click=${() => this.toggleFollow()}>${icons.follow}</button>
-        ${source === "sim" ? html`<button class="icon narrow" data-testid="peek-map" title=${t("Truth")} aria-label=${t("Truth")} aria-pressed=${layers.truth} @click=${() => this.store.toggleLayer("truth")}>${layers.truth ? icons.eye : icons.hidden}</button>` : nothing}
-        <button class="icon" data-testid="inspect" title=${t("Inspect: click anything for its numbers (I)")} aria-label=${t("Inspect")} aria-pressed=${inspecting} @click=${() => this.toggleInspecting()}>${icons.inspect}</button>
-        ${method === "scan-matching" ? html`<button class="icon" data-testid="edit-map" title=${t("Change the map by hand (E)")} aria-label=${t("Change the map by hand")} aria-pressed=${editing !== null} @click=${() => this.toggleEditing()}>${icons.pencil}</button>` : nothing}
-      </div>`}
+      ${this.lead ? nothing : mapTools(this)}
       <div id="foot"><div id="hover" data-testid="hover" hidden></div><div id="scale"><div id="bar"></div><span id="length"></span></div></div>
     `;
   }
@@ -345,8 +284,8 @@ export class SlamMap extends SlamElement {
     this.store.choose(mark ? [mark] : []);
     if (mark?.kind === "torn") return;
     if (wall !== null && !this.store.aiming) this.store.point({ pinned: wall });
-    else if (this.store.tab === "paths" && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
-    else if (door !== null) this.client.setDoor(door, !this.#isOpen(door));
+    else if (this.store.comparesPaths && !this.store.aiming) this.client.contest({ [this.store.contest.picking]: [x, y] });
+    else if (door !== null) this.client.setDoor(door, !isDoorOpen(this.scene, door));
     else if (mark) return;
     else if (room !== null) this.store.set("rooms", { roomSpot: [x, y] });
     else sendByClick(this.#leader.store, () => this.client.goTo(x, y), isByKey);
@@ -413,22 +352,10 @@ export class SlamMap extends SlamElement {
   #hover(screenX: number, screenY: number): void {
     const [x, y] = this.camera.toMap(screenX, screenY);
     if (this.#draft) this.#setDraft({ ...this.#draft, to: [x, y] });
-    const p = this.scene.tiles.probabilityAt(x, y);
-    const what = p === null ? t("unknown") : p >= 0.5 ? t`${Math.round(p * 100)} % obstacle` : t`${Math.round((1 - p) * 100)} % free`;
+    const target = targetAt(this.#sight, x, y);
+    const { mark, wall, door } = target;
     const readout = this.#element("hover");
-    const { mark, wall, door, room } = targetAt(this.#sight, x, y);
-    const reading = hitAt(this.#sight, x, y);
-    const tiles = this.#tiles();
-    const value = tiles === this.scene.tiles ? 0 : tiles.byteAt(x, y);
-    const more = [
-      value === 0 ? "" : ` · ${fieldWords(this.store.gridView, value, this.scene.field.step)}`,
-      wall === null ? "" : ` · ${t`wall ${wall}`}`,
-      door === null || this.store.inspecting ? "" : ` · ${this.#isOpen(door) ? t`door ${door + 1}, click to shut it` : t`door ${door + 1}, click to open it`}`,
-      room === null ? "" : ` · ${t`region ${this.store.roomNumbers[room]}`}`,
-      mark === null ? "" : ` · ${markWords(mark)}`,
-      reading === null ? "" : ` · ${readingWords(reading)}`,
-    ];
-    readout.textContent = `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
+    readout.textContent = placeWords(this.#sight, this.#tiles(), target, x, y);
     this.#element("pad").classList.toggle("door", door !== null || mark !== null);
     readout.toggleAttribute("hidden", false);
     this.#light(wall);
@@ -439,39 +366,18 @@ export class SlamMap extends SlamElement {
     if (wall !== (this.store.spot.hovered[0] ?? null)) this.store.point({ hovered: wall === null ? [] : [wall] });
   }
 
-  #isOpen(door: number): boolean {
-    return this.scene.doors[door * DOOR_STRIDE + DOOR.ordered] === 1;
-  }
-
   #resize(): void {
     const { clientWidth, clientHeight } = this;
     if (clientWidth === 0 || clientHeight === 0) return;
     const ratio = Math.min(devicePixelRatio || 1, 2);
     Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
-    const phone = isNarrow();
-    const dock = parseFloat(getComputedStyle(this).getPropertyValue("--dock")) || 0;
-    // An open sheet covers the lower part of the map: what is fitted goes above it.
-    const sheet = phone && this.store.tab !== "" ? document.querySelector(PANELS[this.store.tab])?.getBoundingClientRect() : undefined;
-    const covered = sheet && sheet.height > 0 ? this.getBoundingClientRect().bottom - sheet.top : dock;
-    // In the strip that a long sheet leaves there is room for the robot only.
-    this.toggleAttribute("low", clientHeight - covered < LEAST_SCALED);
-    // What is told covers the upper part of a phone, and stands beside the map where there is room
-    // for both. During the tour there is no legend.
-    const isTold = this.store.tour !== null || this.store.exhibit !== null || currentLesson(this.store) !== null || this.store.lastRun !== null;
-    const inspector = document.querySelector("#inspector")?.getBoundingClientRect();
-    const story = isTold ? (document.querySelector("#tour")?.getBoundingClientRect().height ?? 0) : 0;
-    const card = Math.max(inspector?.height ?? 0, story);
-    const legend = inspector && inspector.width > 0 ? inspector.right - this.getBoundingClientRect().left + 12 : matchMedia("(min-width: 1180px)").matches && !this.store.tour ? 238 : 14;
-    const told = story > LEAST_TOLD && clientWidth >= LEAST_BESIDE ? 372 : 0;
+    const { inset, card, isLow } = freeRoom(this, this.store);
+    this.toggleAttribute("low", isLow);
     // During the tour there are few controls, on a phone those for the thumb alone.
     this.toggleAttribute("told", this.store.tour !== null);
     this.style.setProperty("--card", `${card}px`);
-    const offered = document.querySelector("#tip")?.getBoundingClientRect().height ?? 0;
     const before = this.camera.inset;
-    // Runs side by side have their names above, and nothing over them else.
-    this.camera.inset = document.body.hasAttribute("data-race") ? { top: 44, right: phone ? 12 : 62, bottom: 12, left: 12 } : phone
-      ? { top: card + 20, right: this.store.tour ? 12 : TOOLS, bottom: covered + 12 + (sheet ? 0 : offered), left: 12 }
-      : { top: 24, right: 62 + told, bottom: (this.store.inCycle ? 206 : 92) + (this.store.source === "bridge" ? 0 : TIME_LINE) + (offered > 0 ? offered + 12 : 0), left: legend };
+    this.camera.inset = inset;
     this.#uncover(before);
     this.#sheets?.resize(this.camera);
     this.#fitAt = -Infinity;
@@ -564,7 +470,7 @@ export class SlamMap extends SlamElement {
     const palette = (this.#palette ??= readPalette());
     const tiles = this.#tiles();
     tiles.colour(palette, tiles === scene.tiles ? (store.gridView === "three" ? "three" : "continuous") : store.gridView);
-    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(this.#layers), store.layerOrder.join(), store.tab === "paths"].join();
+    const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height, palette.css.ink, store.gridView, JSON.stringify(this.#layers), store.layerOrder.join(), store.comparesPaths].join();
     const lively = scene.submaps.isLively ? now : 0;
     const alive = (store.playing || scene.submaps.isLively) && !this.#still.matches ? now : 0;
     const drawn = this.#sheets?.draw(camera, now, {
@@ -612,8 +518,8 @@ export class SlamMap extends SlamElement {
 
   /** What the contest was asked, while its panel is open: the robot may have gone on since. */
   #contest(): Brush["contest"] {
-    const { tab, contest } = this.store;
-    if (tab !== "paths") return null;
+    const { comparesPaths, contest } = this.store;
+    if (!comparesPaths) return null;
     const { found, start, goal } = contest;
     const begun = found ? [found.ask.ends[0], found.ask.ends[1]] as const : null;
     return { found, start: start ?? begun, goal };
@@ -638,13 +544,6 @@ export class SlamMap extends SlamElement {
     if (!element) throw new Error(`no #${id} in the map`);
     return element;
   }
-}
-
-/** A mark of the map in the read-out. */
-function markWords(mark: Thing): string {
-  if (mark.kind === "closure") return t`closure ${mark.name[0]}–${mark.name[1]}`;
-  if (mark.kind === "join") return t`join ${mark.submap - 1}–${mark.submap}`;
-  return mark.kind === "torn" ? t`${tearWords(mark.tear)}, click to see more` : "";
 }
 
 customElements.define("slam-map", SlamMap);

@@ -59,8 +59,8 @@ export interface Sight {
 /** The mark of the map there that a click always chooses: a torn place, a loop closure, or a join
     of the pose graph. Not while a goal or a plan is being chosen. */
 export function markAt({ store, scene, px }: Sight, x: number, y: number, reach = REACH): Thing | null {
-  const { layers, aiming, tab, quality } = store;
-  if (aiming || tab === "paths") return null;
+  const { layers, aiming, comparesPaths, quality } = store;
+  if (aiming || comparesPaths) return null;
   // Marks lie over all else.
   const tear = layers.torn ? tearAt(quality?.tears ?? [], x, y, px(Math.max(MARK, reach))) : null;
   if (tear) return { kind: "torn", tear };
@@ -83,13 +83,18 @@ export interface Target {
 }
 
 export function targetAt(sight: Sight, x: number, y: number): Target {
-  const { store: { layers, aiming, tab, rooms }, scene, px } = sight;
+  const { store: { layers, aiming, tab, comparesPaths, rooms }, scene, px } = sight;
   return {
     mark: markAt(sight, x, y, clickSends(sight.store) === "goes" ? LINE_REACH : REACH),
     wall: tab === "filter" ? wallAt(scene.lines, x, y, px(ACTS)) : null,
-    door: layers.truth && !aiming && tab !== "paths" ? doorAt(scene.doors, x, y, px(ACTS)) : null,
+    door: layers.truth && !aiming && !comparesPaths ? doorAt(scene.doors, x, y, px(ACTS)) : null,
     room: rooms && layers.rooms && !aiming ? roomAt(rooms, x, y) : null,
   };
+}
+
+/** Whether a door of the world is open, or is about to be. */
+export function isDoorOpen({ doors }: Scene, door: number): boolean {
+  return doors[door * DOOR_STRIDE + DOOR.ordered] === 1;
 }
 
 /** How the hit there was read, while the scan is shown. */
