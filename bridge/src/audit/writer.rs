@@ -116,18 +116,10 @@ impl Writer {
         }
     }
 
+    /// The hub tells everybody, and logs it.
     fn say(&self, why: Option<String>) {
-        let mut fault = self
-            .fate
-            .fault
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        if *fault != why {
-            if let Some(why) = &why {
-                tracing::error!("audit: {why}");
-            }
-            *fault = why;
-        }
+        let fault = &self.fate.fault;
+        *fault.lock().unwrap_or_else(PoisonError::into_inner) = why;
     }
 }
 

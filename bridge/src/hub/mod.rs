@@ -5,6 +5,7 @@
 //! into the clients' outboxes and to the recorder. One task owns everything, so there is nothing to
 //! lock and one order of things. No rule stands here.
 
+mod mapped;
 pub(crate) mod outbox;
 mod told;
 
@@ -14,8 +15,7 @@ use std::time::Duration;
 
 use slamlab_core::device::hub::{Action, Hub};
 use slamlab_core::wire::message::{
-    BridgeHello, DeviceState, FromBridge, Header, Lease, Notice, RefusalReason, Right, Role,
-    Severity, ToBridge, ZoneBody, close,
+    DeviceState, FromBridge, Header, Lease, Notice, RefusalReason, Severity, ToBridge, close,
 };
 use tokio::sync::{mpsc, oneshot, watch};
 use tokio::time::Instant;
@@ -24,12 +24,12 @@ use crate::access_log::{AccessLog, Kind, Peer};
 use crate::audit::{Audit, Story, What};
 use crate::clock::Clock;
 use crate::ending::GOING_AWAY;
-use crate::mapping::{self, MapError, Mapping, Ready, Shown, ToHub};
 use crate::metrics::Metrics;
 use crate::record::Recorder;
-use crate::rights::{Granted, Name, Rights};
+use crate::rights::{Granted, Rights};
 use crate::safety::ClientId;
 use crate::source::{Order, Running, SourceEvent};
+use mapped::{Mapped, found};
 use outbox::Outbox;
 
 /// Messages of clients that wait for the hub; who sends more waits.
@@ -94,27 +94,6 @@ pub(crate) struct Parts {
     pub(crate) rights: watch::Receiver<Arc<Rights>>,
 }
 
-/// The mapper, as the hub has it.
-struct Mapped {
-    client: ClientId,
-    outbox: Arc<Outbox>,
-    mapping: Arc<Mapping>,
-    shown: watch::Receiver<Shown>,
-    /// As everybody was told last.
-    told: Shown,
-    is_broken: bool,
-    /// By which the robot goes home; without one it holds.
-    right: Option<Name>,
-    role: Role,
-}
-
-/// Its thread ends with the hub, however that ends.
-impl Drop for Mapped {
-    fn drop(&mut self) {
-        self.outbox.close(GOING_AWAY);
-    }
-}
-
 /// The hub at work, with all that it tells.
 pub(crate) struct Task {
     hub: Hub,
@@ -168,54 +147,6 @@ impl Task {
             recording_fault: None,
             next_report: Duration::ZERO,
         }
-    }
-
-    /// Lets the mapper in, as a client that counts as none, and begins to map.
-    ///
-    /// # Errors    [`MapError`]: there is no thread for it.
-    pub(crate) fn map(
-        &mut self,
-        ready: Ready,
-        hello: BridgeHello,
-        hub: mpsc::Sender<FromClient>,
-    ) -> Result<Arc<Mapping>, MapError> {
-        let right = ready.home.as_ref().map(|home| home.right.clone());
-        let role = self.role_by(right.as_ref());
-        let outbox = Arc::new(Outbox::default());
-        let shown = Right {
-            role,
-            name: String::new(),
-        };
-        let client = self.hub.join_own(mapping::NAME.to_owned(), shown);
-        let to_hub = ToHub { client, hub };
-        let zones = ready.zones.clone();
-        let mapping = ready.start(hello, Arc::clone(&outbox), to_hub, self.clock)?;
-        let mapping = Arc::new(mapping);
-        self.mapped = Some(Mapped {
-            client,
-            outbox,
-            shown: mapping.shown(),
-            mapping: Arc::clone(&mapping),
-            told: Shown::default(),
-            is_broken: false,
-            right,
-            role,
-        });
-        self.hub.maps();
-        if let Err(error) = self.hub.fence_in(self.clock.now(), &zones) {
-            // They were looked at when they were read.
-            tracing::error!("the geofence: {error}");
-        }
-        self.act();
-        Ok(mapping)
-    }
-
-    /// What a right is good for now.
-    fn role_by(&self, right: Option<&Name>) -> Role {
-        let rights = self.rights.borrow();
-        right
-            .and_then(|right| rights.role_of(right))
-            .unwrap_or_default()
     }
 
     /// Runs until `stop` ends; then the robot is stopped, and every connection closed.
@@ -276,30 +207,6 @@ impl Task {
         }
         self.follow_right(now);
         self.act();
-    }
-
-    /// The mapper may what its right says now.
-    fn follow_right(&mut self, now: Duration) {
-        let right = self.mapped.as_ref().and_then(|mapped| mapped.right.clone());
-        let role = self.role_by(right.as_ref());
-        let Some(mapped) = self.mapped.as_mut().filter(|mapped| mapped.role != role) else {
-            return;
-        };
-        mapped.role = role;
-        let (client, may_drive) = (mapped.client, role.may_drive());
-        self.hub.give(now, client, role);
-        let right = right.map_or(String::new(), |right| right.to_string());
-        let (severity, text) = match may_drive {
-            true => (
-                Severity::Info,
-                format!("The right {right} is there: the robot may go home by itself."),
-            ),
-            false => (
-                Severity::Warning,
-                format!("The right {right} was taken away: the robot does not go home by itself."),
-            ),
-        };
-        self.hub.notify(severity, text);
     }
 
     fn end_right(&mut self, now: Duration, id: ClientId) {
@@ -385,60 +292,6 @@ impl Task {
         self.act();
         self.asker = None;
         self.metrics.clients.set(self.hub.client_count() as u64);
-    }
-
-    /// Tells everybody what the mapper has found. It is not recorded: `export` finds it again.
-    fn tell_map(&mut self) {
-        let Some(mapped) = &mut self.mapped else {
-            return;
-        };
-        let shown = mapped.shown.borrow_and_update().clone();
-        let mut pose = None;
-        for message in shown.since(&mapped.told) {
-            if let FromBridge::Pose(body) = &**message {
-                pose = Some(*body);
-            }
-            for guest in self.guests.values() {
-                guest.outbox.put(message);
-            }
-        }
-        mapped.told = shown;
-        if let Some(body) = pose {
-            self.hub.pose(self.clock.now(), &body);
-            self.act();
-        }
-    }
-
-    /// Keeps a geofence that is in force already.
-    fn keep_geofence(&mut self, client: ClientId, zones: Vec<ZoneBody>) {
-        let now = self.clock.now();
-        self.note(now, Kind::Map, client, "sets the geofence");
-        if let Some(who) = self.who(client) {
-            let count = zones.len();
-            self.audit(now, &What::GeofenceSet { who, zones: count });
-        }
-        let mapping = self.mapped.as_ref().map(|mapped| &mapped.mapping);
-        if !mapping.is_some_and(|mapping| mapping.keep_fence(zones)) {
-            let text = "The geofence is in force, and would be gone after a restart: the mapper is busy. Set it again.";
-            self.hub.notify(Severity::Error, text.to_owned());
-        }
-    }
-
-    /// Begins the map anew, as a client asked that may.
-    fn reset_map(&mut self, client: ClientId) {
-        let is_reset = (self.mapped.as_ref()).is_some_and(|mapped| mapped.mapping.reset());
-        if !is_reset {
-            return self.send(client, FromBridge::Refused(RefusalReason::NoMap));
-        }
-        let now = self.clock.now();
-        // It was drawn in the map that is gone; without zones it cannot be wrong.
-        if let Err(error) = self.hub.fence_in(now, &[]) {
-            tracing::error!("the geofence: {error}");
-        }
-        self.note(now, Kind::Map, client, "begins the map anew");
-        if let Some(who) = self.who(client) {
-            self.audit(now, &What::MapReset { who });
-        }
     }
 
     fn message(
@@ -593,9 +446,11 @@ impl Task {
         }
         if let Some(audit) = self.audit.take() {
             audit.finish();
+            log_untold("Audit", audit.fault(), self.audit_fault.as_ref());
         }
         if let Some(recorder) = self.recorder.take() {
             let done = recorder.finish();
+            log_untold("Recording", done.fault, self.recording_fault.as_ref());
             tracing::info!(
                 "{}: {} messages, {} lost",
                 done.file,
@@ -606,21 +461,17 @@ impl Task {
     }
 }
 
+/// Logs a fault of the last second, of which there is nobody left to be told.
+fn log_untold(what: &str, fault: Option<String>, told: Option<&String>) {
+    if let Some(why) = fault.filter(|why| told != Some(why)) {
+        tracing::error!("{what}: {why}.");
+    }
+}
+
 fn log_notice(Notice { severity, text }: &Notice) {
     match severity {
         Severity::Info => tracing::info!("{text}"),
         Severity::Warning => tracing::warn!("{text}"),
         Severity::Error => tracing::error!("{text}"),
-    }
-}
-
-/// Ends when the mapper has found something; never where there is none.
-async fn found(mapped: Option<&mut Mapped>) {
-    let Some(mapped) = mapped else {
-        return std::future::pending().await;
-    };
-    if mapped.shown.changed().await.is_err() {
-        // Its thread has ended: the next report says so.
-        std::future::pending().await
     }
 }

@@ -47,13 +47,9 @@ impl Progress {
         self.lock().lost += count;
     }
 
-    /// Why nothing more is written, in words for a person; logged once.
+    /// Why nothing more is written, in words for a person: the hub tells everybody, and logs it.
     fn fail(&self, why: String) {
-        let mut body = self.lock();
-        if body.fault.as_ref() != Some(&why) {
-            tracing::error!("{why}");
-            body.fault = Some(why);
-        }
+        self.lock().fault = Some(why);
     }
 
     fn begin(&self, path: &Path) {
