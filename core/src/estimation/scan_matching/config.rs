@@ -1,4 +1,4 @@
-//! How scan matching works, and why it cannot begin.
+//! Settings of scan matching, and why it may refuse to start.
 
 use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check, config};
@@ -81,14 +81,14 @@ config! {
 }
 
 impl ScanMatcherConfig {
-    /// What [`Self::keyframe_distance`] may be, m.
+    /// Bounds of [`Self::keyframe_distance`], m.
     pub const KEYFRAME_DISTANCE: Bounds = [0.02, 5.0];
-    /// What [`Self::keyframe_turn`] may be, rad.
+    /// Bounds of [`Self::keyframe_turn`], rad.
     pub const KEYFRAME_TURN: Bounds = [0.02, 3.0];
-    /// What [`Self::submap_keyframes`] may be.
+    /// Bounds of [`Self::submap_keyframes`].
     pub const SUBMAP_KEYFRAMES: Bounds = [2.0, 200.0];
 
-    /// Checks the figures.
+    /// Checks all values.
     ///
     /// # Errors   [`ScanMatcherError`], naming the first one out of its bounds.
     pub fn validate(&self) -> Result<(), ScanMatcherError> {
@@ -105,14 +105,14 @@ impl ScanMatcherConfig {
     }
 }
 
-/// Why scan matching cannot begin.
+/// Why scan matching cannot start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScanMatcherError {
-    /// The grid's figures.
+    /// A grid setting that is not allowed.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// A figure of [`ScanMatcherConfig`] out of its bounds.
+    /// A value of [`ScanMatcherConfig`] that is out of its bounds.
     #[error("scan matching: {0}")]
     Bounds(#[from] OutOfBounds),
 }
