@@ -92,7 +92,7 @@ const FARTHEST: f64 = 10_000.0;
 impl ScanMatcher {
     /// Changes the map.
     ///
-    /// # Errors  [`EditError`]; the map then stays as it was.
+    /// # Errors    [`EditError`]; the map then stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), EditError> {
         let least = match kind {
             EditKind::Erase => 3,

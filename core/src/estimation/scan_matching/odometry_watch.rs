@@ -112,7 +112,7 @@ impl OdometryWatch {
             off.position().coords.length() > HANGS_SHIFT || off.heading().abs() > HANGS_TURN
         };
         if is_beyond(last) {
-            // Moved away at once.
+            // A jump within one scan: the robot was carried off.
             self.stands_since = Some((since, *here));
         } else {
             self.hangs = is_beyond(&begin);
