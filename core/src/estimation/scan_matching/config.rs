@@ -81,11 +81,11 @@ config! {
 }
 
 impl ScanMatcherConfig {
-    /// Bounds of [`Self::keyframe_distance`], m.
+    /// What [`Self::keyframe_distance`] may be, m.
     pub const KEYFRAME_DISTANCE: Bounds = [0.02, 5.0];
-    /// Bounds of [`Self::keyframe_turn`], rad.
+    /// What [`Self::keyframe_turn`] may be, rad.
     pub const KEYFRAME_TURN: Bounds = [0.02, 3.0];
-    /// Bounds of [`Self::submap_keyframes`].
+    /// What [`Self::submap_keyframes`] may be.
     pub const SUBMAP_KEYFRAMES: Bounds = [2.0, 200.0];
 
     /// Checks all values.
