@@ -34,8 +34,8 @@
 //! 3° and then drives in circles past the same six walls never knows it to better than 3°. The
 //! filter with first estimates says so (3.1°; NEES of the heading 0.89, 1 is honest); with the
 //! newest ones it claims 1.4° (6.8). If the heading is known to tenths of a degree, as on tours
-//! with a lidar, the two hardly differ. Measured by `cargo run --release -p slamlab-core --example
-//! report -- ekf-consistency`.
+//! with a lidar, the two hardly differ. Measured by
+//! `cargo run --release -p slamlab-core --example report -- ekf-consistency`.
 
 mod config;
 mod correlations;

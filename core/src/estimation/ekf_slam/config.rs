@@ -201,8 +201,8 @@ impl EkfConfig {
     /// characteristic errs by the same centimetre for all points of a wall, which no line fit to
     /// them can reveal. With 15 mrad and 15 mm for all that, the mean NEES of the pose (3 is
     /// honest) over errands of seeds 1 to 60 in `arena` is 2.8 and its error 9 cm at the goal; with
-    /// 5 mrad and 4 mm it was 7.6 and 13 cm (`--example simulate -- --world arena --sensor rangers
-    /// --mode goto`).
+    /// 5 mrad and 4 mm it was 7.6 and 13 cm
+    /// (`--example simulate -- --world arena --sensor rangers --mode goto`).
     #[must_use]
     pub fn short_range() -> Self {
         Self {
