@@ -155,7 +155,7 @@ impl HistogramLocaliser {
         true
     }
 
-    /// How well a scan agrees with the map at a pose, 0 to 1; `None` if the scan has no usable
+    /// How well a scan agrees with the map at a pose, 0 to 1; `None` if it has too few
     /// beams.
     #[must_use]
     pub fn agreement(&self, pose: &Pose2, points: &Points) -> Option<f64> {

@@ -21,7 +21,7 @@ use crate::geom::Length;
 const NEAR: f64 = 6.0;
 /// A detour shorter than this accumulates no error worth a drive, m.
 const LEAST_ROUND: f64 = 15.0;
-/// A detour is at least this many times longer than the straight line.
+/// A detour is more than this many times as long as the straight line.
 const ROUND: f64 = 4.0;
 
 /// Two neighbouring poses that a graph connects only by a long detour.

@@ -220,7 +220,7 @@ impl ScanMatcher {
         };
         let [_, behind] = self.keyframes_of(planned.submap);
         let keyframe = &self.keyframes[behind - planned.surfaces.len() + at];
-        // Other comparisons use this submap too: keep its index.
+        // Ask for the submap that loop closing compares now, so that its indexes are kept.
         let newest = self.submaps.len().saturating_sub(2);
         for (other, other_from_submap) in &planned.others {
             let index = self.indexes.of(*other, newest);
