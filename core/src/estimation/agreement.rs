@@ -1,23 +1,24 @@
-//! How well points stand on the map that they are laid on: what agrees, and what contradicts.
+//! How well points agree with the map that they are placed on: what agrees, and what contradicts.
 //!
-//! In: oriented points at a pose, surfels, and the places that beams went through. Out: an
-//! [`Agreement`]. A point agrees that lies on a surface which faces the same way; it contradicts
-//! where the map was seen through and no surface is near. What was never seen says nothing.
+//! In: oriented points at a pose, surfels, and the space that beams passed through. Out: an
+//! [`Agreement`]. A point agrees if it lies on a surface that faces the same way; it contradicts if
+//! the map was seen as free there and no surface is near. Where the map saw nothing, a point counts
+//! as neither.
 
 use super::free_space::FreeSpace;
 use crate::geom::Pose2;
 use crate::points::OrientedPoint;
 use crate::registration::Target;
 
-/// A point agrees that lies nearer than this to a surface, m, across it: more takes the two sides
-/// of a thin wall for one.
+/// A point agrees if it is nearer to a surface than this, m, measured across it: with more, the two
+/// sides of a thin wall would be mistaken for one.
 pub(super) const AGREES_WITHIN: f64 = 0.08;
 /// Cosine of the largest angle between surfaces that agree.
 pub(super) const AGREES_COSINE: f64 = 0.5;
-/// A point contradicts only farther than this from every surface, m.
+/// A point contradicts only if it is farther than this from every surface, m.
 pub(super) const CONTRADICTS_BEYOND: f64 = 0.25;
 
-/// What a map says of a point.
+/// What a map says about a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Says {
     Agrees,
@@ -25,7 +26,7 @@ pub(super) enum Says {
     Nothing,
 }
 
-/// What is drawn in `map`, and was seen through in `free`, says of a point at `pose`.
+/// What the surfaces in `map` and the free space in `free` say about a point at `pose`.
 pub(super) fn says(
     point: &OrientedPoint,
     pose: &Pose2,
@@ -49,7 +50,7 @@ pub(super) fn says(
     }
 }
 
-/// How many points agree with a map, contradict it, or say nothing of it.
+/// How many points agree with a map or contradict it, of how many in total.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Agreement {
     pub(super) agree: usize,
@@ -58,7 +59,7 @@ pub(super) struct Agreement {
 }
 
 impl Agreement {
-    /// Of `points` at `pose`.
+    /// The agreement of `points` at `pose`.
     pub(super) fn of(
         points: &[OrientedPoint],
         pose: &Pose2,
@@ -68,7 +69,7 @@ impl Agreement {
         Self::sum(points.iter().map(|point| says(point, pose, map, free)))
     }
 
-    /// Of what a map says of each point.
+    /// The sum of what a map says about each point.
     pub(super) fn sum(said: impl Iterator<Item = Says>) -> Self {
         let mut sum = Self::default();
         for says in said {
@@ -92,12 +93,12 @@ impl Agreement {
         self.contradict as f64 / self.total.max(1) as f64
     }
 
-    /// The part of all points of which the map says something.
+    /// The part of all points about which the map says something.
     pub(super) fn spoken_of(&self) -> f64 {
         (self.agree + self.contradict) as f64 / self.total.max(1) as f64
     }
 
-    /// Of the points that say something, the part that agrees; 1 where none says anything.
+    /// Of the points about which the map says something, the part that agrees; 1 if there are none.
     pub(super) fn part(&self) -> f64 {
         let said = self.agree + self.contradict;
         if said == 0 {

@@ -3,20 +3,20 @@
 //! In: which blocks are coupled, then their values and a right side. Out: the solution, and blocks
 //! of the inverse.
 //!
-//! 1. An order of elimination that fills in little (`couplings`: approximate minimum degree).
+//! 1. An elimination order with little fill-in (`couplings`: approximate minimum degree).
 //! 2. Columns that share their rows become supernodes of a tree (`tree`). Both depend on the
 //!    pattern alone and are kept for all later steps.
 //! 3. The factor L of L Lᵀ, supernode by supernode (`factor`): each takes its own blocks of the
-//!    matrix and what its children left, eliminates its columns densely (`dense`), and leaves the
-//!    Schur complement to its parent (Duff & Reid 1983, "multifrontal").
+//!    matrix and the contributions of its children, eliminates its columns densely (`dense`), and
+//!    leaves the Schur complement to its parent (Duff & Reid 1983, "multifrontal").
 //! 4. Forward and backward substitution (`solve`).
 //! 5. The diagonal blocks of the inverse, from the root down (`inverse`).
 //!
-//! The order is the crate `amd`'s, the factor our own. `faer` 0.24, the sparse Cholesky that is
-//! best kept in Rust, knows nothing of blocks: of `m3500.g2o` it took 18 ms for a factor, where
-//! this one takes 0.9, and 14 for its pattern, where this one takes 1.7; g2o solves that graph
-//! in 31. Where a machine has it, it uses fused multiply-add, so that its bits are not those of
-//! the browser; and it takes two minutes to compile.
+//! The order comes from the crate `amd`, the factor is our own. `faer` 0.24, the best maintained
+//! sparse Cholesky in Rust, knows nothing of blocks: for `m3500.g2o` it took 18 ms for a factor,
+//! where this one takes 0.9, and 14 for its pattern, where this one takes 1.7; g2o solves that
+//! graph in 31. It uses fused multiply-add where the machine has it, so its bits differ from those
+//! in the browser; and it takes two minutes to compile.
 
 mod couplings;
 mod dense;
@@ -39,19 +39,20 @@ use crate::lanes::LANES;
 #[derive(Clone, Debug, Default)]
 pub(super) struct BlockPattern {
     tree: Tree,
-    /// The blocks of the matrix, of the lower triangle, by columns; the diagonal first.
+    /// The blocks of the matrix's lower triangle, by columns; the diagonal first.
     entries: Vec<Entry>,
-    /// Where those of each column begin, and at last where they end.
+    /// Where the entries of each column begin, and finally where the last ones end.
     starts: Vec<usize>,
-    /// As the supernodes of the tree.
+    /// In the order of the tree's supernodes.
     fronts: Vec<Front>,
-    /// Places of the rows that each supernode leaves among the rows of its parent, in blocks.
+    /// For each supernode, the places of the rows below its columns among the rows of its parent,
+    /// in blocks.
     in_parent: Vec<usize>,
     /// Length of the factor, in fours.
     panels: usize,
-    /// The most that waits for parents at once, in fours.
+    /// The largest amount that waits for parents at once, in fours.
     stack: usize,
-    /// Blocks of the factor for each of the matrix, when its order was found.
+    /// Blocks of the factor per block column, when its order was found.
     density: f64,
 }
 
@@ -60,64 +61,64 @@ pub(super) struct BlockPattern {
 struct Entry {
     /// The place of its row.
     row: usize,
-    /// Its first number in the factor.
+    /// The index of its first number in the factor.
     at: usize,
 }
 
-/// Where a supernode has its numbers.
+/// Where the numbers of a supernode are stored.
 #[derive(Clone, Debug)]
 struct Front {
-    /// Its columns in the factor, in fours.
+    /// Where its columns begin in the factor, in fours.
     panel: usize,
     /// Length of each, in fours.
     fours: usize,
-    /// Length of what it leaves to its parent, in fours: the rows below its columns, from the four
-    /// on in which the first stands.
+    /// Length of what it leaves to its parent, in fours: the rows below its columns, starting with
+    /// the four that contains the first of them.
     left: usize,
-    /// Its rows among those of its parent.
+    /// Where its rows begin in `BlockPattern::in_parent`.
     in_parent: usize,
     children: Vec<usize>,
 }
 
-/// A symmetric matrix, already in the places of its factor.
+/// A symmetric matrix, already stored in the layout of its factor.
 #[derive(Clone, Debug)]
 pub(super) struct BlockMatrix {
     panels: Vec<Four>,
-    /// Room to make the factor in.
+    /// Working memory for the factorisation.
     stack: Vec<Four>,
 }
 
-/// A factor, in the room of the matrix that it was made from.
+/// A factor, in the memory of the matrix from which it was made.
 #[derive(Clone, Debug)]
 pub(super) struct BlockFactor {
     panels: Vec<Four>,
     stack: Vec<Four>,
 }
 
-/// Where a block of the matrix is kept.
+/// Where a block of the matrix is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slot {
     /// Its first number.
     at: usize,
-    /// From a column to the next.
+    /// The distance from one column to the next.
     height: usize,
-    /// Whether its mirror image is what is kept.
+    /// Whether the transposed block is stored instead.
     is_mirrored: bool,
 }
 
-/// An order is kept until it fills in this many times what it did when it was found.
+/// An order is kept until its fill-in is this many times that at the time it was found.
 const MOST_DENSITY: f64 = 1.2;
 
 impl BlockPattern {
-    /// Orders `size` blocks that are coupled as `pairs` say.
+    /// Orders `size` blocks that are coupled as given by `pairs`.
     #[cfg(test)]
     #[must_use]
     pub(super) fn new(size: usize, pairs: impl Iterator<Item = (usize, usize)> + Clone) -> Self {
         Self::ordered(&Couplings::new(size, pairs))
     }
 
-    /// The pattern of a matrix that has grown. Its order is kept, with new blocks at the end, until
-    /// that fills in too much.
+    /// The pattern of a matrix that has grown. The order is kept, with new blocks at the end, until
+    /// this causes too much fill-in.
     #[must_use]
     pub(super) fn grown(
         &self,
@@ -149,7 +150,7 @@ impl BlockPattern {
         self.tree.order.len()
     }
 
-    /// Where the block at (`row`, `column`) is kept; `None` outside of the pattern.
+    /// Where the block at (`row`, `column`) is stored; `None` outside of the pattern.
     pub(super) fn slot(&self, row: usize, column: usize) -> Option<Slot> {
         let (r, c) = (*self.tree.place.get(row)?, *self.tree.place.get(column)?);
         let (low, high) = (r.min(c), r.max(c));
@@ -175,7 +176,7 @@ impl BlockPattern {
         let mut top = 0;
         for index in 0..pattern.fronts.len() {
             let front = &pattern.fronts[index];
-            // What it leaves is made above what its children left.
+            // What it leaves is built above what its children left.
             pattern.stack = pattern.stack.max(top + front.left);
             let taken: usize = front.children.iter().map(|&c| pattern.fronts[c].left).sum();
             top = top + front.left - taken;
@@ -227,12 +228,12 @@ impl BlockPattern {
     }
 }
 
-/// Blocks of the factor for each of the matrix.
+/// Blocks of the factor per block column.
 fn density(tree: &Tree) -> f64 {
     tree.fill() as f64 / tree.order.len().max(1) as f64
 }
 
-/// Finds rows, asked for in rising order, among those of a supernode.
+/// Finds rows, requested in ascending order, among those of a supernode.
 struct RowPlaces<'a> {
     first: usize,
     width: usize,
@@ -262,7 +263,7 @@ impl<'a> RowPlaces<'a> {
 }
 
 impl BlockPattern {
-    /// A matrix of zeros, in the room of a factor that is no longer needed.
+    /// A matrix of zeros, in the memory of a factor that is no longer needed.
     pub(super) fn zeros(&self, room: Option<BlockFactor>) -> BlockMatrix {
         let (mut panels, stack) = room
             .map(|room| (room.panels, room.stack))
@@ -274,7 +275,7 @@ impl BlockPattern {
 }
 
 impl BlockMatrix {
-    /// Adds to a block, and so to its mirror image.
+    /// Adds to a block, and thereby to its mirror image.
     #[inline]
     pub(super) fn add(&mut self, slot: Slot, value: &Matrix3<f64>) {
         if slot.is_mirrored {

@@ -1,13 +1,13 @@
-//! In: for each scan, how far the pose was off (NEES, where the truth is known) and how far the
-//! sightings were from what was expected (NIS). Out: whether the filter is honest, and if not, what
-//! is the likeliest cause.
+//! In: for each scan, how far the pose was off (NEES, if the truth is known) and how far the
+//! sightings were from what was expected (NIS). Out: whether the filter is honest, and if not, the
+//! likeliest cause.
 //!
 //! 1. Keep the last 25 scans: five seconds of a lidar.
 //! 2. NIS is independent from scan to scan if the filter is right, so its sum is χ² with the sum of
-//!    the degrees of freedom: a sharp test. NEES is not: an error of the heading stays for many
-//!    scans. Its mean is compared with the band of one scan, which holds however the scans hang
-//!    together.
-//! 3. Which of the two left its band, and to which side, names the cause: [`Diagnosis`].
+//!    the degrees of freedom: a sharp test. NEES is not independent: a heading error persists for
+//!    many scans. Its mean is compared with the band of one scan, which holds however the scans are
+//!    correlated.
+//! 3. Which of the two left its band, and on which side, identifies the cause: [`Diagnosis`].
 //!
 //! Source: Bar-Shalom, Li & Kirubarajan (2001), §5.4.
 
@@ -23,7 +23,7 @@ const SIGMAS: f64 = 1.959_963_984_540_054;
 /// Degrees of freedom of the pose.
 const POSE_DEGREES: f64 = 3.0;
 
-/// The last scans' consistency figures.
+/// The consistency figures of the last scans.
 #[derive(Clone, Debug, Default)]
 pub struct ConsistencyWindow {
     nees: VecDeque<f64>,
@@ -31,7 +31,7 @@ pub struct ConsistencyWindow {
     nis: VecDeque<(f64, usize)>,
 }
 
-/// Where a figure lies, and where it should.
+/// A figure, and the band in which it should lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     /// Mean over the window: for each scan (NEES), for each degree of freedom (NIS).
@@ -45,24 +45,24 @@ pub struct Figure {
 pub enum Diagnosis {
     /// Too few scans to tell.
     Collecting,
-    /// Nothing was recognised in the whole window: the estimate lives on odometry.
+    /// Nothing was recognised in the whole window: the estimate rests on odometry alone.
     Blind,
     /// Both figures (or the one that is known) lie in their bands.
     Honest,
     /// NEES and NIS too large: a wrong match, or slip beyond the odometry's noise.
     WrongMatch,
-    /// NEES too large, NIS not: the map has turned with the robot. Heading drift that no sighting
-    /// shows, by linearisation or by a systematic error of the odometry.
+    /// NEES too large, NIS not: the map has turned with the robot. The heading drifts without any
+    /// sighting showing it, due to linearisation or a systematic error of the odometry.
     HiddenDrift,
     /// NIS too large, NEES not: the sensor is noisier than assumed, walls are not flat, or
     /// something moves.
     NoisySightings,
-    /// NEES or NIS too small, none too large: the noise that is assumed is larger than it is.
+    /// NEES or NIS too small, none too large: the assumed noise is larger than the real noise.
     Cautious,
 }
 
 impl Figure {
-    /// On which side of its band it lies; equal where inside.
+    /// On which side of its band it lies; equal if inside.
     fn side(&self) -> Ordering {
         match self.mean {
             mean if mean < self.band[0] => Ordering::Less,
@@ -164,7 +164,7 @@ mod tests {
             (1.0, 0.5, Diagnosis::Cautious),
             (0.1, 1.0, Diagnosis::Cautious),
         ] {
-            // The band lets 5 of 100 honest windows pass to either side.
+            // In 5 of 100 windows, an honest figure leaves its band.
             let hits = (0..100)
                 .filter(|&seed| window(seed, pose, sightings).diagnosis() == expect)
                 .count();

@@ -1,12 +1,11 @@
-//! The covariance of the filter, whose corrections wait to be written until there are several of
-//! them.
+//! The covariance of the filter, whose corrections are collected and written several at a time.
 //!
-//! Each correction P -= W Wᵀ goes over the whole triangle, which for some hundred landmarks is more
-//! than a cache holds: ten lines of a scan cost ten times the memory traffic of one. But what the
-//! next correction needs of P is a few of its columns. So P is kept as T - Σ wₖ wₖᵀ: T in the
-//! triangle, the wₖ beside it; reading a column costs O(n) for each that waits, and
-//! [`Covariance::settle`] writes them all in one pass. The numbers are those of the corrections one
-//! by one, but for rounding.
+//! Each correction P -= W Wᵀ goes over the whole triangle, which for some hundred landmarks is
+//! larger than a cache: ten lines of a scan cost ten times the memory traffic of one. But the next
+//! correction needs only a few columns of P. So P is kept as T - Σ wₖ wₖᵀ: T in the triangle, the
+//! wₖ beside it. Reading a column costs O(n) for each pending vector, and [`Covariance::settle`]
+//! writes them all in one pass. Except for rounding, the numbers equal those of the corrections
+//! made one by one.
 //!
 //! Source: the idea is that of the compressed filter (Guivant & Nebot 2001), here with the exact
 //! state at each line.
@@ -16,10 +15,10 @@ use nalgebra::Matrix5;
 use super::triangle::{MOST, SymmetricMatrix, TILE};
 use crate::lanes::widened;
 
-/// A column of a measurement's Jacobian: the state, and how the two numbers change with it.
+/// A column of a measurement's Jacobian: the state, and the derivatives of the two numbers by it.
 pub type Column = (usize, [f64; 2]);
 
-/// The covariance, in part still to be written.
+/// The covariance, some of which may still have to be written.
 #[derive(Clone, Debug)]
 pub struct Covariance {
     settled: SymmetricMatrix,
@@ -45,7 +44,7 @@ impl Covariance {
         self.settled.n()
     }
 
-    /// What is written: all of it after [`Self::settle`].
+    /// The written part: all of it after [`Self::settle`].
     #[must_use]
     pub fn settled(&self) -> &SymmetricMatrix {
         debug_assert!(self.waiting.is_empty());
@@ -62,13 +61,14 @@ impl Covariance {
         })
     }
 
-    /// A bound of the variance of a state without what waits, which only makes it less. O(1).
+    /// An upper bound of the variance of a state, without pending corrections, which only reduce
+    /// it. O(1).
     #[must_use]
     pub fn variance_bound(&self, state: usize) -> f64 {
         self.settled.get(state, state)
     }
 
-    /// Moves the robot: F P Fᵀ + Q, where `robot` does that to the robot's own block and the rows
+    /// Moves the robot: F P Fᵀ + Q, where `robot` does this for the robot's own block and the rows
     /// of `f` belong to x, y and θ.
     pub fn advance(
         &mut self,
@@ -85,7 +85,8 @@ impl Covariance {
         let n = self.n();
         let landmarks = self.settled.rows_mut(5);
         for row in landmarks.chain(self.waiting.chunks_exact_mut(n)) {
-            // F is the identity but for what turns and stretches the step.
+            // F is the identity except for the effects of heading, curvature and turn scale on the
+            // step.
             if let [x, y, turn, curvature, scale, ..] = row {
                 *x += f[(0, 2)] * *turn + f[(0, 3)] * *curvature + f[(0, 4)] * *scale;
                 *y += f[(1, 2)] * *turn + f[(1, 3)] * *curvature + f[(1, 4)] * *scale;
@@ -120,7 +121,7 @@ impl Covariance {
         );
     }
 
-    /// Adds columns that stand side by side, two or three at a time.
+    /// Adds neighbouring columns, two or three at a time.
     fn add_neighbours(&self, columns: &[Column], first: &mut [f64], second: &mut [f64]) {
         match columns {
             [] => {}
@@ -145,7 +146,7 @@ impl Covariance {
         self.waiting.extend_from_slice(b);
     }
 
-    /// Writes what waits, in one pass over the triangle.
+    /// Writes all pending corrections, in one pass over the triangle.
     pub fn settle(&mut self) {
         self.settled.subtract_outer(&self.waiting, &mut self.tiles);
         self.waiting.clear();
@@ -159,7 +160,7 @@ impl Covariance {
         }
     }
 
-    /// Takes rows and columns `first` and `first + 1` out: the marginal of what is left.
+    /// Removes rows and columns `first` and `first + 1`; what remains is the marginal.
     pub fn remove_pair(&mut self, first: usize) {
         self.settle();
         self.settled.remove_pair(first);
@@ -171,7 +172,7 @@ impl Covariance {
 }
 
 /// `first` -= Σ f₀ w and `second` -= Σ f₁ w over the vectors w of `n` numbers each: a few numbers
-/// at a time stay in registers while all vectors are taken off.
+/// at a time stay in registers while all vectors are subtracted.
 #[inline(always)]
 fn subtract_multiples(
     vectors: &[f64],

@@ -1,5 +1,5 @@
-//! All that a recorded drive shows of its robot and its sensor: [`OdometryFit`], and σ(ρ) where it
-//! stood.
+//! Everything that a recorded drive shows about its robot and its sensor: [`OdometryFit`], and σ(ρ)
+//! from readings taken standing.
 
 use super::{FittedParameter, OdometryFit, OdometryFitError};
 use crate::points::{Growth, SigmaError, SigmaFit};
@@ -7,16 +7,16 @@ use crate::points::{Growth, SigmaError, SigmaFit};
 /// What a drive showed.
 #[derive(Clone, Debug)]
 pub struct DriveFit {
-    /// Of the odometry.
+    /// The odometry errors.
     pub odometry: Result<OdometryFit, OdometryFitError>,
-    /// Of the ranges, by readings taken standing; none where these were not examined.
+    /// The noise of the ranges, from readings taken standing; none if these were not examined.
     pub ranges: Option<Result<SigmaFit, SigmaError>>,
     /// Whether the sensor turns all the time, so that its σ(ρ) describes a simulated lidar too.
     pub is_lidar: bool,
 }
 
 impl DriveFit {
-    /// All parameters, with their doubts; what could not be fitted at all gives none.
+    /// All parameters with their standard errors; what could not be fitted contributes none.
     #[must_use]
     pub fn parameters(&self) -> Vec<FittedParameter> {
         let odometry = self.odometry.iter().flat_map(OdometryFit::parameters);
@@ -31,7 +31,7 @@ impl DriveFit {
             Growth::Linear => ["Growth of σ with the range", "m/m"],
             Growth::Square => ["Growth of σ with the squared range", "m/m²"],
         };
-        // The simulated lidar's σ grows linearly, and not below nothing.
+        // The simulated lidar's σ grows linearly, from a value above zero.
         let is_like_a_lidar = self.is_lidar
             && fit.growth == Growth::Linear
             && fit.coefficients[0] >= 1e-4
@@ -50,7 +50,7 @@ impl DriveFit {
         vec![row(0, ["σ of a range at 0 m", "m"]), row(1, grows)]
     }
 
-    /// Keys and numbers of the settings that take what the drive showed.
+    /// Keys and values of the settings for which the drive gave a value.
     #[must_use]
     pub fn settings(&self) -> Vec<(&'static str, f64)> {
         let odometry = self.odometry.iter().flat_map(OdometryFit::settings);

@@ -1,39 +1,39 @@
 //! In: odometry, and the lines of each scan, or its points, or both ([`LandmarkKinds`]). Out: the
 //! robot's pose, the walls and the points, with one covariance over all of it.
 //!
-//! Of lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at the
-//! robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each line
-//! is oriented: its normal points from the side it was seen from into the wall, and r is signed
-//! (`association::gate`). r counts from an anchor, a fixed point in the middle of where the wall
-//! was first seen. Counted from the origin of the map, as the paper has it, an error of α is a
-//! shift of the wall by distance times error, to first order only: ½ · 10 m · (0.05 rad)² is 1 cm
-//! that no covariance knows of, more than the wall is uncertain. Points are two rows more, x and y
-//! in the map frame ([`point`]).
+//! With lines, the state is (x, y, θ, κ, s, α₁, r₁, α₂, r₂, …) in the map frame, which starts at
+//! the robot's first pose; κ and s are the systematic errors of the odometry (`robot_state`). Each
+//! line is oriented: its normal points from the side it was seen from into the wall, and r is
+//! signed (`association::gate`). r counts from an anchor, a fixed point in the middle of where the
+//! wall was first seen. If it counted from the origin of the map, as in the paper, an error of α
+//! would shift the wall by distance times error, to first order only: the remainder ½ · 10 m ·
+//! (0.05 rad)² is 1 cm that no covariance accounts for, more than the uncertainty of the wall.
+//! Points are two rows more, x and y in the map frame ([`point`]).
 //!
 //! 1. **Predict**: the pose moves by the odometry; only P_xx and P_xf change. O(n), TDK 2016 eq.
 //!    (3.18)-(3.20).
-//! 2. **In order of time**: a turning lidar sees each wall at another instant, and tracks slip
-//!    between two instants of one sweep by more than the walls are uncertain. So odometry is kept
-//!    back until the scan comes; each line is taken back to the robot frame of its own instant, the
-//!    filter predicts up to there, and updates. Straightening the whole scan to its end by odometry
-//!    and treating its lines as seen there would use the odometry's error twice, and believe it
-//!    once.
+//! 2. **In order of time**: a turning lidar sees each wall at a different instant, and tracks slip
+//!    between two instants of one sweep by more than the walls are uncertain. So odometry is held
+//!    back until the scan comes; each line is moved back to the robot frame of its own instant, and
+//!    the filter predicts up to there, then updates. De-skewing the whole scan to its end by
+//!    odometry and treating its lines as seen there would use the odometry's error twice but count
+//!    it once.
 //! 3. **Associate and update**: the landmarks that the line may be ([`choose`]); then Z from a 5x5
 //!    block, gain O(n), and P -= (P Hᵀ) Z⁻¹ (P Hᵀ)ᵀ as one symmetric rank-2 update of the triangle,
 //!    re-linearised for each match (TDK 2016 §3.2 says why).
 //! 4. **Augment** with lines that are far from everything known: block rows by eq. (3.31), (3.32).
 //! 5. **Merge** landmarks that are surely one wall: parts of it first seen far apart, or a wall
 //!    seen again before a loop closed.
-//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which is
-//!    the marginal of a Gaussian.
+//! 6. **Forget** lines that were not seen again soon: their rows and columns are deleted, which
+//!    leaves the marginal of a Gaussian.
 //!
-//! Consistency: an EKF that takes its Jacobians at ever new estimates believes to learn its
+//! Consistency: an EKF whose Jacobians are taken at ever new estimates believes that it learns its
 //! absolute heading, which nothing measures (Huang, Mourikis & Roumeliotis 2010,
 //! "Observability-based rules for designing consistent EKF SLAM estimators").
 //! [`Consistency::FirstEstimates`] takes them at the first ones. A robot that lost its heading by
-//! 3° and then drives in circles past the same six walls never knows it to better than 3°, and so
-//! says the filter with first estimates (3.1°; NEES of the heading 0.89, 1 is honest); with the
-//! newest ones it claims 1.4° (6.8). Where the heading is known to tenths of a degree, as on tours
+//! 3° and then drives in circles past the same six walls never knows it to better than 3°. The
+//! filter with first estimates says so (3.1°; NEES of the heading 0.89, 1 is honest); with the
+//! newest ones it claims 1.4° (6.8). If the heading is known to tenths of a degree, as on tours
 //! with a lidar, the two hardly differ. Measured by
 //! `cargo run --release -p slamlab-core --example report -- ekf-consistency`.
 
@@ -81,10 +81,10 @@ pub use self::report::{
 pub use self::robot_state::{OdometryErrors, RobotState};
 pub use self::sweep::SweepTiming;
 
-/// Of the candidates of a line, the report keeps this many.
+/// The report keeps this many candidates of each line.
 const REPORTED: usize = 8;
-/// The report leaves out candidates that are so much further away than the gate for new walls; they
-/// explain nothing.
+/// The report leaves out candidates that are farther away than the gate for new walls by this
+/// factor; they explain nothing.
 const REPORTED_GATES: f64 = 4.0;
 
 /// EKF-SLAM over lines and points.
@@ -93,9 +93,9 @@ pub struct EkfSlam {
     config: EkfConfig,
     pose: Pose2,
     errors: OdometryErrors,
-    /// Position at which the Jacobians of this scan are taken.
+    /// The position at which the Jacobians of this scan are evaluated.
     predicted: Point2<f64>,
-    /// Odometry since the time of `pose`, kept back for the next scan, and the estimate at its end.
+    /// Odometry since the time of `pose`, held back for the next scan, and the estimate at its end.
     pending: Vec<Odometry>,
     ahead: RobotState,
     landmarks: Vec<Entry>,
@@ -141,8 +141,8 @@ impl EkfSlam {
         })
     }
 
-    /// Other settings from the next scan on; what was known beforehand of the odometry is in the
-    /// state already.
+    /// Sets other settings from the next scan on; the prior of the odometry errors is in the state
+    /// already.
     pub fn reconfigure(&mut self, config: EkfConfig) {
         self.config = config;
     }
@@ -153,7 +153,7 @@ impl EkfSlam {
         self.ahead.estimate()
     }
 
-    /// The systematic errors of the odometry as known by now.
+    /// The systematic errors of the odometry, as known now.
     #[must_use]
     pub fn odometry_errors(&self) -> OdometryErrors {
         self.errors
@@ -169,7 +169,7 @@ impl EkfSlam {
         }
     }
 
-    /// All walls in the order of the state, those not yet confirmed too.
+    /// All walls in the order of the state, including those not yet confirmed.
     pub fn landmarks(&self) -> impl Iterator<Item = Landmark> + '_ {
         self.landmarks.iter().map(|entry| {
             let (line, cov) = entry.in_map(&self.block(entry.row));
@@ -197,9 +197,10 @@ impl EkfSlam {
         &self.report
     }
 
-    /// Takes in a motion; [`Self::estimate`] follows at once, the filter when the next scan comes.
+    /// Takes in a motion; [`Self::estimate`] is updated at once, the filter when the next scan
+    /// comes.
     ///
-    /// # Errors   [`EkfError::Odometry`]; then nothing has changed.
+    /// # Errors   [`EkfError::Odometry`]; the filter is then unchanged.
     pub fn predict(&mut self, odometry: &Odometry) -> Result<(), EkfError> {
         odometry.validate()?;
         self.pending.push(*odometry);
@@ -209,8 +210,8 @@ impl EkfSlam {
 
     /// Steps 1 to 6: takes in the lines of one scan, in the robot frame at `sweep.stamp`.
     ///
-    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then
-    /// nothing has changed.
+    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; the filter
+    /// is then unchanged.
     pub fn update(
         &mut self,
         features: &[LineFeature],
@@ -219,11 +220,11 @@ impl EkfSlam {
         self.update_with_points(features, &[], sweep)
     }
 
-    /// The same with the points of the scan beside its lines. Which of the two are taken in is a
-    /// setting ([`EkfConfig::landmarks`]); of the points, corners and circles.
+    /// The same with the points of the scan in addition to its lines. A setting selects which of
+    /// the two are taken in ([`EkfConfig::landmarks`]); of the points, corners and circles.
     ///
     /// # Errors   [`EkfError::Feature`], [`EkfError::Point`] for the first line or point whose
-    /// numbers cannot be used; then nothing has changed.
+    /// numbers cannot be used; the filter is then unchanged.
     pub fn update_with_points(
         &mut self,
         lines: &[LineFeature],
@@ -375,7 +376,7 @@ impl EkfSlam {
         decision
     }
 
-    /// Step 3 for a line whose landmark is found.
+    /// Step 3 for a line whose landmark has been found.
     fn recognise(&mut self, feature: usize, found: &Candidate, seen: &LineFeature) -> Decision {
         if self.is_taken(found.index, seen) {
             return Decision::Rejected(Rejection::Taken);
@@ -403,7 +404,7 @@ impl EkfSlam {
         REPORTED_GATES * self.config.association.new_gate
     }
 
-    /// Where Jacobians take the robot to be.
+    /// The robot position at which Jacobians are evaluated.
     fn linearised_at(&self) -> Point2<f64> {
         match self.config.consistency {
             Consistency::Plain => self.pose.position(),
@@ -411,7 +412,7 @@ impl EkfSlam {
         }
     }
 
-    /// What Jacobians take the direction of a landmark to be.
+    /// The direction of a landmark at which Jacobians are evaluated.
     fn linearised_alpha(&self, landmark: &Entry) -> f64 {
         match self.config.consistency {
             Consistency::Plain => landmark.line[0],

@@ -1,8 +1,8 @@
-//! Which way the surfaces of a place face: what turns two maps may have to each other.
+//! In which directions the surfaces of a place face: which rotations between two maps are possible.
 //!
-//! In: the normals of surfaces. Out: a histogram of their directions, and for each turn between
-//! two histograms how well they agree. Buildings have few directions, so that most turns are ruled
-//! out without a look at where the surfaces lie.
+//! In: the normals of surfaces. Out: a histogram of their directions, and for each rotation between
+//! two histograms how well they agree. Buildings have few wall directions, so most rotations are
+//! ruled out without looking at the positions of the surfaces.
 //!
 //! Source: Weiss & von Puttkamer (1995), "A map based on laserscans without geometric
 //! interpretation" (angle histograms).
@@ -11,12 +11,12 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
-/// Directions that are told apart.
+/// Number of directions that are distinguished.
 const BINS: usize = 120;
-/// Turns that agree less than this part of the best one are ruled out.
+/// Rotations with less than this part of the best agreement are ruled out.
 const LEAST_PART: f64 = 0.6;
 
-/// How many surfaces face each way, smoothed, of length 1.
+/// How many surfaces face each way, smoothed, normalised to length 1.
 #[derive(Clone, Debug)]
 pub(super) struct Facing {
     bins: [f32; BINS],
@@ -37,7 +37,7 @@ impl Facing {
         let mut bins = [0.0; BINS];
         for (at, out) in bins.iter_mut().enumerate() {
             let near = |by: usize| counts[(at + by) % BINS];
-            // A normal is known to some degrees.
+            // A normal is only known to a few degrees.
             *out = near(BINS - 2) + 2.0 * near(BINS - 1) + 3.0 * near(0) + 2.0 * near(1) + near(2);
         }
         let length = bins.iter().map(|b| b * b).sum::<f32>().sqrt();
@@ -47,7 +47,7 @@ impl Facing {
         Self { bins }
     }
 
-    /// The turns, of those about which `other` may be turned against this one, that may be right.
+    /// The rotations of `other` relative to this one that may be right.
     pub(super) fn turns(&self, other: &Self) -> Turns {
         let mut agreement = [0.0_f32; BINS];
         for (turn, out) in agreement.iter_mut().enumerate() {
@@ -61,14 +61,14 @@ impl Facing {
     }
 }
 
-/// Turns that may be right.
+/// The rotations that may be right.
 #[derive(Clone, Debug)]
 pub(super) struct Turns {
     admitted: [bool; BINS],
 }
 
 impl Turns {
-    /// Whether a turn, rad, may be right.
+    /// Whether a rotation, rad, may be right.
     pub(super) fn admit(&self, turn: f64) -> bool {
         self.admitted[bin(turn)]
     }

@@ -1,9 +1,9 @@
-//! Places that beams went through: what was surely free, in coarse cells, a bit each.
+//! Space that beams passed through: what was surely free, in coarse cells of one bit each.
 //!
-//! In: beams, from the sensor to where they are surely free. Out: whether a place was seen through.
+//! In: beams, from the sensor to where they are surely free. Out: whether a place was seen as free.
 //! The area grows with what is marked.
 //!
-//! Beams are drawn on a canvas of bits, as into a grid, and its blocks are taken over tile by tile.
+//! Beams are drawn on a canvas of bits, as in a grid, and its blocks are copied tile by tile.
 
 use nalgebra::Point2;
 
@@ -11,24 +11,24 @@ use crate::geom::Length;
 use crate::map::{BLOCK_CELLS, BlockIndex, Canvas, CellIndex, CellLine, cells_on_ray};
 use crate::snapshot::snapshot;
 
-/// Side of a cell, m: coarse, since submaps drift by centimetres.
+/// Side of a cell, m: coarse, because submaps drift by centimetres.
 const CELL: f64 = 0.2;
 /// The inverse of that.
 const CELLS_PER_METRE: f64 = 5.0;
-/// Of each beam, the end that says nothing about free places, m: it may belong to the wall, or to
-/// an edge that the beam touches.
+/// The last part of each beam that says nothing about free space, m: it may belong to the wall, or
+/// to an edge that the beam touches.
 const UNSURE_END: f64 = 0.3;
 /// Cells along the side of a tile, which is one word.
 const TILE: i32 = 8;
 const TILE_CELLS: usize = TILE as usize;
-/// Tiles that the area grows by beyond what is asked for, to each side.
+/// Number of tiles by which the area grows beyond what is needed, on each side.
 const MARGIN: i32 = 8;
-/// Cells farther from the origin than this many are not held: 100 km.
+/// Cells with an index farther from the origin than this are not stored: 100 km.
 const FARTHEST: u32 = 500_000;
-/// Tiles that the area may span along a side: 3 km.
+/// The most tiles along one side of the area: 3 km.
 const MOST_TILES: i32 = 2048;
 
-/// Where beams went through.
+/// Space that beams passed through.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FreeSpace {
     /// Column and row of the tile at the lower left.
@@ -39,7 +39,7 @@ pub(super) struct FreeSpace {
 }
 
 impl FreeSpace {
-    /// Marks what beams went through.
+    /// Marks the space that beams passed through.
     pub(super) fn mark(&mut self, rays: impl Iterator<Item = [Point2<f64>; 2]>) {
         let mut canvas = Canvas::default();
         for [from, to] in rays {
@@ -51,8 +51,8 @@ impl FreeSpace {
             }
             let end = from + way * part;
             let (from, end) = (from * CELLS_PER_METRE, end * CELLS_PER_METRE);
-            // Along a diagonal a beam goes through corners only, at which canvas and walk choose
-            // different cells. Those of the walk are what saved maps and pinned runs have.
+            // A diagonal beam passes exactly through corners, where canvas and walk choose
+            // different cells. Saved maps and pinned runs have those of the walk.
             let is_diagonal = (end.x - from.x).abs() == (end.y - from.y).abs();
             let line = CellLine::crossed(from, end).filter(|_| !is_diagonal);
             if line.is_none_or(|line| canvas.take(line).is_some()) {
@@ -62,9 +62,9 @@ impl FreeSpace {
         canvas.draw(|block, rows| self.mark_block(block, &rows));
     }
 
-    /// Marks a beam cell by cell; both ends are given in cells.
+    /// Marks a beam cell by cell; both ends are given in units of cells.
     fn walk(&mut self, from: Point2<f64>, end: Point2<f64>) {
-        // The area that holds both ends holds all between them.
+        // An area that holds both ends also holds everything between them.
         if ![from, end]
             .map(CellIndex::holding)
             .into_iter()
@@ -81,7 +81,7 @@ impl FreeSpace {
         });
     }
 
-    /// Marks the cells of a block, which are given in rows: tile by tile.
+    /// Marks the cells of a block, given in rows, tile by tile.
     fn mark_block(&mut self, block: BlockIndex, rows: &[u64; BLOCK_CELLS]) {
         for (band, row) in rows.as_chunks::<TILE_CELLS>().0.iter().zip(0_i32..) {
             let any = band.iter().fold(0, |any, row| any | row);
@@ -99,14 +99,14 @@ impl FreeSpace {
         }
     }
 
-    /// Whether a beam went through this place.
+    /// Whether a beam passed through this place.
     pub(super) fn contains(&self, place: Point2<f64>) -> bool {
         self.bit(cell_of(place))
             .and_then(|(tile, bit)| Some(self.tiles.get(tile)? & bit != 0))
             .unwrap_or(false)
     }
 
-    /// The middles of all cells that beams went through.
+    /// The centres of all cells that beams passed through.
     pub(super) fn places(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
         let tiles = self
             .tiles
@@ -124,7 +124,7 @@ impl FreeSpace {
         })
     }
 
-    /// Whether beams went through this place and all around it, a cell in each direction: not only
+    /// Whether beams passed through this place and one cell around it in every direction, not only
     /// along a wall that stands here.
     pub(super) fn contains_around(&self, place: Point2<f64>) -> bool {
         let steps = [-CELL, 0.0, CELL];
@@ -134,7 +134,7 @@ impl FreeSpace {
             .all(|near| self.contains(near))
     }
 
-    /// Grows the area until it holds a cell; `false` where that is too far.
+    /// Grows the area until it holds a cell; `false` if the cell is too far away.
     fn hold(&mut self, CellIndex { col, row }: CellIndex) -> bool {
         if col.unsigned_abs().max(row.unsigned_abs()) > FARTHEST {
             return false;
@@ -207,7 +207,7 @@ impl FreeSpace {
     }
 }
 
-/// Where a cell is kept, counted from the lower left of an area of so many columns of tiles.
+/// Where a cell is stored, counted from the lower left of an area with `cols` columns of tiles.
 #[inline]
 fn tile_and_bit(col: usize, row: usize, cols: usize) -> (usize, u64) {
     let tile = row / TILE_CELLS * cols + col / TILE_CELLS;
@@ -216,7 +216,7 @@ fn tile_and_bit(col: usize, row: usize, cols: usize) -> (usize, u64) {
 }
 
 fn cell_of(place: Point2<f64>) -> CellIndex {
-    // Neither near the limits of a number of cells: what is added to it must not overflow.
+    // Kept well below the limits of a cell index, so that additions cannot overflow.
     CellIndex::holding(place.map(|v| (v * CELLS_PER_METRE).clamp(-1e6, 1e6)))
 }
 

@@ -1,19 +1,20 @@
 //! In: what a scan did to a line map, or the match of a whole scan. Out: how far what was seen lay
-//! from where it was expected, with the bounds that are claimed for that, and how much of what was
-//! seen was known.
+//! from where it was expected, with the claimed bounds, and how much of what was seen was known.
 //!
-//! 1. A filter takes the sightings of a scan in one after the other, and compares each with what
-//!    those before it left. So the innovations of an honest filter are independent of each other,
-//!    with zero mean and the variance S that it claims (Bar-Shalom, Li & Kirubarajan 2001, §5.4).
-//! 2. Of one number of all sightings, α say, the mean weighed by 1 / S is then as certain as the
-//!    sum of the weights, and lies within two standard deviations in 95 of 100 scans. NIS has lost
-//!    the sign: an error that is always to the same side shows here, and hardly there.
+//! 1. A filter takes in the sightings of a scan one after the other, and compares each with the
+//!    state after the previous ones. So the innovations of an honest filter are independent of each
+//!    other, with zero mean and the variance S that it claims (Bar-Shalom, Li & Kirubarajan 2001,
+//!    §5.4).
+//! 2. For one number of all sightings, such as α, the mean weighted by 1 / S has an information
+//!    equal to the sum of the weights, and lies within two standard deviations in 95 of 100 scans.
+//!    NIS has lost the sign: an error that is always in the same direction shows here, but hardly
+//!    there.
 //! 3. A match of whole scans claims no such variance. It has the residual of its points.
 
 use super::ekf_slam::{Decision, Explanation, UpdateReport};
 use crate::registration::Registration;
 
-/// One number of all sightings of a scan, seen less expected: their mean weighed by 1 / σ².
+/// One number of all sightings of a scan, seen minus expected: their mean weighted by 1 / σ².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanInnovation {
     /// The mean, rad or m.
@@ -22,8 +23,7 @@ pub struct MeanInnovation {
     pub sigma: f64,
 }
 
-/// The innovations of a scan, by what they are of; `None` where nothing of that kind was
-/// recognised.
+/// The innovations of a scan, by kind; `None` if nothing of that kind was recognised.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovations {
     /// Direction of lines, rad.
@@ -39,25 +39,25 @@ pub struct Innovations {
 /// How much a scan showed, and what became of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureCounts {
-    /// Features found in the scan; by scan matching, points of surfaces.
+    /// Features found in the scan; for scan matching, points on surfaces.
     pub seen: usize,
-    /// Those that were recognised as a landmark, or lie on a surface of the map.
+    /// Those recognised as a landmark, or lying on a surface of the map.
     pub matched: usize,
-    /// Those that became a landmark; `None` of points, which do not one by one.
+    /// Those that became a landmark; `None` for points of surfaces, which do not one by one.
     pub new: Option<usize>,
 }
 
 /// How the match of a whole scan fits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanFit {
-    /// Points that were matched, and that lie on a surface.
+    /// The number of points that were matched, and of those that lie on a surface.
     pub counts: FeatureCounts,
-    /// Root of the mean squared distance of those from their surfaces, m.
+    /// Root mean square distance of the latter from their surfaces, m.
     pub residual: f64,
 }
 
 impl MeanInnovation {
-    /// Of pairs of an innovation and its σ; `None` of none.
+    /// From pairs of an innovation and its σ; `None` if there are none.
     fn of(each: impl Iterator<Item = [f64; 2]>) -> Option<Self> {
         let (sum, weights) = each.fold((0.0, 0.0), |(sum, weights), [innovation, sigma]| {
             let weight = 1.0 / (sigma * sigma);
@@ -71,7 +71,7 @@ impl MeanInnovation {
 }
 
 impl ScanFit {
-    /// Of a match of so many points.
+    /// The fit of a match of this many points.
     #[must_use]
     pub fn of(found: &Registration, points: usize) -> Self {
         Self {

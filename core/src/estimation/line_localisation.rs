@@ -6,8 +6,8 @@
 //! 2. **Associate**: each line against the map, as the SLAM filter does it (`association`).
 //! 3. **Update**: one match at a time, re-linearised after each (TDK 2016 §3.2).
 //!
-//! The map is taken as exact, and all lines of a scan as seen at the instant of the last odometry.
-//! For a scan that takes its time while the robot moves, straighten it first (`points`).
+//! The map is treated as exact, and all lines of a scan as seen at the instant of the last
+//! odometry. If a scan takes time while the robot moves, de-skew it first (`points`).
 
 use nalgebra::{Matrix2x3, Matrix2x5, Point2, SMatrix};
 
@@ -19,7 +19,7 @@ use crate::association::{
 use crate::features::LineFeature;
 use crate::geom::{Length, Segment, symmetrize};
 
-/// The ends of a wall are as wide as so many standard deviations of the robot's position, as
+/// The ends of a wall are uncertain by this many standard deviations of the robot's position, as in
 /// [`super::EkfConfig::along_sigmas`] of the SLAM filter.
 const ALONG_SIGMAS: f64 = 3.0;
 
@@ -34,14 +34,14 @@ struct Face {
 }
 
 impl Face {
-    /// The face of `segment` that faces the left of the way from `a` to `b`; `None` for one
-    /// without length.
+    /// The face of `segment` that is visible from the left of the direction from `a` to `b`; `None`
+    /// if its length is zero.
     fn left_of(segment: &Segment) -> Option<Self> {
         let along = segment.vector();
         if !(along.length() > 0.0 && along.length().is_finite()) {
             return None;
         }
-        // Into the wall is to the right of the way.
+        // The wall's interior is to the right of that direction.
         let normal = nalgebra::Vector2::new(along.y, -along.x) / along.length();
         Some(Self {
             alpha: libm::atan2(-along.x, along.y),
@@ -51,7 +51,7 @@ impl Face {
     }
 }
 
-/// Finds a robot in a prior map of lines.
+/// Localises a robot in a prior map of lines.
 #[derive(Clone, Debug)]
 pub struct LineLocaliser {
     map: Vec<Face>,
@@ -59,10 +59,10 @@ pub struct LineLocaliser {
 }
 
 impl LineLocaliser {
-    /// In a map whose `faces` have what is free to the left of the way from `a` to `b`; those
-    /// without length are left out.
+    /// In a map whose `faces` have free space to the left of the direction from `a` to `b`; those
+    /// of zero length are left out.
     ///
-    /// # Errors   [`EkfError::Bounds`] where a figure is out of range.
+    /// # Errors   [`EkfError::Bounds`] if a figure is out of range.
     pub fn new(faces: &[Segment], association: AssociationConfig) -> Result<Self, EkfError> {
         association.validate()?;
         Ok(Self {
@@ -74,8 +74,8 @@ impl LineLocaliser {
     /// Steps 2 and 3: corrects `state` by the lines of one scan, robot frame; returns those that
     /// were found in the map, each with the index of its line there.
     ///
-    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; then
-    /// nothing has changed.
+    /// # Errors   [`EkfError::Feature`] for the first line whose numbers cannot be used; the state
+    /// is then unchanged.
     pub fn update(
         &self,
         state: &mut RobotState,
@@ -138,7 +138,7 @@ fn expect(state: &RobotState, known: &Face) -> (ExpectedLine, Matrix2x3<f64>) {
     (expected, by_pose)
 }
 
-/// Step 3, in Joseph's form. `false`, and nothing done, where Z is not positive definite.
+/// Step 3, in Joseph's form. Returns `false` and changes nothing if Z is not positive definite.
 fn correct(state: &mut RobotState, known: &Face, seen: &LineFeature) -> bool {
     let (expected, by_pose) = expect(state, known);
     let seen = OrientedLine::of(seen);

@@ -1,4 +1,4 @@
-//! How a line in the map appears to the robot, and back, with Jacobians.
+//! Observation model of a line: how it appears to the robot, and back, with Jacobians.
 //!
 //! Lines are oriented (see `association::gate`): r is signed, so neither function has a jump and
 //! the sign never flips.

@@ -1,16 +1,16 @@
-//! What was known of a way just before a loop was closed over it, and how far off it was then.
+//! What was known of a path just before a loop was closed over it, and how far off it then was.
 //!
-//! In: the pose graph before it follows a new closure, and that. Out: a [`LoopError`].
+//! In: the pose graph before it follows a new closure, and that closure. Out: a [`LoopError`].
 //!
-//! 1. The graph without the closure says where one end lies in the other, and by its marginals how
-//!    well that is known: covariance C.
-//! 2. The closure says where it lies by what both show, with covariance Σ. The error found is the
+//! 1. The graph without the closure gives the pose of one end in the other, and by its marginals
+//!    the covariance C of that pose.
+//! 2. The closure gives the same pose from what both ends show, with covariance Σ. The error is the
 //!    difference e.
 //! 3. If both are honest, eᵀ (C + Σ)⁻¹ e is χ² of 3 degrees of freedom. Its root over √3 is the
-//!    ratio: 1 on the mean of squares, and more where less was known than was said.
+//!    ratio: 1 in the mean of squares, and more if the covariances were too small.
 //!
-//! Closures of one loop that are accepted together are off alike, for they close one way. Nothing
-//! is decided by these figures.
+//! Closures of one loop that are accepted together have similar errors, because they close one
+//! path. Nothing is decided by these figures.
 //!
 //! Source of step 3: Bar-Shalom, Li & Kirubarajan (2001), "Estimation with Applications to Tracking
 //! and Navigation", §5.4, the normalised innovation squared.
@@ -25,22 +25,22 @@ use crate::snapshot::snapshot;
 /// Degrees of freedom of a motion.
 const FREEDOM: f64 = 3.0;
 
-/// What was known of a way before a loop was closed over it, and how far off it was.
+/// What was known of a path before a loop was closed over it, and how far off it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopError {
-    /// How well the pose of one end in the other was known, by the pose graph.
+    /// The uncertainty of the pose of one end in the other, by the pose graph.
     pub doubt: Doubt,
-    /// How far from there it was found, m.
+    /// How far off it was found to be, m.
     pub shift: f64,
-    /// The same, rad, at least 0.
+    /// The same, rad, not negative.
     pub turn: f64,
-    /// The error found in units of what was known of the way and of the closure.
+    /// The error relative to the uncertainty of the path and of the closure.
     pub ratio: f64,
 }
 
 impl LoopError {
-    /// Of a closure that the graph does not have yet, of which the marginals are `known`; `None`
-    /// where it does not hold both ends.
+    /// Of a closure that is not in the graph yet, whose marginals are `known`; `None` if the graph
+    /// does not hold both ends.
     pub(super) fn of(closure: &Edge, graph: &PoseGraph, known: &Marginals) -> Option<Self> {
         let poses = graph.poses();
         let (from, to) = (poses.get(closure.from)?, poses.get(closure.to)?);
@@ -96,7 +96,7 @@ mod tests {
         information_at_end(motion, &cov(sigmas).try_inverse().unwrap())
     }
 
-    /// A way of these motions.
+    /// A path made of these motions.
     fn way(motions: &[Pose2]) -> PoseGraph {
         let mut graph = PoseGraph::default();
         let mut pose = Pose2::identity();
@@ -125,8 +125,8 @@ mod tests {
         }
     }
 
-    /// Two metres straight on, twice. The error of the first heading moves the end by 2 m times
-    /// that, so that the variance of y is 2 · 0.05² + (2 · 0.01)².
+    /// Two metres straight on, twice. An error of the first heading moves the end by 2 m times
+    /// itself, so the variance of y is 2 · 0.05² + (2 · 0.01)².
     #[test]
     fn doubt_and_ratio_of_a_straight_way_are_those_of_the_closed_form() {
         let graph = way(&[Pose2::new(2.0, 0.0, 0.0); 2]);
@@ -144,8 +144,8 @@ mod tests {
         assert!((error.ratio - expected).abs() < 1e-6, "{error:?}");
     }
 
-    /// A way round three corners, with the errors that it is said to have, and one placement with
-    /// its own: squares of the ratio are 1 in the mean. Said to be known twice as well, 4.
+    /// A path round three corners, with errors as claimed, and one placement with its own: squares
+    /// of the ratio have mean 1. With half the claimed standard deviations, 4.
     #[test]
     fn the_ratio_of_an_honest_way_is_one() {
         let mut rng = ChaCha8Rng::seed_from_u64(11);

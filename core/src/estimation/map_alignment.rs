@@ -1,27 +1,26 @@
-//! Where a map that was loaded lies in the one that is being drawn, without a start given by hand.
+//! Finds where a loaded map lies in the one that is being drawn, without a start given by hand.
 //!
-//! In: walls, way and landmarks of the loaded map in a frame of its own, and the grid and the
-//! landmarks of the other. Out: the pose of the loaded map, and how much agrees; or why it is not
-//! known where it lies.
+//! In: walls, trajectory and landmarks of the loaded map in a frame of its own, and the grid and
+//! the landmarks of the other. Out: the pose of the loaded map, and how much agrees; or why its
+//! pose is not known.
 //!
-//! 1. Walls are laid on walls anywhere, any way round (`starts`): the smaller map is searched for
-//!    in the larger one by branch and bound ([`crate::registration::modes`]), which finds all
-//!    places that look alike.
-//! 2. Landmarks are found again by the distances among them, which asks for no start either
-//!    ([`crate::association::PointMatching::Relations`]). From those that are follows one more
-//!    place.
+//! 1. Walls are placed on walls, at any position and rotation (`starts`): the smaller map is
+//!    searched for in the larger one by branch and bound ([`crate::registration::modes`]), which
+//!    finds all places that look alike.
+//! 2. Landmarks are matched by the distances among them, which needs no start either
+//!    ([`crate::association::PointMatching::Relations`]). The matched ones give one more place.
 //! 3. From each place the walls are matched, points to lines, and judged (`said`): a wall of either
-//!    map agrees that stands on a wall of the other, and contradicts where the other is free all
-//!    around. What the other never saw says nothing. The loaded way contradicts where it leads
-//!    through a wall.
-//! 4. The place at which most agrees is right if half of one of the maps agrees there and nearly
-//!    all of which anything is known, if no other place comes near it, and if the walls hold it in
-//!    all directions. Where walls fit several places alike, landmarks may tell which: relations
-//!    that fit twice find nothing again.
+//!    map agrees if it stands on a wall of the other, and contradicts if the other is free all
+//!    around it. Where the other saw nothing, it counts as neither. The loaded trajectory
+//!    contradicts where it leads through a wall.
+//! 4. The place with the most agreement is right if half of one of the maps agrees there, and
+//!    nearly all of what is known there; if no other place comes near it; and if the walls
+//!    constrain it in all directions. If walls fit several places alike, landmarks may decide: when
+//!    their relations fit twice, none is matched.
 //!
-//! A file of points does not say what was free. From where the robot was it saw all as far as the
-//! nearest wall in each direction: that is taken for free (`seen`). Judged one way only, the map of
-//! an office lay in a hall, most of it where nothing is known.
+//! A file of points does not say what was free. From each of its poses the robot saw everything up
+//! to the nearest wall in each direction: that is assumed to be free (`seen`). When judged in one
+//! direction only, the map of an office was placed in a hall, most of it where nothing is known.
 //!
 //! Sources: Hess et al. (2016), section V-B, for step 1; Pilch 2016 §1.2.3 and §3.3, who aligns
 //! loaded submaps by their landmarks and by registration; free space as evidence as in Bosse &
@@ -48,21 +47,21 @@ use crate::registration::{
     Cloud, CloudError, IcpConfig, JudgeConfig, Registration, Verdict, register_clouds_by_icp,
 };
 
-/// A map to be laid on another, in a frame of its own, m.
+/// A map to be aligned with another, in a frame of its own, m.
 #[derive(Clone, Debug, Default)]
 pub struct MapPoints {
     /// Where walls stand: at least [`FEWEST_POINTS`].
     pub walls: Vec<Point2<f64>>,
-    /// Where the robot was.
+    /// The robot's positions.
     pub way: Vec<Point2<f64>>,
-    /// Points that can be recognised.
+    /// Recognisable points.
     pub landmarks: Vec<Point2<f64>>,
-    /// What was seen to be free; where nobody says, it is what can be seen from the way.
+    /// Known free space; if there is none, it is what can be seen from `way`.
     pub grid: Option<Grid>,
 }
 
 impl MapPoints {
-    /// What a grid shows, with where the robot was and the landmarks of the same map.
+    /// The contents of a grid, with the trajectory and the landmarks of the same map.
     #[must_use]
     pub fn of_grid(
         grid: &Grid,
@@ -88,29 +87,29 @@ impl MapPoints {
 /// Where a loaded map lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapAlignment {
-    /// Its pose in the map that it was laid on.
+    /// Its pose in the map that it was aligned with.
     pub map_from_loaded: Pose2,
-    /// Part of its walls that stand on walls of the other, 0 to 1.
+    /// The part of its walls that stand on walls of the other, 0 to 1.
     pub agrees: f64,
-    /// Part of the walls of either map that stand where the other is free, 0 to 1: the larger of
-    /// the two.
+    /// The part of the walls of either map that stand where the other is free, 0 to 1: the larger
+    /// of the two.
     pub contradicts: f64,
-    /// How far walls lie from one another, root mean square, m.
+    /// Distance between matching walls, root mean square, m.
     pub residual: f64,
-    /// Landmarks that both have.
+    /// Number of landmarks that both have.
     pub landmarks: usize,
-    /// What told the place.
+    /// What determined the place.
     pub by: AlignedBy,
 }
 
-/// What told where a map lies.
+/// What determined where a map lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlignedBy {
     /// Its walls alone.
     Walls,
     /// Its landmarks, among places that walls could not tell apart, or had not found.
     Landmarks,
-    /// Either by itself.
+    /// Both, independently.
     Both,
 }
 
@@ -128,10 +127,10 @@ pub enum MapAlignmentError {
         /// How many it has.
         found: usize,
     },
-    /// Free space that cannot be told.
+    /// Free space that cannot be determined.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// Points that are none, or too many.
+    /// Points that are invalid, or too many.
     #[error("the {which} map cannot be compared: {error}")]
     Cloud {
         /// Which: `loaded` or `drawn`.
@@ -139,7 +138,7 @@ pub enum MapAlignmentError {
         /// Why.
         error: CloudError,
     },
-    /// It lies nowhere.
+    /// It fits nowhere.
     #[error(
         "no part of the map looks like it: at the best place {:.0} % of its walls stand on walls, \
          and {:.0} % of the walls of either map where the other is free",
@@ -152,7 +151,7 @@ pub enum MapAlignmentError {
         /// See [`MapAlignment::contradicts`].
         contradicts: f64,
     },
-    /// It fits more than one place.
+    /// It fits in several places.
     #[error(
         "it fits in {places} places alike: at the best {:.0} % of the walls agree, at the next {:.0} %",
         100.0 * best,
@@ -166,7 +165,7 @@ pub enum MapAlignmentError {
         /// At the next.
         next: f64,
     },
-    /// Walls do not hold it.
+    /// The walls do not constrain its position in one direction.
     #[error(
         "its walls do not say how far along the direction ({:.2}, {:.2}) of the map it lies, as in a corridor",
         direction.x,
@@ -178,15 +177,15 @@ pub enum MapAlignmentError {
     },
 }
 
-/// Fewer points of walls than this say nothing: 3 m, in cells of 5 cm.
+/// Fewer wall points than this say nothing: 3 m, in cells of 5 cm.
 pub const FEWEST_POINTS: usize = 60;
-/// Of all walls of the one or of the other, this part has to agree.
+/// At least this part of all walls of one map or of the other has to agree.
 const LEAST_AGREES: f64 = 0.5;
-/// Another place at which this part as much agrees is as good.
+/// Another place with at least this part of the agreement is just as good.
 const RIVAL: f64 = 0.85;
-/// Places nearer to each other than this, m and rad, are one.
+/// Places nearer to each other than this, m and rad, count as one.
 const APART: (f64, f64) = (0.5, 0.2);
-/// Points that are matched or judged, and matched to, at most.
+/// The most points that are matched or judged, and the most that are matched to.
 const MOST_MATCHED: usize = 2000;
 const MOST_FIXED: usize = 30_000;
 
@@ -228,25 +227,25 @@ pub fn align_map(
         if !place.pose().is_finite() {
             continue;
         }
-        // Of several starts that come to one place, the one that comes nearest to it.
+        // If several starts lead to one place, keep the result with the best agreement.
         match places.iter_mut().find(|other| other.is_near(place.pose())) {
             Some(other) if other.net() < place.net() => *other = place,
             Some(_) => {}
             None => places.push(place),
         }
     }
-    // The first of those that are equal.
+    // Stable: of equal ones the first comes first.
     places.sort_by_key(|place| std::cmp::Reverse(place.net()));
     decide(&places, told.as_ref(), loaded, landmarks)
 }
 
-/// A place of the loaded map, and what both maps say of each other there.
+/// A place of the loaded map, and what both maps say about each other there.
 struct Place {
     found: Registration,
-    /// Of the loaded walls, and of those of the map.
+    /// Of the loaded walls, and of the walls of the other map.
     forth: Agreement,
     back: Agreement,
-    /// Places of the loaded way that are walls.
+    /// Number of positions of the loaded trajectory that are walls.
     crossed: usize,
 }
 
@@ -260,7 +259,7 @@ impl Place {
         off.length() < APART.0 && wrap(self.pose().heading() - pose.heading()).abs() < APART.1
     }
 
-    /// What agrees less what contradicts.
+    /// What agrees minus what contradicts.
     fn net(&self) -> usize {
         let agree = self.forth.agree + self.back.agree;
         agree.saturating_sub(self.forth.contradict + self.back.contradict + self.crossed)
@@ -286,7 +285,7 @@ impl Place {
     }
 }
 
-/// How many places of a way are walls of the other map.
+/// How many positions of a trajectory are walls of the other map.
 fn crossed(way: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> usize {
     let some = thinned(way, MOST_MATCHED, 0);
     let is_wall = |at: &&Point2<f64>| grid.state(grid.cell_at(*pose * **at)) == CellState::Occupied;

@@ -1,32 +1,34 @@
-//! Whether a map is whole, and where it is torn: how well the stretches of a way that show the same
-//! places agree, as they lie in the map.
+//! Whether a map is whole, and where it is torn: how well those stretches of the trajectory that
+//! show the same places agree, as they lie in the map.
 //!
-//! In: the submaps where they lie, when they were seen, and what holds each to the next. Out:
+//! In: the submaps where they lie, when they were seen, and what joins each to the next. Out:
 //! [`MapQuality`].
 //!
-//! 1. All submaps are compared that overlap in the map and share no scan (`pairs`). What one never
-//!    saw of the other says nothing.
-//! 2. Two of them bear witness to a tear where the same walls stand twice: they would surely agree
-//!    at another pose nearby, which also says how far the map is off. Or where each saw through
-//!    most of what the other has drawn.
-//! 3. A submap and the next share scans, which lie in both. Where these are apart in the map,
-//!    either the scans behind were laid wrong or the map is bent: the way bears witness, too. That
-//!    is the only one where a long corridor agrees with itself wherever it lies. What the next one
-//!    took over is drawn as the one before has it, so it is not asked about anything else then.
-//! 4. One witness may be furniture that was moved, a glass door, or a turn that was mended at once.
-//!    Several at one place that say the same are a tear (`tears`). Scans that were shifted are one
-//!    by themselves: no furniture moves them.
-//! 5. Parts of the way that no loop holds to one another are as far off as the way between them may
-//!    be: where the robot was lost there, the map is torn as well; else it is only doubtful.
-//! 6. Where no scan was matched to another, nothing could contradict: that is no good map either,
-//!    and it is said why ([`Unjudgeable`]).
+//! 1. All submaps that overlap in the map and share no scan are compared (`pairs`). Where one saw
+//!    nothing, it says nothing about the other.
+//! 2. Two of them witness a tear if the same walls stand twice: they would surely agree at another
+//!    pose nearby, which also tells how far the map is off. Or if each saw as free most of what the
+//!    other has drawn.
+//! 3. A submap and the next share scans, which lie in both. If these are apart in the map, either
+//!    the later scans were placed wrongly or the map is bent: the trajectory is a witness, too. It
+//!    is the only one where a long corridor agrees with itself at any position. What the next
+//!    submap took over is drawn as the previous one has it, so that submap is then no witness of
+//!    anything else.
+//! 4. A single witness may be furniture that was moved, a glass door, or a rotation that was
+//!    corrected at once. Several at one place that say the same are a tear (`tears`). Scans that
+//!    were shifted are a tear by themselves: no furniture moves them.
+//! 5. Parts of the trajectory that no loop ties to one another are as far off as the path between
+//!    them may be: if the robot was lost there, the map is torn as well; otherwise it is only
+//!    doubtful.
+//! 6. If no scan was matched to another, nothing could contradict: such a map is not good either,
+//!    and the reason is reported ([`Unjudgeable`]).
 //!
-//! 7. Beside the verdict: how far ways were off when loops were closed over them, in units of what
-//!    the pose graph said of them ([`MapQuality::loop_ratio`]). Where that is several times more
-//!    on the median, its covariances are not to be believed; the map may be good all the same.
+//! 7. Beside the verdict: how far paths were off when loops were closed over them, relative to the
+//!    covariance by the pose graph ([`MapQuality::loop_ratio`]). If the median is several times too
+//!    large, its covariances are not credible; the map may be good all the same.
 //!
-//! None of this asks how closures were found, so that it tells also of what nobody thought of. What
-//! it does not see: a part that was seen only once, and lies wrong.
+//! None of this asks how closures were found, so it also detects errors that nobody thought of.
+//! What it does not detect: a part that was seen only once, and lies wrong.
 
 mod pairs;
 mod tears;
@@ -44,27 +46,27 @@ use crate::map::SurfelConfig;
 use crate::registration::MatchConfig;
 use crate::robot::Stamp;
 
-/// A map that is off by more than this somewhere is torn, m: a robot no longer finds through doors.
+/// A map that is off by more than this somewhere is torn, m: a robot no longer fits through doors.
 const TORN_BEYOND: f64 = 0.3;
-/// A turn moves walls by what it moves those that lie so far ahead, m: where a robot looks that
-/// goes through a door.
+/// A heading error counts as the shift of walls at this distance ahead, m: where a robot looks when
+/// it drives through a door.
 const AHEAD: f64 = 2.0;
-/// Doubt, m, that makes parts of a map doubtful which nothing holds together: as far as a wall is
-/// searched for that stands twice.
+/// Uncertainty, m, above which parts of a map that nothing ties together are doubtful: the distance
+/// up to which a wall that stands twice is searched for.
 const DOUBTFUL_BEYOND: f64 = 1.0;
-/// Of fewer closed loops nothing systematic is said.
+/// With fewer closed loops than this, nothing systematic is claimed.
 const LEAST_LOOPS: usize = 5;
-/// Ways that are off by more than so many times what was known of them, on the median, were known
-/// worse than was said.
+/// If paths are off, on the median, by more than this many times their claimed uncertainty, that
+/// uncertainty was too small.
 const MOST_RATIO: f64 = 3.0;
 
-/// What is to be thought of a map.
+/// The verdict on a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapVerdict {
     /// Wherever a place was seen twice, both agree.
     Good,
-    /// Nothing contradicts, but the way to some parts is known badly, and nothing else holds them;
-    /// or nothing can be said at all.
+    /// Nothing contradicts, but the path to some parts is poorly known and nothing else ties them
+    /// down; or the map cannot be judged at all.
     Doubtful,
     /// At some places it contradicts itself, or falls apart.
     Torn,
@@ -82,12 +84,12 @@ impl MapVerdict {
     }
 }
 
-/// Why nothing can be said of a map.
+/// Why a map cannot be judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unjudgeable {
     /// No scan showed a surface to which others could be matched.
     NoSurfaces,
-    /// There was one scan.
+    /// There was only one scan.
     OneScan,
     /// One scan was drawn, and the last one could not be matched to it.
     Unmatched,
@@ -110,11 +112,11 @@ impl Unjudgeable {
 pub enum TearKind {
     /// The same walls stand twice, or the same scans.
     Doubled,
-    /// Walls stand where the robot saw through at another time.
+    /// Walls stand where the robot saw free space at another time.
     Contradicted,
-    /// The robot was lost, and no loop holds what came after to what was before.
+    /// The robot was lost, and no loop ties what came after to what was before.
     Loose,
-    /// As `Loose`, but the robot was not lost: the way was only long. This alone tears no map.
+    /// Like `Loose`, but the robot was not lost: the path was only long. This alone tears no map.
     Unproven,
 }
 
@@ -131,50 +133,50 @@ impl TearKind {
     }
 }
 
-/// A place where a map is torn, or may be.
+/// A place where a map is torn, or may be torn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tear {
     /// Why.
     pub kind: TearKind,
     /// Where, map frame, m.
     pub place: Point2<f64>,
-    /// How far the two sides are off, m: as measured between walls that stand twice, or one
-    /// standard deviation of what is not known; `None` where they are so far off that nothing fits.
+    /// How far the two sides are off, m: measured between walls that stand twice, or one standard
+    /// deviation of the uncertainty; `None` if they are so far off that nothing fits.
     pub off: Option<f64>,
-    /// When the one side was seen, from and to.
+    /// When the earlier side was seen, from and to.
     pub earlier: [Stamp; 2],
-    /// When the other was.
+    /// When the later side was seen, from and to.
     pub later: [Stamp; 2],
-    /// Pairs of submaps that bear witness, those that share scans included.
+    /// Number of pairs of submaps that witness it, including those that share scans.
     pub witnesses: usize,
 }
 
-/// A stretch of the way, as long as a submap, and what else was seen of its places.
+/// A stretch of the trajectory, as long as a submap, and how well the rest agrees with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
     /// When it was seen, from and to.
     pub seen: [Stamp; 2],
-    /// Of all that the rest of the way says of its walls, the part that agrees; `None` where they
-    /// were seen only once.
+    /// Of all that the rest of the trajectory says about its walls, the part that agrees; `None` if
+    /// they were seen only once.
     pub agreement: Option<f64>,
 }
 
-/// What a map is worth.
+/// The quality of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapQuality {
-    /// In a word.
+    /// The verdict, in a word.
     pub verdict: MapVerdict,
-    /// Why nothing can be said of it, where that is so; it is doubtful then.
+    /// Why it cannot be judged, if so; the verdict is then doubtful.
     pub unjudgeable: Option<Unjudgeable>,
-    /// Of all that stretches of the way say of each other's walls, the part that agrees; `None`
-    /// where no place was seen twice.
+    /// Of all that stretches of the trajectory say about each other's walls, the part that agrees;
+    /// `None` if no place was seen twice.
     pub agreement: Option<f64>,
-    /// The stretches of the way, in the order of time.
+    /// The stretches of the trajectory, in the order of time.
     pub stretches: Vec<Stretch>,
     /// The places where it is torn or doubtful, the worst first.
     pub tears: Vec<Tear>,
-    /// The loops that were closed, in the order of time; of those of one submap the one whose way
-    /// was known worst.
+    /// The closed loops in the order of time; for each submap only the one whose path was least
+    /// certain.
     pub loops: Vec<ClosedLoop>,
 }
 
@@ -183,15 +185,15 @@ pub struct MapQuality {
 pub struct ClosedLoop {
     /// When its earlier end was seen, from and to.
     pub earlier: [Stamp; 2],
-    /// When its later end was.
+    /// When its later end was seen, from and to.
     pub later: [Stamp; 2],
-    /// How far off the way between them was, and what was known of it.
+    /// How far off the path between them was, and how well it was known.
     pub error: LoopError,
 }
 
 impl MapQuality {
-    /// How far off ways were when loops were closed over them, in units of what was known of them:
-    /// the median. 1 is honest, about; `None` of fewer than five.
+    /// The median of how far off paths were when loops were closed over them, relative to their
+    /// claimed uncertainty. About 1 is honest; `None` if there are fewer than five.
     #[must_use]
     pub fn loop_ratio(&self) -> Option<f64> {
         let mut ratios: Vec<f64> = self.loops.iter().map(|closed| closed.error.ratio).collect();
@@ -200,7 +202,7 @@ impl MapQuality {
         ratios.get(ratios.len() / 2).copied().filter(|_| is_enough)
     }
 
-    /// Whether ways are systematically known worse than the pose graph says.
+    /// Whether paths are systematically less certain than the pose graph claims.
     #[must_use]
     pub fn is_overconfident(&self) -> bool {
         self.loop_ratio().is_some_and(|ratio| ratio > MOST_RATIO)
@@ -215,29 +217,29 @@ pub(super) struct Placed<'a> {
     pub(super) seen: [Stamp; 2],
 }
 
-/// A submap and the next, which share scans and lie apart in the map.
+/// A submap and the next one, which share scans and yet lie apart in the map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parted {
     /// The earlier of the two.
     pub(super) earlier: usize,
-    /// How far the later lies from where the scans that both hold put it, m.
+    /// How far the later one lies from where the shared scans put it, m.
     pub(super) shift: f64,
     /// The same, rad.
     pub(super) turn: f64,
 }
 
-/// Submaps one after the other that no loop holds together.
+/// Consecutive submaps that no loop ties together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Untied {
     /// The submaps on either side.
     pub(super) between: [usize; 2],
-    /// What is not known of the way between them, m: a standard deviation.
+    /// The uncertainty of the path between them, m: a standard deviation.
     pub(super) doubt: f64,
-    /// Whether the robot was lost on it.
+    /// Whether the robot was lost on that path.
     pub(super) is_lost: bool,
 }
 
-/// A map that is being judged, submap by submap, as it was when that began.
+/// A judgement in progress, submap by submap, of a map as it was at the start.
 #[derive(Clone, Debug)]
 pub struct MapJudgement {
     /// Where each submap lay, and when it was seen.
@@ -250,7 +252,7 @@ pub struct MapJudgement {
 }
 
 impl MapJudgement {
-    /// Of submaps in the order in which they were made; each shares scans with the next.
+    /// For submaps in the order in which they were made; each shares scans with the next.
     pub(super) fn new(
         places: Vec<(Pose2, [Stamp; 2])>,
         untied: Vec<Untied>,
@@ -268,7 +270,7 @@ impl MapJudgement {
         }
     }
 
-    /// Asks the next submap; `false` when all have been.
+    /// Examines the next submap; `false` when all have been examined.
     pub(super) fn step(
         &mut self,
         placed: &[Placed<'_>],
@@ -278,13 +280,13 @@ impl MapJudgement {
         self.pairs.step(placed, surfels, matching)
     }
 
-    /// The part that is done, 0 to 1.
+    /// The completed part, 0 to 1.
     #[must_use]
     pub fn progress(&self) -> f64 {
         self.pairs.done as f64 / self.places.len().max(1) as f64
     }
 
-    /// What the submaps asked so far make of the map.
+    /// The quality of the map by the submaps examined so far.
     pub(super) fn quality(&self, placed: &[Placed<'_>]) -> MapQuality {
         let quality = MapQuality::of(&self.pairs.found, placed, &self.untied, &self.parted);
         MapQuality {
@@ -309,8 +311,8 @@ impl MapQuality {
         let agreements: Vec<Option<f64>> = (0..placed.len())
             .map(|index| agreement(of_one(index)))
             .collect();
-        // What a submap took over is drawn as the one before has it. Where that lies elsewhere, the
-        // submap shows what it took over in the wrong place, and says nothing of the map.
+        // What a submap took over is drawn as the previous one has it. If that lies elsewhere, the
+        // submap shows what it took over in the wrong place, and says nothing about the map.
         let is_misled = |index: &usize| {
             let by = |parted: &Parted| parted.earlier + 1 == *index && parted.off() > TORN_BEYOND;
             parted.iter().any(by)
@@ -345,7 +347,7 @@ impl MapQuality {
     }
 }
 
-/// What is so far off that nothing fits comes first, what is only unproven last.
+/// Tears so far off that nothing fits come first, those only unproven last.
 fn severity(tear: &Tear) -> f64 {
     let off = tear.off.unwrap_or(f64::MAX);
     match tear.kind {
@@ -354,13 +356,13 @@ fn severity(tear: &Tear) -> f64 {
     }
 }
 
-/// How far walls may be off that lie ahead of a place in doubt, m: a standard deviation.
+/// How far walls ahead of a place with this uncertainty may be off, m: a standard deviation.
 pub(super) fn doubt_ahead(doubt: &Doubt) -> f64 {
     libm::hypot(doubt.shift, AHEAD * doubt.turn)
 }
 
 impl Parted {
-    /// How far walls are off that both show, m.
+    /// How far walls that both show are off, m.
     fn off(&self) -> f64 {
         self.shift + AHEAD * self.turn
     }

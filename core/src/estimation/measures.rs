@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Point2, Vector2};
 use crate::geom::Pose2;
 
 /// Absolute trajectory error: root mean square distance, m, of estimated from true positions after
-/// the rigid motion that brings them closest. `None` where there are fewer than two pairs.
+/// the rigid motion that aligns them best. `None` if there are fewer than two pairs.
 ///
 /// Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V;
 /// alignment by Umeyama (1991) without scale, in two dimensions.
@@ -48,7 +48,7 @@ pub fn align(target: &[Point2<f64>], source: &[Point2<f64>]) -> Option<Pose2> {
     Some(closest(&cross, target_mean, source_mean))
 }
 
-/// The motion of [`align`] by the sum of products of what is centred, and by the means.
+/// The motion of [`align`], from the sum of products of centred coordinates and from the means.
 fn closest(cross: &Matrix2<f64>, target_mean: Vector2<f64>, source_mean: Vector2<f64>) -> Pose2 {
     let turn = libm::atan2(cross[(0, 1)] - cross[(1, 0)], cross[(0, 0)] + cross[(1, 1)]);
     let rotation = Pose2::new(0.0, 0.0, turn);
@@ -56,10 +56,10 @@ fn closest(cross: &Matrix2<f64>, target_mean: Vector2<f64>, source_mean: Vector2
     Pose2::new(shift.x, shift.y, turn)
 }
 
-/// The motion of [`align`] of pairs that come one by one: sums are kept, and no points.
+/// [`align`] for pairs that arrive one by one: keeps sums, and no points.
 #[derive(Clone, Debug, Default)]
 pub struct Alignment {
-    /// The first pair. All are counted from there: sums of coordinates far from zero lose digits.
+    /// The first pair, used as the origin: sums of coordinates far from zero lose digits.
     first: Option<[Vector2<f64>; 2]>,
     count: usize,
     target: Vector2<f64>,
@@ -79,7 +79,7 @@ impl Alignment {
         self.cross += source * target.transpose();
     }
 
-    /// `None` of fewer than two pairs.
+    /// `None` if there are fewer than two pairs.
     #[must_use]
     pub fn target_from_source(&self) -> Option<Pose2> {
         let [first_target, first_source] = self.first.filter(|_| self.count >= 2)?;

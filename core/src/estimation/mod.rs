@@ -1,5 +1,4 @@
-//! From odometry and matches to a pose with covariance, the map that belongs to it, and measures of
-//! both.
+//! From odometry and matches to a pose with covariance, its map, and quality measures of both.
 
 mod agreement;
 mod block_cholesky;

@@ -1,18 +1,19 @@
 //! Poses that agree best with measured motions between them.
 //!
-//! In: first guesses of poses, and edges: a measured motion from one to another with its
-//! information and a robust kernel. Out: the poses of least cost, and how well they are known. The
-//! first pose stays where it is.
+//! In: initial poses, and edges: a measured motion from one pose to another with its information
+//! and a robust kernel. Out: the poses of least cost, and their covariances. The first pose is
+//! fixed.
 //!
-//! 1. The error of an edge is z⁻¹ x_i⁻¹ x_j as (x, y, θ), z the measured motion (g2o's SE2 edge).
-//! 2. Gauss-Newton from the present poses, Levenberg-Marquardt where that leads nowhere
-//!    (`optimize`). The normal equations (`linear`) are solved by [`BlockPattern`], whose order is
-//!    kept while the graph grows.
-//! 3. A robust kernel weighs each edge by its own χ (iteratively re-weighted least squares), so
+//! 1. The error of an edge is z⁻¹ x_i⁻¹ x_j as (x, y, θ), where z is the measured motion (g2o's SE2
+//!    edge).
+//! 2. Gauss-Newton from the present poses, Levenberg-Marquardt if that fails (`optimize`). The
+//!    normal equations (`linear`) are solved by [`BlockPattern`], whose order is kept while the
+//!    graph grows.
+//! 3. A robust kernel weights each edge by its own χ (iteratively re-weighted least squares), so
 //!    that one false loop closure does not bend the map.
-//! 4. Covariances of poses and of motions between them, when asked for (`marginals`).
+//! 4. Covariances of poses and of motions between them are computed on request (`marginals`).
 //!
-//! Edges can be taken out again: a loop closure that later ones contradict is revoked.
+//! Edges can be removed again: a loop closure that later ones contradict is revoked.
 //!
 //! Source: Grisetti et al. (2010), "A tutorial on graph-based SLAM"; Kümmerle et al. (2011), "g2o".
 
@@ -42,19 +43,19 @@ pub use self::optimize::Optimization;
 pub struct PoseGraph {
     poses: Vec<Pose2>,
     edges: Vec<Edge>,
-    /// As `edges`, rising.
+    /// In the order of `edges`, ascending.
     ids: Vec<EdgeId>,
     next_id: usize,
-    /// Of the last time that the graph was solved.
+    /// The pattern of the last time that the graph was solved.
     pattern: Arc<BlockPattern>,
 }
 
-/// An edge of a graph: its own for good, also after others were removed.
+/// The name of an edge in a graph: permanent, also after others were removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EdgeId(usize);
 
 impl EdgeId {
-    /// The name of an edge that was appended to a graph with so many names.
+    /// The name of an edge after its graph was appended to one that has used `by` names.
     pub(super) fn shifted(self, by: usize) -> Self {
         Self(self.0 + by)
     }
@@ -67,8 +68,8 @@ impl PoseGraph {
         self.poses.len() - 1
     }
 
-    /// Adds a measured motion; `None` where an end does not exist, both ends are the same, or a
-    /// number is not finite.
+    /// Adds a measured motion; `None` if an end does not exist, both ends are the same, or a number
+    /// is not finite.
     pub fn add_edge(&mut self, edge: Edge) -> Option<EdgeId> {
         let poses = self.poses.len();
         let joins_two = edge.from != edge.to && edge.from.max(edge.to) < poses;
@@ -83,20 +84,20 @@ impl PoseGraph {
         Some(id)
     }
 
-    /// Takes an edge out again; `None` where it is no longer there. The poses stay where they are
-    /// until the next [`Self::optimize`].
+    /// Removes an edge; `None` if it is no longer there. The poses stay unchanged until the next
+    /// [`Self::optimize`].
     pub fn remove_edge(&mut self, id: EdgeId) -> Option<Edge> {
         let at = self.ids.binary_search(&id).ok()?;
         self.ids.remove(at);
         Some(self.edges.remove(at))
     }
 
-    /// Puts an edge back under the name that it had. `None` where that is taken, and as of
+    /// Puts an edge back under its old name. `None` if that name is in use, or in the cases of
     /// [`Self::add_edge`].
     pub(super) fn put_back(&mut self, id: EdgeId, edge: Edge) -> Option<EdgeId> {
         let at = self.ids.binary_search(&id).err()?;
         self.add_edge(edge)?;
-        // Names rise: from the end to where it stood.
+        // Names ascend: move the edge from the end to its old place.
         self.ids.pop();
         self.edges.pop();
         self.ids.insert(at, id);
@@ -104,8 +105,8 @@ impl PoseGraph {
         Some(id)
     }
 
-    /// The graph of the poses that have a number, under it, and of the edges between them, which
-    /// keep their names. The numbers rise.
+    /// The graph of the poses that have a new number, under that number, and of the edges between
+    /// them, which keep their names. The numbers must ascend.
     pub(super) fn kept(&self, numbers: &[Option<usize>]) -> Self {
         let number = |pose: usize| numbers.get(pose).copied().flatten();
         let poses = self.poses.iter().enumerate();
@@ -125,7 +126,7 @@ impl PoseGraph {
         kept
     }
 
-    /// Lets in another pose under this number; those from there on are numbered higher by one.
+    /// Inserts another pose under this number; the numbers from there on increase by one.
     pub(super) fn let_in(&mut self, number: usize, pose: Pose2) {
         self.poses.insert(number.min(self.poses.len()), pose);
         for edge in &mut self.edges {
@@ -135,7 +136,7 @@ impl PoseGraph {
         self.pattern = Arc::default();
     }
 
-    /// Appends another graph; its edges are named from the number on that is returned.
+    /// Appends another graph; its edges are named from the returned number on.
     pub(super) fn append(&mut self, other: &Self) -> usize {
         let (poses, names) = (self.poses.len(), self.next_id);
         self.poses.extend(&other.poses);
@@ -150,14 +151,14 @@ impl PoseGraph {
         names
     }
 
-    /// Puts a pose elsewhere; the edges stay as they are.
+    /// Sets a pose; the edges stay unchanged.
     pub(super) fn set_pose(&mut self, number: usize, pose: Pose2) {
         if let Some(kept) = self.poses.get_mut(number) {
             *kept = pose;
         }
     }
 
-    /// An edge; `None` where it is no longer there.
+    /// An edge; `None` if it is no longer there.
     #[must_use]
     pub fn edge(&self, id: EdgeId) -> Option<&Edge> {
         self.edges.get(self.ids.binary_search(&id).ok()?)
@@ -175,14 +176,14 @@ impl PoseGraph {
         &self.edges
     }
 
-    /// The edges' own names, in the order of [`Self::edges`].
+    /// The names of the edges, in the order of [`Self::edges`].
     #[must_use]
     pub fn edge_ids(&self) -> &[EdgeId] {
         &self.ids
     }
 
-    /// χ² of an edge at the present poses, without its kernel: of 3 degrees of freedom if its
-    /// information is honest. `None` where it is no longer there.
+    /// χ² of an edge at the present poses, without its kernel: with 3 degrees of freedom if its
+    /// information is honest. `None` if the edge is no longer there.
     #[must_use]
     pub fn edge_chi2(&self, id: EdgeId) -> Option<f64> {
         self.edge(id).map(|edge| self.chi2_of(edge))
@@ -194,7 +195,7 @@ impl PoseGraph {
         self.edges.iter().map(|edge| self.chi2_of(edge)).sum()
     }
 
-    /// χ² of an edge, its own or not, at the present poses.
+    /// χ² of any edge, in the graph or not, at the present poses.
     pub(super) fn chi2_of(&self, edge: &Edge) -> f64 {
         let (Some(from), Some(to)) = (self.poses.get(edge.from), self.poses.get(edge.to)) else {
             return 0.0;
@@ -203,8 +204,8 @@ impl PoseGraph {
         error.dot(&(edge.information * error))
     }
 
-    /// How well the poses are known, for as many questions as there are; `None` where not every
-    /// pose hangs on the first one.
+    /// Covariances for any number of queries; `None` if not every pose is connected to the first
+    /// one.
     ///
     /// Costs as much as a step of [`Self::optimize`].
     #[must_use]
@@ -212,8 +213,8 @@ impl PoseGraph {
         Marginals::of(self)
     }
 
-    /// Covariance of (x, y, θ) of a pose against the first one; `None` where the graph does not
-    /// hold it. [`Self::marginals`] answers more such questions at once.
+    /// Covariance of (x, y, θ) of a pose relative to the first one; `None` if the graph does not
+    /// determine it. [`Self::marginals`] answers several such queries at once.
     #[must_use]
     pub fn marginal(&self, pose: usize) -> Option<Matrix3<f64>> {
         if pose == 0 && !self.poses.is_empty() {
@@ -222,14 +223,14 @@ impl PoseGraph {
         self.marginals()?.cov(pose)
     }
 
-    /// Covariance of (x, y, θ) of the motion `from_from_to`, in the frame of `from`; `None` where
-    /// the graph does not hold both. [`Self::marginals`] answers more such questions at once.
+    /// Covariance of (x, y, θ) of the motion `from_from_to`, in the frame of `from`; `None` if the
+    /// graph does not determine both. [`Self::marginals`] answers several such queries at once.
     #[must_use]
     pub fn relative_cov(&self, from: usize, to: usize) -> Option<Matrix3<f64>> {
         self.marginals()?.relative_cov(from, to)
     }
 
-    /// The pattern of the normal equations, that of the last time where it still serves. Pose i is
+    /// The pattern of the normal equations, the previous one if it can still be used. Pose i is
     /// block i - 1: the first pose is fixed.
     fn pattern(&self) -> Arc<BlockPattern> {
         let pairs = self

@@ -1,18 +1,17 @@
 //! How far a trajectory is from a reference trajectory of the same scans.
 //!
 //! In: both, stamped in seconds. Out: [`AbsoluteErrors`], or motions of the reference, which
-//! [`super::relation_errors`] holds against those of the trajectory.
+//! [`super::relation_errors`] compares with those of the trajectory.
 //!
-//! 1. Absolute: distances of positions after the rigid motion that brings all of them closest. One
-//!    wrong turn early in the run counts for all that follows.
-//! 2. Relative, over a distance: from each pose to the first that lies so far on along the way.
-//! 3. At revisits: from each pose to the first much later one at the same place. It says whether
-//!    loops close, and needs no alignment; a reference that is good to some centimetres only says
-//!    most there.
+//! 1. Absolute: distances of positions after the rigid motion that aligns them best. One wrong turn
+//!    early in the run affects all that follows.
+//! 2. Relative, over a distance: from each pose to the first one at least this far along the path.
+//! 3. At revisits: from each pose to the first much later one at the same place. This shows whether
+//!    loops close, and needs no alignment; a reference that is good only to some centimetres is
+//!    most informative there.
 //!
-//! Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V;
-//! motions over a distance as Geiger et al. (2012), "Are we ready for autonomous driving?", §3,
-//! have them.
+//! Source: Sturm et al. (2012), "A benchmark for the evaluation of RGB-D SLAM systems", §V; motions
+//! over a distance as in Geiger et al. (2012), "Are we ready for autonomous driving?", §3.
 
 use nalgebra::Point2;
 
@@ -21,17 +20,17 @@ use super::relations::StampedMotion;
 use super::stamps::PosesByStamp;
 use crate::geom::{Length, Pose2};
 
-/// Poses at most so far apart are at the same place, m.
+/// Poses are at the same place up to this distance, m.
 const SAME_PLACE: f64 = 2.0;
-/// Poses nearer to each other in the order of time are one visit.
+/// Poses with fewer poses than this between them belong to one visit.
 const ONE_VISIT: usize = 50;
 
 /// Distances of positions after alignment, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AbsoluteErrors {
-    /// Poses of the reference that the trajectory has, too.
+    /// Poses of the reference that the trajectory has too.
     pub count: usize,
-    /// Poses of the reference that it has not.
+    /// Poses of the reference that the trajectory lacks.
     pub left_out: usize,
     /// Root of the mean squared distance, m.
     pub rmse: f64,
@@ -62,8 +61,8 @@ pub fn absolute_errors(
     })
 }
 
-/// Motions of a reference over a distance, m: from each pose to the first that lies at least so far
-/// on along the way.
+/// Motions of a reference over a distance, m: from each pose to the first one at least this far
+/// along the path.
 #[must_use]
 pub fn motions_over(reference: &[(f64, Pose2)], distance: f64) -> Vec<StampedMotion> {
     let step = |pair: &[(f64, Pose2)]| (pair[1].1.position() - pair[0].1.position()).length();
@@ -104,7 +103,7 @@ mod tests {
     use super::*;
     use crate::estimation::relation_errors;
 
-    /// Along the x axis, a metre a second.
+    /// Along the x axis, one metre per second.
     fn straight(poses: u32) -> Vec<(f64, Pose2)> {
         let at = |i: u32| (f64::from(i), Pose2::new(f64::from(i), 0.0, 0.0));
         (0..poses).map(at).collect()
@@ -157,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_revisit_is_the_first_much_later_pose_at_the_same_place() {
-        // Out 60 m and back: there are 50 poses between only from 26 m before the end on.
+        // Out 60 m and back: 50 poses lie between two visits only from 26 m before the end on.
         let way = |i: u32| Pose2::new(60.0 - (60.0 - f64::from(i)).abs(), 0.0, 0.0);
         let reference: Vec<_> = (0..121).map(|i| (f64::from(i), way(i))).collect();
         let found = revisits(&reference);

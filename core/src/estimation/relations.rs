@@ -3,8 +3,8 @@
 //! In: a trajectory stamped in seconds, reference motions. Out: [`RelationErrors`].
 //!
 //! The error of a relation is the motion from the true to the estimated motion, δ*⁻¹ δ: its length
-//! and its turn. A measure over relations does not punish one wrong turn early in the run over and
-//! over, as one over absolute poses does.
+//! and its rotation. A measure over relations does not penalise one wrong turn early in the run
+//! over and over, as one over absolute poses does.
 //!
 //! Source: Kümmerle et al. (2009), "On measuring the accuracy of SLAM algorithms", Autonomous
 //! Robots 27, eq. (3)-(5).
@@ -12,12 +12,12 @@
 use super::stamps::PosesByStamp;
 use crate::geom::{Length, Pose2};
 
-/// Errors over a set of relations: absolute and squared, of the shift and of the turn.
+/// Errors over a set of relations: absolute and squared, of shift and rotation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RelationErrors {
     /// Relations whose two scans are both in the trajectory.
     pub count: usize,
-    /// Relations of which a scan is missing.
+    /// Relations with a missing scan.
     pub left_out: usize,
     /// Mean length of the error, m.
     pub trans_abs_mean: f64,
@@ -25,7 +25,7 @@ pub struct RelationErrors {
     pub trans_abs_std: f64,
     /// Mean squared length, m².
     pub trans_sq_mean: f64,
-    /// Part of the relations whose error is longer than half a metre.
+    /// The part of the relations whose error is longer than half a metre.
     pub wrong_part: f64,
     /// Mean size of the turn, rad.
     pub rot_abs_mean: f64,
@@ -35,7 +35,7 @@ pub struct RelationErrors {
     pub rot_sq_mean: f64,
 }
 
-/// A longer error is wrong, whatever the noise of the reference, m.
+/// An error longer than this is wrong, whatever the noise of the reference, m.
 const WRONG: f64 = 0.5;
 
 /// A true motion between two scans: stamps of both, s, and the pose at the second in the frame of
@@ -76,7 +76,7 @@ pub fn relation_errors(
     }
 }
 
-/// Mean, standard deviation and mean square; zeros of nothing.
+/// Mean, standard deviation and mean square; zeros if there are no values.
 fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64, f64) {
     let count = values.clone().count().max(1) as f64;
     let mean = values.clone().sum::<f64>() / count;
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn known_errors_give_known_figures() {
-        // Two relations: one off by (3, 4) cm, one by a turn of 0.2 rad the other way round.
+        // Two relations: one off by (3, 4) cm, one by a turn of 0.2 rad in the opposite direction.
         let trajectory = [
             (1.0, Pose2::new(0.0, 0.0, 1.0)),
             (2.0, Pose2::new(0.0, 0.0, 1.0) * Pose2::new(1.03, 0.04, 0.0)),
@@ -137,7 +137,7 @@ mod tests {
         let e = relation_errors(truth, &trajectory);
         assert_eq!((e.count, e.left_out), (2, 1));
         assert!(e.trans_abs_mean < 1e-9, "{e:?}");
-        // Written with all decimals, near is not enough.
+        // With all decimals written, a nearby stamp is not enough.
         let exact = truth.map(|(from, to, motion)| (from, to + 1e-6, motion));
         assert_eq!(relation_errors(exact, &trajectory).count, 0);
     }
@@ -169,8 +169,8 @@ mod tests {
         assert_eq!(relation_errors([], &trajectory), RelationErrors::default());
     }
 
-    /// Raw odometry of the Intel log against its reference: the figures that the data's own
-    /// description states.
+    /// Raw odometry of the Intel log against its reference: the figures stated in the data's own
+    /// description.
     #[test]
     fn raw_odometry_of_intel_gives_the_stated_figures() {
         use crate::format::{carmen::CarmenLog, recorded, relations};

@@ -4,12 +4,12 @@
 //! 1. **Predict**: pose and covariance move by the odometry, whose systematic errors are states
 //!    like the pose ([`RobotState::predict`]; TDK 2016 eq. (3.1)-(3.4)).
 //! 2. **Locate** the surfaces of the scan in the walls ([`locate`]), with the predicted pose as
-//!    prior: matched, or searched for in a window that grows with each scan that finds nothing.
-//! 3. **Update**: the matched pose is the mean given prior and points; what it says of the
-//!    odometry's errors follows from their covariance with the pose.
+//!    prior: matched, or searched for in a window that grows with each scan that is not found.
+//! 3. **Update**: the matched pose is the mean given prior and points; the update of the odometry's
+//!    errors follows from their covariance with the pose.
 //!
-//! Unlike [`super::LineLocaliser`] it asks no line to be the line of the map: a map of cells, in
-//! which furniture and doorposts are short and jagged, is used as it was drawn.
+//! Unlike [`super::LineLocaliser`], it does not assign lines of the scan to lines of the map: a map
+//! of cells, in which furniture and doorposts are short and jagged, can be used as it was drawn.
 
 use std::borrow::Cow;
 
@@ -24,26 +24,26 @@ use crate::registration::{
     LocateConfig, Located, Prior, Registration, SearchConfig, Target, Verdict, locate,
 };
 
-/// Distance of the pieces into which walls are cut, m.
+/// Spacing of the pieces into which walls are cut, m.
 pub(super) const SPACING: f64 = 0.05;
-/// Odometry and the map together are never believed better than this from scan to scan, m and rad:
-/// neighbouring scans see the same errors of the map.
+/// Odometry and map together are never believed to be more accurate than this from scan to scan, m
+/// and rad: neighbouring scans see the same errors of the map.
 const FLOOR: [f64; 2] = [0.01, 0.003];
-/// Most pieces of walls, and how far from the origin they may lie, m: the map of them reaches no
-/// farther.
+/// The most pieces of walls, and their largest distance from the origin, m: the surfel map reaches
+/// no farther.
 const MOST_PIECES: f64 = 2e6;
 const FARTHEST: f64 = 800.0;
 
-/// Finds a robot in a prior map by whole scans.
+/// Localises a robot in a prior map by whole scans.
 #[derive(Clone, Debug)]
 pub struct ScanLocaliser {
     locate: LocateConfig,
     walls: Walls,
-    /// Scans since one stood on the walls.
+    /// Number of scans since one last agreed with the walls.
     lost_for: usize,
 }
 
-/// The walls, which never change: their likelihood is made once.
+/// The walls, which never change: their likelihood field is built once.
 #[derive(Clone, Debug)]
 struct Walls {
     surfels: SurfelMap,
@@ -62,10 +62,9 @@ impl Target for Walls {
 }
 
 impl ScanLocaliser {
-    /// In a map whose `faces` have what is free to the left of the way from `a` to `b`.
+    /// In a map whose `faces` have free space to the left of the direction from `a` to `b`.
     ///
-    /// # Errors   [`EkfError::PriorMap`] where the walls are longer or lie farther off than can be
-    /// held.
+    /// # Errors   [`EkfError::PriorMap`] if the walls are too long, or too far away, to be held.
     pub fn new(faces: &[Segment]) -> Result<Self, EkfError> {
         check_size(faces)?;
         let mut locate = LocateConfig::in_prior_map();
@@ -90,16 +89,16 @@ impl ScanLocaliser {
         })
     }
 
-    /// Goes on from a pose that comes from elsewhere, and says nothing of the odometry.
+    /// Continues from a pose found elsewhere, which says nothing about the odometry.
     pub fn restart(&mut self, state: &mut RobotState, found: &PoseEstimate) {
         self.lost_for = 0;
         state.pose = found.pose;
         set_pose_cov(state, &found.cov, &Matrix2x3::zeros());
     }
 
-    /// Steps 2 and 3: corrects `state` by the surfaces of one scan, robot frame;
-    /// `heading_variance` is what odometry gathered of it since they were seen, in the mean, rad².
-    /// Gives how they fit; `None` where they do not.
+    /// Steps 2 and 3: corrects `state` by the surfaces of one scan, robot frame; `heading_variance`
+    /// is the heading variance that odometry has accumulated since they were seen, on average,
+    /// rad². Returns how well they fit; `None` if they do not.
     pub fn update(
         &mut self,
         state: &mut RobotState,
@@ -115,7 +114,7 @@ impl ScanLocaliser {
         let located = locate(surfaces, &self.walls, &prior, self.lost_for, &self.locate);
         match located {
             Located::Matched(_) | Located::Found(_) => self.lost_for = 0,
-            // Nothing was seen, which says nothing.
+            // Nothing was seen, so this says nothing.
             Located::Lost(_) if surfaces.is_empty() => {}
             Located::Lost(_) => self.lost_for += 1,
         }
@@ -132,9 +131,9 @@ impl ScanLocaliser {
     }
 }
 
-/// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But what the
-/// points say is worth less than I: the heading errs by Q from the middle of the sweep to now. With
-/// I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which asks for no inverse of I, the update is P' = (P⁻¹ +
+/// Step 3. The match is the mean of prior and points, x = (P⁻¹ + I)⁻¹ (P⁻¹ x̂ + I z). But the
+/// points are less informative than I: the heading errs by Q from the middle of the sweep to now.
+/// With I' = (I⁻¹ + Q)⁻¹ = (1 + I Q)⁻¹ I, which needs no inverse of I, the update is P' = (P⁻¹ +
 /// I')⁻¹ and x' = x̂ + P' (1 + I Q)⁻¹ (P⁻¹ + I) (x - x̂).
 fn correct(
     state: &mut RobotState,
@@ -180,7 +179,8 @@ fn set_pose_cov(state: &mut RobotState, cov: &Matrix3<f64>, cross: &Matrix2x3<f6
     view.copy_from(&cross.transpose());
 }
 
-/// Before there are any pieces: a plan of a few kilobytes may show walls of a thousand kilometres.
+/// Checked before any pieces are made: a plan of a few kilobytes may have walls of a thousand
+/// kilometres.
 pub(super) fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
     let finite = faces.iter().filter(|face| face.length().is_finite());
     let count: f64 = finite.map(|face| (face.length() / SPACING).ceil()).sum();
@@ -199,13 +199,13 @@ pub(super) fn check_size(faces: &[Segment]) -> Result<(), EkfError> {
     Ok(())
 }
 
-/// Whether most walls have no thickness: one face after the other, they are there and back.
+/// Whether most walls have no thickness: their faces come in pairs, there and back.
 fn are_thin(faces: &[Segment]) -> bool {
     let is_back = |pair: &&[Segment]| pair[0].a == pair[1].b && pair[0].b == pair[1].a;
     2 * faces.chunks_exact(2).filter(is_back).count() > faces.len() / 2
 }
 
-/// A face cut into pieces, in their middles.
+/// A face cut into pieces, each given by its centre.
 pub(super) fn pieces(face: &Segment, spacing: f64) -> impl Iterator<Item = Surfel> + use<> {
     let (a, along) = (face.a, face.vector());
     let length = along.length();

@@ -1,27 +1,28 @@
-//! SLAM by matching scans to submaps: for lidars in real buildings.
+//! SLAM by matching scans to submaps, for lidars in real buildings.
 //!
 //! In: odometry and scans. Out: the pose with its covariance, the trajectory, the grid. Scans of
-//! few beams are gathered along some way first (`gathering`).
+//! few beams are first gathered over a stretch of motion (`gathering`).
 //!
-//! 1. Several motions since the last scan are tried (`guesses`), odometry's first; the scan's
-//!    oriented points are matched to the running submap from each, and the one that fits and is
-//!    plausible is taken (`tracking`). Along a direction that the scan says nothing of, a
-//!    corridor's, odometry stands alone, and its covariance gathers until a scan fixes the
-//!    direction again. How this robot's odometry errs is learned from what is sure (`motion`).
-//! 2. After some way or turn the scan becomes a keyframe: it is added to the submap and drawn into
-//!    the grid (`keyframes`). Sweeps in between sharpen the walls that the submap has.
+//! 1. Several candidate motions since the last scan are tried (`guesses`), odometry's first. The
+//!    scan's oriented points are matched to the running submap from each, and the motion that fits
+//!    and is plausible is taken (`tracking`). Along a direction that the scan does not constrain,
+//!    such as that of a corridor, only odometry counts, and its covariance grows until a scan
+//!    constrains the direction again. The odometry errors of this robot are learned from reliable
+//!    matches (`motion`).
+//! 2. After some distance or rotation the scan becomes a keyframe: it is added to the submap and
+//!    drawn into the grid (`keyframes`). Sweeps in between sharpen the walls that the submap has.
 //! 3. After some keyframes the submap is closed and a new one begun, seeded with the last
-//!    keyframes, so that there is always a map to match to. A scan that may as well lie elsewhere,
-//!    or that contradicts the submap, begins one that is seeded with nothing and joined loosely.
+//!    keyframes, so there is always a map to match to. A scan that may equally well lie elsewhere,
+//!    or that contradicts the submap, begins a submap that is not seeded and is joined loosely.
 //!    Poses are kept relative to their submap: moving a submap moves all that was seen in it.
 //! 4. A closed submap is compared with earlier ones that may show the same place, one at each scan.
-//!    Those that surely do are joined by an edge, together with others that prove it (`closures`),
-//!    and the poses of all submaps are optimised ([`PoseGraph`]). What then tears the way is taken
-//!    out again (`revocation`).
-//! 5. Keyframes that drifted within their submap are laid where the submaps have them that closures
-//!    join to it (`refinement`).
+//!    Pairs that surely do, together with others that prove it, are joined by an edge (`closures`),
+//!    and the poses of all submaps are optimised ([`PoseGraph`]). Closures that then tear the
+//!    trajectory are removed again (`revocation`).
+//! 5. Keyframes that drifted within their submap are moved to where the submaps joined to it by
+//!    closures have them (`refinement`).
 //! 6. Where the map moved, it is redrawn beside the old one, some keyframes at each scan, and
-//!    takes its place when it is complete: no scan has to wait for it.
+//!    replaces it when complete: no scan has to wait for it.
 
 mod adrift;
 mod as_left;
@@ -101,14 +102,14 @@ pub struct ScanMatcher {
     pending: Option<Odometry>,
     submaps: Vec<Submap>,
     running: SurfelMap,
-    /// Where the beams of the running submap went through.
+    /// Space that the beams of the running submap passed through.
     running_free: FreeSpace,
-    /// The pose in the running submap, with its covariance since the last keyframe: of the last
-    /// match, and of odometry where that said nothing.
+    /// The pose in the running submap, with its covariance since the last keyframe: from the last
+    /// match, or from odometry where the match gave no information.
     local: PoseEstimate,
-    /// Whether the last scan could not be matched, so that the pose is odometry's alone.
+    /// Whether the last scan could not be matched, so the pose comes from odometry alone.
     is_blind: bool,
-    /// How the last scan fits; `None` where it was not matched, or only gathered so far.
+    /// How well the last scan fits; `None` if it was not matched, or has only been gathered so far.
     last_fit: Option<ScanFit>,
     motion: Motion,
     gathering: Gathering,
@@ -120,59 +121,59 @@ pub struct ScanMatcher {
     grid_version: u64,
     redraw: Option<Redraw>,
     graph: PoseGraph,
-    /// Covariance of the way through the running submap, so far.
+    /// Covariance of the motion through the running submap so far.
     way_cov: Matrix3<f64>,
     /// Covariance of the running submap in the map.
     submap_cov: Matrix3<f64>,
-    /// Pairs of submaps, the older first, yet to be compared.
+    /// Pairs of submaps still to be compared, the older one first.
     jobs: VecDeque<(usize, usize)>,
     closures: usize,
     waiting: Waiting,
-    /// Closures that were believed since the graph was last optimised.
+    /// Closures accepted since the graph was last optimised.
     newest: Vec<(EdgeId, Candidate)>,
     records: Records,
-    /// Closed submaps whose keyframes may be laid anew within them.
+    /// Closed submaps whose keyframes may still be refined.
     unrefined: VecDeque<Unrefined>,
-    /// How far keyframes were moved within their submaps since the map was drawn, at most, m; turns
-    /// as by `redraw_turn`.
+    /// The farthest that a keyframe was moved within its submap since the map was drawn, m;
+    /// rotations are converted by `redraw_turn`.
     moved_within: f64,
-    /// How often submaps, or keyframes within one, were placed anew.
+    /// How often submaps, or keyframes within one, were moved.
     moves: u64,
-    /// Of the submaps that were compared last.
+    /// Indexes of the submaps that were compared last.
     indexes: Indexes,
-    /// The doubt, m, at which pairs of submaps were compared.
+    /// The doubt, m, with which each pair of submaps was compared.
     compared: BTreeMap<(usize, usize), f64>,
-    /// The submap by which a loop was closed last.
+    /// The submap that closed the last loop.
     last_closed: usize,
     drift: Drift,
     graph_changed: bool,
-    /// What is added to the stamps of this run, µs, so that they follow those of earlier ones;
-    /// `None` until its first scan tells.
+    /// Added to the stamps of this run, µs, so that they follow those of earlier runs; `None` until
+    /// the first scan.
     stamp_shift: Option<u64>,
-    /// Whether a run goes on in a saved map, and has not seen anything yet.
+    /// Whether a run goes on in a saved map and has not seen anything yet.
     is_new_run: bool,
-    /// What was mapped since a run began of which it is not known where in the map it lies.
+    /// What was mapped since the run began, while its place in the map is unknown.
     unplaced: Option<Piece>,
     /// What a person has changed on the map.
     edits: Vec<Edit>,
-    /// What can be put back, the last removal last.
+    /// Removals that can be undone, the latest last.
     removals: Vec<Removal>,
 }
 
-/// A stretch of the way with its own map.
+/// A stretch of the trajectory with its own map.
 #[derive(Clone, Debug)]
 struct Submap {
     map_from_submap: Pose2,
-    /// Where it lies in the grid that is drawn, or being drawn.
+    /// Where it lies in the grid that is drawn or being drawn.
     drawn_at: Pose2,
-    /// Keyframes of its own, overlap not counted.
+    /// Its own keyframes, not counting the overlap.
     own_keyframes: usize,
-    /// Whether it took nothing over from the one before.
+    /// Whether it took nothing over from the submap before.
     is_loose: bool,
     closed: ClosedSubmap,
 }
 
-/// A keyframe whose surfaces may yet seed the next submap.
+/// A keyframe whose surfaces may still seed the next submap.
 #[derive(Clone, Debug)]
 struct Recent {
     submap_from_robot: Pose2,
@@ -187,7 +188,7 @@ struct TrackPoint {
 }
 
 impl ScanMatcher {
-    /// Begins at the origin of the map.
+    /// Starts at the origin of the map.
     ///
     /// # Errors   [`ScanMatcherError`], naming the first field out of range.
     pub fn new(config: ScanMatcherConfig) -> Result<Self, ScanMatcherError> {
@@ -236,7 +237,7 @@ impl ScanMatcher {
         })
     }
 
-    /// Takes the motion since the last call. Readings come in order of time.
+    /// Takes the motion since the last call. Readings must come in order of time.
     pub fn odometry(&mut self, odometry: &Odometry) {
         self.pending = Some(match self.pending {
             Some(so_far) => so_far.then(odometry),
@@ -245,15 +246,15 @@ impl ScanMatcher {
     }
 
     /// Takes the points of a scan, in the robot frame at the end of the newest odometry. `sigmas`
-    /// are those of the direction of each beam in that frame, rad, in the order of `points.beams`:
-    /// beams that were taken earlier are known worse.
+    /// are the standard deviations of each beam's direction in that frame, rad, in the order of
+    /// `points.beams`: the earlier a beam was taken, the less certain its direction.
     pub fn update(&mut self, points: &Points, sigmas: &[f64]) {
         self.last_fit = None;
         let points = &*self.in_order(points);
         let pending = self.pending.take();
         let moved = pending.map(|moved| self.motion.moved(moved));
         if !self.gathering.is_sparse(points) {
-            // Whoever gathered the beams of a sweep knew nothing of the bias of odometry.
+            // The beams of a sweep were gathered without knowledge of the odometry bias.
             let motion = pending.map_or_else(Pose2::identity, |moved| moved.motion);
             let seen = Seen::scan(points, sigmas, motion, self.seconds_until(points.stamp));
             let here = self.local.pose;
@@ -271,12 +272,12 @@ impl ScanMatcher {
         self.work_off();
     }
 
-    /// Places what was gathered of scans of few beams, and them with it.
+    /// Places what was gathered from scans of few beams, and those scans with it.
     fn place_gathered(&mut self) {
         let Some(complete) = self.gathering.take() else {
             return;
         };
-        // Where they were by odometry alone, the last of them too.
+        // Where the scans were by odometry alone, including the last one.
         let gathered = complete.places.len() + 1;
         self.trajectory
             .truncate(self.trajectory.len().saturating_sub(gathered));
@@ -291,7 +292,7 @@ impl ScanMatcher {
         self.trajectory.push(end);
     }
 
-    /// Places what was seen; `moved` is what is believed of odometry since the last time.
+    /// Places what was seen; `moved` is the believed odometry since the last time.
     fn place(&mut self, mut seen: Seen, moved: &Believed) {
         let stamp = seen.points.stamp;
         let mut tracked = self.track(&mut seen, moved, stamp);
@@ -314,7 +315,7 @@ impl ScanMatcher {
         let is_new = self.is_new_place(tracked.agreement.overlap());
         let waits = is_new && !tracked.is_loose && self.can_wait(&seen, &tracked);
         if waits {
-            // What led it astray may lead the next one astray as well.
+            // What misled this scan may mislead the next one as well.
             self.way_cov += self.local.cov;
         } else if is_new || tracked.is_loose {
             self.add_keyframe(seen, &tracked);
@@ -336,7 +337,7 @@ impl ScanMatcher {
         });
     }
 
-    /// Completes all work that was put off.
+    /// Completes all postponed work.
     pub fn finish(&mut self) {
         self.place_gathered();
         if self.submaps.last().is_some_and(|s| s.own_keyframes > 0) {
@@ -347,7 +348,7 @@ impl ScanMatcher {
         self.draw_all();
     }
 
-    /// Compares all that was listed, and what is listed because of what that proves.
+    /// Compares all pairs that are listed, and those that are listed as a result.
     pub(super) fn compare_all(&mut self) {
         self.compare_next(usize::MAX);
         for new in 0..self.submaps.len() {
@@ -356,7 +357,7 @@ impl ScanMatcher {
         self.compare_next(usize::MAX);
     }
 
-    /// The pose in the map, with its covariance, the odometry since the last scan included.
+    /// The pose in the map with its covariance, including the odometry since the last scan.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let at_scan = self.estimate_at_scan();
@@ -369,7 +370,7 @@ impl ScanMatcher {
         let map_from_submap = self.map_from_running();
         let turned = map_from_submap.rotation();
         let local = turned * (self.local.cov + self.way_cov) * turned.transpose();
-        // The submap's error turns what lies ahead of its origin.
+        // An error in the submap's heading rotates everything at a distance from its origin.
         let ahead = map_from_submap.rotate(self.local.pose.position().coords);
         let cov = carried(&self.submap_cov, ahead, local);
         PoseEstimate {
@@ -378,8 +379,8 @@ impl ScanMatcher {
         }
     }
 
-    /// The motion between the last two scans as they were matched, which no closed loop changes;
-    /// `None` where the last one was gathered only. And how well the last one is known in the
+    /// The motion between the last two scans as they were matched, which no loop closure changes
+    /// (`None` if the last scan was only gathered), and the covariance of the last one in the
     /// running submap.
     pub(crate) fn last_match(&self) -> (Option<Pose2>, Matrix3<f64>) {
         let newest = self.trajectory.last().map(|at| at.stamp);
@@ -388,7 +389,8 @@ impl ScanMatcher {
         (motion.map(|(_, motion)| motion), self.local.cov)
     }
 
-    /// How the last scan fits to the map; `None` where it was not matched, or only gathered so far.
+    /// How well the last scan fits the map; `None` if it was not matched, or has only been
+    /// gathered.
     #[must_use]
     pub fn last_fit(&self) -> Option<ScanFit> {
         self.last_fit
@@ -400,7 +402,7 @@ impl ScanMatcher {
         &self.grid
     }
 
-    /// The pose at each scan, as known now: earlier ones change when a loop closes.
+    /// The pose at each scan, as known now: a loop closure changes earlier poses.
     pub fn trajectory(&self) -> impl Iterator<Item = (Stamp, Pose2)> {
         self.trajectory.iter().filter_map(|t| {
             let submap = self.submaps.get(t.submap)?;
@@ -408,7 +410,7 @@ impl ScanMatcher {
         })
     }
 
-    /// Each scan: its stamp, its submap, and where in that the robot was.
+    /// For each scan: its stamp, its submap, and the robot's pose in that submap.
     pub fn scans_in_submaps(&self) -> impl Iterator<Item = (Stamp, usize, Pose2)> {
         let tracked = self.trajectory.iter();
         tracked.map(|t| (t.stamp, t.submap, t.submap_from_robot))
@@ -420,13 +422,13 @@ impl ScanMatcher {
         &self.graph
     }
 
-    /// Number of loops that are closed, see [`LoopsClosed`].
+    /// Number of closed loops, see [`LoopsClosed`].
     #[must_use]
     pub fn loop_closures(&self) -> usize {
         self.closures
     }
 
-    /// Grows by one whenever the grid was redrawn: what was shown of the old one is void then.
+    /// Grows by one whenever the grid is redrawn: what was shown of the old one is then invalid.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.grid_version
@@ -438,7 +440,7 @@ impl ScanMatcher {
             .map_or_else(Pose2::identity, |s| s.map_from_submap)
     }
 
-    /// A part of all that was put off: none of it may hold up a scan.
+    /// Does a part of the postponed work, so that none of it delays a scan.
     fn work_off(&mut self) {
         self.compare_next(1);
         self.refine(1, false);
@@ -449,7 +451,7 @@ impl ScanMatcher {
         self.draw_on(self.config.redraw_keyframes.max(in_time));
     }
 
-    /// Compares up to `count` pairs of submaps; then optimises, if something was found.
+    /// Compares up to `count` pairs of submaps, then optimises if something was found.
     fn compare_next(&mut self, count: usize) {
         for _ in 0..count {
             let Some((old, new)) = self.jobs.pop_front() else {
@@ -465,17 +467,17 @@ impl ScanMatcher {
         }
     }
 
-    /// Draws the map where it has moved at all.
+    /// Redraws the map if it has moved at all.
     pub(super) fn draw_all(&mut self) {
         self.draw_on(usize::MAX);
-        // What moved since the drawing began.
+        // Whatever moved since the drawing began.
         self.begin_redraw(self.config.last_redraw * self.config.redraw_shift, true);
         self.draw_on(usize::MAX);
     }
 }
 
-/// The covariance `cov` of a pose as it is for a place that lies `ahead` of it, and what is `added`
-/// on the way there.
+/// The covariance `cov` of a pose, propagated to a place that lies `ahead` of it, plus what is
+/// `added` on the way there.
 fn carried(cov: &Matrix3<f64>, ahead: Vector2<f64>, added: Matrix3<f64>) -> Matrix3<f64> {
     let carry = Matrix3::new(1.0, 0.0, -ahead.y, 0.0, 1.0, ahead.x, 0.0, 0.0, 1.0);
     let mut cov = carry * cov * carry.transpose() + added;

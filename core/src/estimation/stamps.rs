@@ -1,14 +1,14 @@
-//! Finds the pose of a trajectory that belongs to a stamp in another file.
+//! Finds the pose of a trajectory for a stamp from another file.
 //!
 //! In: a trajectory stamped in seconds, and the stamps of a reference, which may be written with
-//! fewer decimals than the log's. Out: the pose at a stamp, if the trajectory has it.
+//! fewer decimals than those of the log. Out: the pose at a stamp, if the trajectory has it.
 
 use crate::geom::Pose2;
 
-/// How far apart two stamps of the same scan may be, s, beside what their rounding makes: seconds
-/// since 1970 are known to a quarter of a microsecond.
+/// How far apart two stamps of the same scan may be, s, beside their rounding: seconds since 1970
+/// are represented to a quarter of a microsecond.
 const SAME_STAMP: f64 = 1e-6;
-/// Most decimals that stamps are written with.
+/// The most decimals with which stamps are written.
 const MOST_DECIMALS: i32 = 6;
 
 /// The poses of a trajectory, by the stamps of a reference.
@@ -19,7 +19,7 @@ pub struct PosesByStamp<'a> {
 }
 
 impl<'a> PosesByStamp<'a> {
-    /// Of a trajectory sorted by stamp. `stamps` are all those of the reference, s: they tell how
+    /// For a trajectory sorted by stamp. `stamps` are all those of the reference, s: they show how
     /// far they are rounded.
     #[must_use]
     pub fn new(
@@ -30,7 +30,7 @@ impl<'a> PosesByStamp<'a> {
         Self { trajectory, same }
     }
 
-    /// The pose at a stamp, s; `None` where the trajectory has none.
+    /// The pose at a stamp, s; `None` if the trajectory has none.
     #[must_use]
     pub fn at(&self, seconds: f64) -> Option<Pose2> {
         let after = self
@@ -43,7 +43,7 @@ impl<'a> PosesByStamp<'a> {
     }
 }
 
-/// A unit of the last decimal that any of the stamps has, s: they are rounded, or cut off there.
+/// One unit of the last decimal that any of the stamps has, s: they are rounded or truncated there.
 fn rounding(stamps: &(impl Iterator<Item = f64> + Clone)) -> f64 {
     let has = |decimals: i32| {
         let unit = libm::pow(10.0, f64::from(-decimals));

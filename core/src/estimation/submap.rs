@@ -1,17 +1,18 @@
-//! A stretch of the way with its own map, and whether two of them show the same place.
+//! A stretch of the trajectory with its own map, and whether two of them show the same place.
 //!
 //! In: two closed submaps and how well their relative pose is known. Out: a [`Closure`], or
 //! nothing.
 //!
-//! 1. Where the relative pose is known to within the reach of matching, the surfaces of one are
-//!    matched to the other at once; else the whole window of three standard deviations is searched
-//!    first ([`search_turned_and_match`]).
-//! 2. The match must hold both ways: surfaces of one must lie on surfaces of the other, and must
-//!    not stand where the other saw through. What the other never saw says nothing.
-//! 3. A window wide enough to need a search must end in a pose that is fixed in all directions: a
-//!    corridor fits itself anywhere.
+//! 1. If the relative pose is known to within the reach of matching, the surfaces of one are
+//!    matched to the other directly; otherwise the whole window of three standard deviations is
+//!    searched first ([`search_turned_and_match`]).
+//! 2. The match must hold in both directions: surfaces of one must lie on surfaces of the other,
+//!    and must not stand where the other saw free space. Where the other saw nothing, a surface
+//!    counts as neither.
+//! 3. A window wide enough to need a search must end in a pose that is constrained in all
+//!    directions: a corridor fits itself anywhere.
 //!
-//! Whether two submaps that lie where they lie agree with one another is the matter of `overlap`.
+//! `overlap` judges whether two submaps agree with one another at their present poses.
 
 mod index;
 mod overlap;
@@ -102,7 +103,7 @@ impl ClosureConfig {
     /// What [`Self::proof`] may be.
     pub const PROOF: Bounds = [0.2, 10.0];
 
-    /// Where to search for a submap whose relative pose is this certain.
+    /// Where to search for a submap whose relative pose has this uncertainty.
     pub(super) fn window(&self, doubt: &Doubt) -> SearchWindow {
         SearchWindow {
             shift: self.doubt_sigmas * doubt.shift,
@@ -114,44 +115,44 @@ impl ClosureConfig {
 pub(super) use self::index::{Indexed, Indexes};
 pub(super) use self::overlap::{Laid, Said};
 
-/// Submaps that overlap by the first part prove nothing, by the second all that a pair can; and the
-/// same of the part that agrees.
+/// With the first overlap two submaps prove nothing, with the second one unit of proof; the same
+/// for the part that agrees.
 const PROVES_OVERLAP: [f64; 2] = [0.35, 0.7];
 const PROVES_PART: [f64; 2] = [0.7, 0.9];
-/// What overlaps by more proves more, up to this.
+/// A larger overlap proves more, up to this.
 const MOST_PROOF: f64 = 1.5;
-/// Submaps whose middles are farther apart than this many times their radii have nothing in common.
+/// Submaps whose centres are farther apart than this many times their radii do not overlap.
 pub(super) const REACH: f64 = 1.5;
 
-/// What is kept of a submap that is closed.
+/// What is kept of a closed submap.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ClosedSubmap {
     surfels: Vec<Surfel>,
     free: FreeSpace,
     facing: Facing,
-    /// Mean of the surfels, in the submap.
+    /// Mean of the surfels, in the frame of the submap.
     pub(super) centre: Point2<f64>,
     /// Root mean square distance of the surfels from their mean, m.
     pub(super) radius: f64,
 }
 
-/// Two submaps show the same place.
+/// The finding that two submaps show the same place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Closure {
     /// `old_from_new`.
     pub(super) motion: Pose2,
-    /// In the frame of the new submap, as an edge of a pose graph takes it.
+    /// In the frame of the new submap, as for an edge of a pose graph.
     pub(super) information: Matrix3<f64>,
     /// Whether it had to be searched for.
     pub(super) is_searched: bool,
-    /// The part of the surfels of either that lies on those of the other, the larger one.
+    /// The part of the surfels of one that lies on those of the other; the larger of the two parts.
     pub(super) overlap: f64,
-    /// Of what is compared, the part that agrees.
+    /// The part of what is compared that agrees; the smaller of the two directions.
     pub(super) part: f64,
 }
 
 impl Closure {
-    /// What it proves by itself.
+    /// Its evidence by itself.
     pub(super) fn proof(&self) -> f64 {
         let [none, one] = PROVES_OVERLAP;
         let overlap = ((self.overlap - none) / (one - none)).clamp(0.0, MOST_PROOF);
@@ -160,7 +161,7 @@ impl Closure {
     }
 }
 
-/// How well a relative pose is known beforehand.
+/// The prior uncertainty of a relative pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubt {
     /// Standard deviation, m.
@@ -170,7 +171,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// That of a covariance of (x, y, θ), in whatever axes.
+    /// The doubt that corresponds to a covariance of (x, y, θ), in any axes.
     pub(super) fn of(cov: &Matrix3<f64>) -> Self {
         Self {
             shift: (cov[(0, 0)] + cov[(1, 1)]).max(0.0).sqrt(),
@@ -223,7 +224,7 @@ impl Indexed<'_> {
         self.closure(other, &found, &points, searched, config)
     }
 
-    /// The best place of `other` in the window of the doubt, matched.
+    /// The best place of `other` within the window of the doubt, matched.
     fn search(
         &self,
         other: &ClosedSubmap,
@@ -237,7 +238,7 @@ impl Indexed<'_> {
         let mut window = config.window(doubt);
         let reach = REACH * (self.submap.radius + other.radius);
         if window.shift > reach {
-            // Farther away they would have nothing in common.
+            // Farther away they would not overlap.
             let turned = guess.rotate(other.centre.coords);
             let place = self.submap.centre - turned;
             believed.pose = Pose2::new(place.x, place.y, guess.heading());
@@ -252,7 +253,7 @@ impl Indexed<'_> {
         )
     }
 
-    /// What a match is worth, both ways; `None` where too little agrees.
+    /// Judges a match in both directions; `None` if too little agrees.
     fn closure(
         &self,
         other: &Self,
@@ -286,7 +287,7 @@ impl Indexed<'_> {
 }
 
 impl ClosedSubmap {
-    /// Closes a submap; `free` is what was seen through, in its frame.
+    /// Closes a submap; `free` is the space seen as free, in its frame.
     pub(super) fn new(surfels: Vec<Surfel>, free: FreeSpace) -> Self {
         let count = surfels.len().max(1) as f64;
         let mean = surfels
@@ -307,7 +308,7 @@ impl ClosedSubmap {
         }
     }
 
-    /// Its surfels, to be found by place.
+    /// Its surfels, indexed by place.
     fn indexed(&self, config: &SurfelConfig) -> SurfelMap {
         SurfelMap::from_surfels(*config, self.surfels.clone())
     }
@@ -317,7 +318,7 @@ impl ClosedSubmap {
         self.surfels.iter().map(|surfel| surfel.position)
     }
 
-    /// Where beams went through.
+    /// The space that beams passed through.
     pub(super) fn free(&self) -> &FreeSpace {
         &self.free
     }

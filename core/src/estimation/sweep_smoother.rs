@@ -1,22 +1,23 @@
-//! In: what the filter learnt of the pose at some instants of a sweep, and the odometry between.
+//! In: what the filter learnt about the pose at some instants of a sweep, and the odometry between.
 //! Out: where the robot was at each beam, and how uncertain its heading was there.
 //!
 //! The tracks of a robot that drives straight on slip by more than a degree within one sweep of
-//! 0.18 s: 20 cm at 8 m. Beams that odometry alone puts in place smear every wall seen from afar.
-//! The filter corrects the pose several times in a sweep; the beams between have to share in that.
+//! 0.18 s: 20 cm at 8 m. If odometry alone places the beams, every wall seen from afar is smeared.
+//! The filter corrects the pose several times in a sweep; the beams in between have to share in
+//! that.
 //!
 //! 1. Headings relative to the walls are followed by a scalar filter: the variance L grows by that
-//!    of the odometry, and shrinks by L R / (L + R) at each fix, R the variance of the line's
-//!    direction. (The filter's own covariance is of no use for that: it holds the error that pose
-//!    and walls have in common, which smears nothing.)
-//! 2. Backwards, as Rauch, Tung & Striebel (1965), "Maximum likelihood estimates of linear dynamic
-//!    systems": at an instant before a fix the pose takes L(t) / L(fix) of what the fix and all
-//!    later ones changed.
-//! 3. Positions take the same part: over one sweep they drift by millimetres, and because of the
-//!    heading.
+//!    of the odometry, and shrinks to L R / (L + R) at each fix, where R is the variance of the
+//!    line's direction. (The filter's own covariance cannot be used for this: it includes the error
+//!    that pose and walls have in common, which smears nothing.)
+//! 2. Backwards, as in Rauch, Tung & Striebel (1965), "Maximum likelihood estimates of linear
+//!    dynamic systems": at an instant before a fix the pose takes the fraction L(t) / L(fix) of the
+//!    changes by this fix and all later ones.
+//! 3. Positions take the same fraction: over one sweep they drift by millimetres, and because of
+//!    the heading.
 //!
 //! Beams after the last fix have odometry alone: their variance grows to the end of the sweep, and
-//! beyond where no line is recognised in the next ones.
+//! continues to grow if no line is recognised in the next ones.
 
 #[cfg(test)]
 mod tests;
@@ -37,30 +38,30 @@ pub struct BeamPose {
     pub heading_variance: f64,
 }
 
-/// Follows the heading's uncertainty from sweep to sweep.
+/// Tracks the heading's uncertainty from sweep to sweep.
 #[derive(Clone, Debug, Default)]
 pub struct SweepSmoother {
-    /// L, and the end of the odometry at that time, when the last scan came.
+    /// The end of the odometry when the last scan came, and L at that time.
     last: Option<(Stamp, f64)>,
 }
 
-/// A fix on its way through the steps.
+/// A fix, as it passes through the steps.
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     fix: Fix,
     since: MovedSince,
-    /// L before and after.
+    /// L before and after the fix.
     prior: f64,
     posterior: f64,
-    /// What this fix and all later ones change in the pose before, (x, y, θ) in the map frame, and
-    /// L after that.
+    /// The changes by this fix and all later ones in the pose before it, (x, y, θ) in the map
+    /// frame, and L after them.
     change: Vector3<f64>,
     smoothed: f64,
 }
 
 impl SweepSmoother {
-    /// Poses of all beams of `scan`, in their order. `beams` is the motion since each of them, and
-    /// `history` ends now; `fixes` are those of this scan in the order of time.
+    /// Poses of all beams of `scan`, in their order. `beams` is the motion since each of them,
+    /// `history` ends now, and `fixes` are those of this scan in the order of time.
     pub fn smooth(
         &mut self,
         scan: &Scan,
@@ -87,8 +88,8 @@ impl SweepSmoother {
             .collect()
     }
 
-    /// L when the last scan came, and the motion since; at the very first scan nothing was drawn
-    /// that could disagree.
+    /// L when the last scan came, and the motion since then; before the very first scan nothing was
+    /// drawn that could disagree.
     fn start(&self, first: &MovedSince, history: &MotionHistory) -> (MovedSince, f64) {
         let Some((stamp, variance)) = self.last else {
             return (*first, 0.0);
@@ -133,7 +134,7 @@ fn knots(start: &(MovedSince, f64), fixes: &[Fix], history: &MotionHistory) -> V
     knots
 }
 
-/// All that is known of one sweep.
+/// All data of one sweep.
 struct Sweep {
     now_from_map: Option<Pose2>,
     start: (MovedSince, f64),
@@ -162,8 +163,8 @@ impl Sweep {
 }
 
 impl Knot {
-    /// Step 2: what this fix and the later ones change at an instant before it at which L is
-    /// `variance`, and what is left of L.
+    /// Step 2: the changes by this fix and the later ones at an instant before it at which L is
+    /// `variance`, and the remaining L.
     fn passed_back(&self, variance: f64) -> (Vector3<f64>, f64) {
         let part = if self.prior > 0.0 {
             variance / self.prior
@@ -175,7 +176,7 @@ impl Knot {
     }
 }
 
-/// Variance of the heading that odometry gathered from one instant to a later one.
+/// Variance of the heading accumulated by odometry between two instants.
 fn variance_between(from: &MovedSince, to: &MovedSince) -> f64 {
     (from.heading_variance - to.heading_variance).max(0.0)
 }

@@ -1,8 +1,8 @@
 //! A symmetric matrix that grows and shrinks at its end, kept as its lower triangle.
 //!
 //! Row i starts at i (i + 1) / 2, so a new landmark's rows are pushed at the end and nothing moves;
-//! the update of the filter touches half of the numbers a full matrix would have; and symmetry
-//! needs no care, because there is only one of each pair.
+//! the update of the filter touches half as many numbers as in a full matrix; and symmetry is
+//! automatic, because each pair is stored only once.
 
 mod pair;
 
@@ -11,12 +11,12 @@ use crate::lanes::widened;
 
 /// Columns that are updated together. Twice as many as a register of 256 bits holds, or of 128 bits
 /// in the browser, where wider tiles do not stay in registers: 8 there make a pass of 20 vectors
-/// 1.5 times as long, 4 natively up to 1.2 times.
+/// take 1.5 times as long; 4 natively take up to 1.2 times as long.
 pub(super) const TILE: usize = if IS_NARROW { 4 } else { 8 };
 const IS_NARROW: bool = cfg!(any(target_family = "wasm", feature = "narrow"));
 /// Rows that are updated together: with [`TILE`], as many numbers as the registers hold.
 const ROWS: usize = 4;
-/// Vectors that are taken off together.
+/// Vectors that are subtracted together.
 pub(super) const MOST: usize = 32;
 
 /// Lower triangle of a symmetric matrix, packed by rows.
@@ -53,8 +53,8 @@ impl SymmetricMatrix {
         value.unwrap_or(f64::NAN)
     }
 
-    /// Correlation coefficient of two states, -1 to 1: TDK 2016 fig. 3.4. 0 where one of them is
-    /// known exactly.
+    /// Correlation coefficient of two states, -1 to 1: TDK 2016 fig. 3.4. 0 if one of them is known
+    /// exactly.
     #[must_use]
     pub fn correlation(&self, row: usize, column: usize) -> f64 {
         let scale = (self.get(row, row) * self.get(column, column)).sqrt();
@@ -100,7 +100,7 @@ impl SymmetricMatrix {
         debug_assert_eq!(self.packed.len(), self.n * (self.n + 1) / 2);
     }
 
-    /// Takes rows and columns `first` and `first + 1` out: the marginal of what is left.
+    /// Removes rows and columns `first` and `first + 1`; what remains is the marginal.
     pub(super) fn remove_pair(&mut self, first: usize) {
         let mut kept = 0;
         let mut read = 0;
@@ -118,8 +118,8 @@ impl SymmetricMatrix {
         self.n -= 2;
     }
 
-    /// The definition of [`Self::add_columns`], one number after another. The quick form has its
-    /// bits.
+    /// The definition of [`Self::add_columns`], one number after another. The fast form gives the
+    /// same bits.
     #[cfg(test)]
     fn add_columns_plainly(
         &self,
@@ -137,8 +137,8 @@ impl SymmetricMatrix {
     }
 
     /// The definition of [`Self::subtract_outer`], one number after another: P_ij -= Σ w_i w_j. The
-    /// quick form has its bits: it takes rows and columns in another order, but subtracts the same
-    /// products from each number, in the order of the vectors.
+    /// fast form gives the same bits: it takes rows and columns in another order, but subtracts the
+    /// same products from each number, in the order of the vectors.
     #[cfg(test)]
     fn subtract_outer_plainly(&mut self, vectors: &[f64]) {
         for w in vectors.chunks_exact(self.n) {
@@ -161,7 +161,7 @@ impl SymmetricMatrix {
         first: &mut [f64],
         second: &mut [f64],
     ) {
-        // Down to the last of the columns they begin in different rows.
+        // Down to the last of these columns, they begin in different rows.
         let head = column + N;
         for (number, h) in (column..).zip(factors) {
             let above = self.row(number).iter().copied();
@@ -189,8 +189,8 @@ impl SymmetricMatrix {
         }
     }
 
-    /// P -= Σ w wᵀ for the vectors that stand one after another in `vectors`, n numbers each: one
-    /// pass over the triangle for each 32 of them. `tiles` is memory to work in.
+    /// P -= Σ w wᵀ for the vectors stored one after another in `vectors`, n numbers each: one pass
+    /// over the triangle for each 32 of them. `tiles` is working memory.
     pub(super) fn subtract_outer(&mut self, vectors: &[f64], tiles: &mut Vec<[f64; TILE]>) {
         let n = self.n;
         if vectors.len() == 2 * n {
@@ -252,7 +252,7 @@ fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]
     let mut rest = packed;
     for first in (0..n).step_by(ROWS) {
         let mut scales = [[0.0; ROWS]; MOST];
-        // A tile holds the numbers of these rows too, for TILE is a multiple of ROWS.
+        // A tile also holds the numbers of these rows, because TILE is a multiple of ROWS.
         let own = tiles.iter().skip(first / TILE * rank).take(rank);
         for (scales, own) in scales.iter_mut().zip(own) {
             *scales = std::array::from_fn(|row| own[first % TILE + row]);
@@ -264,8 +264,8 @@ fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]
             };
             (*row, rest) = (elements, next);
         }
-        // Tiles that lie in all four rows, then what is left of each. The last rows of the matrix
-        // may be fewer.
+        // Tiles that lie in all four rows, then the rest of each. There may be fewer than four last
+        // rows of the matrix.
         let full = if first + ROWS <= n {
             (first + 1) / TILE
         } else {
@@ -277,7 +277,7 @@ fn subtract_rows(packed: &mut [f64], n: usize, rank: usize, tiles: &[[f64; TILE]
 }
 
 /// The tiles that lie in all four rows: their elements stay in registers while all vectors are
-/// taken off.
+/// subtracted.
 #[inline(always)]
 fn subtract_tiles(
     rows: &mut [&mut [f64]; ROWS],
@@ -294,9 +294,9 @@ fn subtract_tiles(
     }
 }
 
-/// The tiles from the one numbered `full` on, in which some of the rows end. They are filled up
-/// with zeros and worked on like the others: at a hundred landmarks they hold an eighth of all
-/// numbers, and one number at a time would take as long as all the rest.
+/// The tiles from the one numbered `full` on, in which some of the rows end. They are padded with
+/// zeros and processed like the others: at a hundred landmarks they hold an eighth of all numbers,
+/// and one number at a time would take as long as all the rest.
 #[inline(always)]
 fn subtract_rest(
     rows: &mut [&mut [f64]; ROWS],
@@ -324,15 +324,15 @@ fn subtract_rest(
     }
 }
 
-/// A tile of four rows less the products of all vectors.
+/// A tile of four rows minus the products of all vectors.
 #[inline(always)]
 fn less(
     [mut a, mut b, mut c, mut d]: [[f64; TILE]; ROWS],
     scales: &[[f64; ROWS]; MOST],
     tile: &[[f64; TILE]],
 ) -> [[f64; TILE]; ROWS] {
-    // By name and number, which the compiler keeps in registers; nested loops over arrays it does
-    // not.
+    // By name and number, which the compiler keeps in registers; it does not do so for nested loops
+    // over arrays.
     for ([s0, s1, s2, s3], w) in scales.iter().zip(tile) {
         for lane in 0..TILE {
             a[lane] -= s0 * w[lane];
@@ -383,7 +383,7 @@ mod tests {
             let mut vectors: Vec<f64> = (0..2 * n).map(|i| seed[(i * 31) % 97]).collect();
             let (mut alone, mut among) = (filled(n), filled(n));
             alone.subtract_outer(&vectors, &mut vec![]);
-            // Vectors of zeros after it take nothing off.
+            // Subtracting further vectors of zeros changes nothing.
             vectors.resize(5 * n, 0.0);
             among.subtract_outer(&vectors, &mut vec![]);
             prop_assert_eq!(alone.packed, among.packed);

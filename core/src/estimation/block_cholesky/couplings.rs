@@ -1,17 +1,17 @@
-//! Which blocks of a symmetric matrix are not zero, and in which order to eliminate them.
+//! Which blocks of a symmetric matrix are nonzero, and in which order to eliminate them.
 
-/// The blocks that each is coupled with.
+/// For each block, the blocks it is coupled with.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Couplings {
-    /// Rising, block after block.
+    /// Ascending, block after block.
     others: Vec<usize>,
-    /// Where those of each block begin, and at last where they end.
+    /// Where the list of each block begins, and finally where the last one ends.
     starts: Vec<usize>,
 }
 
 impl Couplings {
-    /// `pairs` may repeat each other, and hold both (a, b) and (b, a); those of a block with
-    /// itself, or with one that is not there, are left out.
+    /// `pairs` may have repetitions, and contain both (a, b) and (b, a); pairs of a block with
+    /// itself, or with one that does not exist, are ignored.
     pub(super) fn new(size: usize, pairs: impl Iterator<Item = (usize, usize)> + Clone) -> Self {
         let pairs = pairs.filter(|&(a, b)| a != b && a < size && b < size);
         let mut ends = vec![0; size + 1];
@@ -31,7 +31,8 @@ impl Couplings {
                 all[ends[one]] = other;
             }
         }
-        // Where each list begins, until now; sorted and without repetitions from here on.
+        // `starts` so far marks where each list begins; from here on, lists are sorted and have no
+        // repetitions.
         let mut starts = Vec::with_capacity(size + 1);
         let mut kept = 0;
         for block in 0..size {
@@ -53,7 +54,7 @@ impl Couplings {
         }
     }
 
-    /// Those that a block is coupled with, rising.
+    /// The blocks that a block is coupled with, ascending.
     pub(super) fn of(&self, block: usize) -> &[usize] {
         &self.others[self.starts[block]..self.starts[block + 1]]
     }
@@ -63,9 +64,9 @@ impl Couplings {
         self.starts.len() - 1
     }
 
-    /// An order that fills in little: approximate minimum degree (Amestoy, Davis & Duff 1996).
+    /// An order with little fill-in: approximate minimum degree (Amestoy, Davis & Duff 1996).
     pub(super) fn least_fill(&self) -> Vec<usize> {
-        // With the diagonal, which means nothing to it: a check of the crate's, in debug builds
+        // The diagonal is included although it has no effect: a check in the crate, in debug builds
         // only, subtracts the number of blocks from that of entries.
         let size = self.size();
         let mut entries: Vec<isize> = Vec::with_capacity(self.others.len() + size);
@@ -81,7 +82,7 @@ impl Couplings {
         let ordered = amd::order(size as isize, &starts, &entries, &amd::Control::default());
         match ordered {
             Ok((order, _, _)) => order.into_iter().map(|block| block as usize).collect(),
-            // Sorted lists of blocks that exist are never refused; any order would do.
+            // Sorted lists of existing blocks are never refused; any order would be valid.
             Err(_) => (0..size).collect(),
         }
     }

@@ -1,9 +1,9 @@
 //! The dense work on one supernode: columns in blocks of three, rows by fours.
 //!
 //! A panel holds columns of the factor with all their rows, those of its own diagonal blocks first.
-//! Columns are padded to whole fours. A loop begins at the four in which its first row stands, so
-//! that it also writes above the diagonal, which is made zero again, and in the padding.
-//! The diagonal of a factor holds reciprocals: it is divided by, again and again.
+//! Columns are padded to whole fours. A loop begins at the four that contains its first row, so it
+//! also writes above the diagonal, which is set to zero again, and into the padding. The diagonal
+//! of a factor holds reciprocals, because it is divided by repeatedly.
 
 use crate::lanes::{LANES, Lanes};
 
@@ -13,8 +13,8 @@ pub(super) const BLOCK: usize = 3;
 /// Four rows of a column.
 pub(super) type Four = [f64; LANES];
 
-/// Makes a panel, columns of a symmetric matrix from its diagonal on, columns of its factor;
-/// `false` where it is not positive definite. `fours` is the length of a column.
+/// Turns a panel, columns of a symmetric matrix from its diagonal on, into columns of its factor;
+/// `false` if it is not positive definite. `fours` is the length of a column.
 #[inline(always)]
 pub(super) fn factor<L: Lanes>(machine: L::Machine, panel: &mut [Four], fours: usize) -> bool {
     let block = BLOCK * fours;
@@ -133,7 +133,7 @@ fn factor_block<L: Lanes>(
     let (a, rest) = columns.split_at_mut(fours);
     let (b, c) = rest.split_at_mut(fours);
     let (p, q, r) = (rows(a, at), rows(b, at), rows(c, at));
-    // Pivots by their quotients, so that none waits for the root of another.
+    // Pivots by quotients, so that none has to wait for the square root of another.
     let d0 = 1.0 / p[0];
     let second = q[1] - p[1] * (p[1] * d0);
     let off = q[2] - p[1] * (p[2] * d0);
@@ -142,7 +142,7 @@ fn factor_block<L: Lanes>(
     let d2 = 1.0 / third;
     let [i00, i11, i22] = [d0, d1, d2].map(f64::sqrt);
     let (l10, l20, l21) = (p[1] * i00, p[2] * i00, off * i11);
-    // Neither are NaN and infinity pivots.
+    // NaN and infinity are not pivots either.
     let is_pivot = |value: f64| value > 0.0 && value < f64::INFINITY;
     if !(is_pivot(p[0]) && is_pivot(second) && is_pivot(third)) {
         return false;
@@ -170,7 +170,7 @@ fn factor_block<L: Lanes>(
         c.as_flattened_mut(),
     );
     (a[at], b[at + 1], c[at + 2]) = (i00, i11, i22);
-    // What stands above the diagonal of its fours, so that it may be multiplied by zero.
+    // Clear what is above the diagonal in its fours, so that it may be multiplied.
     let begin = at / LANES * LANES;
     a[begin..at].fill(0.0);
     b[begin..=at].fill(0.0);
@@ -178,7 +178,7 @@ fn factor_block<L: Lanes>(
     true
 }
 
-/// Three rows of a column, each in all lanes.
+/// Three rows of a column, each broadcast to all lanes.
 #[inline(always)]
 fn head<L: Lanes>(machine: L::Machine, column: &[Four], at: usize) -> (L, L, L) {
     let [a, b, c] = rows(column, at);

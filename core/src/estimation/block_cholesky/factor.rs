@@ -5,12 +5,12 @@ use super::tree::Supernode;
 use super::{BlockFactor, BlockMatrix, BlockPattern, Front};
 use crate::lanes::{self, Kernel, LANES, Lanes};
 
-/// With damping, also what nothing holds has a pivot.
+/// Added with damping, so that unconstrained poses have a pivot too.
 const LEAST_PIVOT: f64 = 1e-12;
 
 impl BlockPattern {
-    /// Makes the factor of a matrix to whose diagonal `damping` times itself is added (Marquardt);
-    /// `None` where that is not positive definite.
+    /// Factorises a matrix to whose diagonal `damping` times itself is added (Marquardt); `None` if
+    /// that is not positive definite.
     #[must_use]
     pub(in super::super) fn factor(
         &self,
@@ -32,7 +32,7 @@ impl BlockPattern {
 struct Factoring<'a> {
     pattern: &'a BlockPattern,
     damping: f64,
-    /// The matrix, until it is its factor.
+    /// The matrix, until it becomes its factor.
     factor: &'a mut BlockFactor,
 }
 
@@ -63,7 +63,7 @@ impl Kernel for Factoring<'_> {
             if !dense::factor::<L>(machine, panel, front.fours) {
                 return false;
             }
-            // None where no rows are below, and so no columns either.
+            // At least 1: if no rows are below, there are no columns either.
             let block = (BLOCK * (front.fours - rows / LANES)).max(1);
             for (index, target) in left.chunks_exact_mut(block).enumerate() {
                 let at = rows + BLOCK * index;
@@ -76,7 +76,7 @@ impl Kernel for Factoring<'_> {
     }
 }
 
-/// Adds to the diagonal of the columns of a supernode, before those of its children are in them.
+/// Damps the diagonal of a supernode's columns, before its children are added.
 #[inline(always)]
 fn damp(damping: f64, panel: &mut [Four], fours: usize) {
     for (index, column) in panel.chunks_exact_mut(fours).enumerate() {
@@ -86,7 +86,7 @@ fn damp(damping: f64, panel: &mut [Four], fours: usize) {
     }
 }
 
-/// Adds what a child left to the columns of its parent, and to what that will leave.
+/// Adds what a child left to the columns of its parent, and to what the parent will leave.
 #[inline(always)]
 fn take(
     pattern: &BlockPattern,
@@ -104,7 +104,7 @@ fn take(
     let own = BLOCK * node.width;
     let own_fours = front.fours - own / LANES;
     for (index, (columns, &place)) in from.chunks_exact(BLOCK * fours).zip(places).enumerate() {
-        // A column of the parent's own, or one that it leaves in turn.
+        // Either a column of the parent itself, or one that it leaves in turn.
         let (target, length, skipped) = if place < node.width {
             (&mut panel[place * BLOCK * front.fours..], front.fours, 0)
         } else {

@@ -37,11 +37,11 @@ impl BlockPattern {
 struct Inverting<'a> {
     pattern: &'a BlockPattern,
     factor: &'a BlockFactor,
-    /// By places.
+    /// By place in the order.
     diagonal: &'a mut [Matrix3<f64>],
 }
 
-/// A dense square, by columns.
+/// A dense square matrix, by columns.
 #[derive(Clone, Default)]
 struct Square {
     height: usize,

@@ -1,5 +1,5 @@
-//! A pattern as bytes: its order, what was coupled when it was made, and how dense it was. The
-//! rest follows from these.
+//! A pattern as bytes: its order, what was coupled when it was made, and how dense it was.
+//! Everything else follows from these.
 
 use super::{BlockPattern, Couplings, Tree};
 use crate::snapshot::{Reader, Snapshot, SnapshotError};
@@ -12,7 +12,7 @@ impl Snapshot for BlockPattern {
         let columns = (self.starts.windows(2)).map(|ends| &self.entries[ends[0]..ends[1]]);
         let pairs: Vec<(usize, usize)> = (columns.zip(order))
             .flat_map(|(entries, column)| {
-                // The first of them is the diagonal's.
+                // The first entry is that of the diagonal.
                 let below = entries.iter().skip(1);
                 below.map(|entry| (*column, order[entry.row]))
             })

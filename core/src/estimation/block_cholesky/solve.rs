@@ -1,6 +1,6 @@
 //! Forward and backward substitution.
 //!
-//! Supernode by supernode, three columns at a time: their own rows one by one, those below by
+//! Supernode by supernode, three columns at a time: their own rows one by one, the rows below by
 //! fours.
 
 use nalgebra::Vector3;
@@ -30,7 +30,7 @@ impl BlockPattern {
 struct Solving<'a> {
     pattern: &'a BlockPattern,
     factor: &'a BlockFactor,
-    /// By places.
+    /// By place in the order.
     x: &'a mut [[f64; BLOCK]],
 }
 
@@ -71,7 +71,7 @@ impl Kernel for Solving<'_> {
     }
 }
 
-/// Writes blocks into the rows of a supernode, and zeros into what they leave.
+/// Writes blocks into the rows of a supernode, and zeros into the remaining rows.
 #[inline(always)]
 fn write<'a>(local: &mut [Four], blocks: impl Iterator<Item = &'a [f64; BLOCK]>) {
     let local = local.as_flattened_mut();
@@ -83,8 +83,8 @@ fn write<'a>(local: &mut [Four], blocks: impl Iterator<Item = &'a [f64; BLOCK]>)
     local[at..].fill(0.0);
 }
 
-/// Solves with the columns of a supernode: `own` becomes the solution, and `local`, which is zero,
-/// what that takes from the rows below.
+/// Solves with the columns of a supernode: `own` becomes the solution, and `local`, initially zero,
+/// what the solution subtracts from the rows below.
 #[inline(always)]
 fn forward<L: Lanes>(
     machine: L::Machine,

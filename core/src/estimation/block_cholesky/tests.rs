@@ -1,4 +1,4 @@
-//! Truth: dense matrices.
+//! Ground truth: dense matrices.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
@@ -62,7 +62,7 @@ fn check(pattern: &BlockPattern, pairs: &[(usize, usize, f64)]) -> Result<(), Te
         .collect();
     let flat = DVector::from_iterator(dense.nrows(), right.iter().flat_map(|v| v.iter().copied()));
     let inverse = cholesky.inverse();
-    // As far as the matrix is well conditioned at all.
+    // As accurate as the condition of the matrix allows.
     let most = 1e-10 * (1.0 + inverse.amax());
     let expect = cholesky.solve(&flat);
     let mut solved = right;
@@ -124,7 +124,7 @@ fn a_growing_chain_keeps_its_order_until_it_fills_in() {
     let pattern = BlockPattern::new(50, chain(50));
     let longer = pattern.grown(60, chain(60));
     assert_eq!(longer.tree.fill(), 59);
-    // Every new block coupled with all: a new order is found.
+    // Every new block is coupled with all: a new order is computed.
     let dense = (0..60).flat_map(|a| (0..a).map(move |b| (b, a)));
     assert_eq!(longer.grown(60, dense).tree.fill(), 60 * 59 / 2);
 }

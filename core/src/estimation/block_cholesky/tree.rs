@@ -1,13 +1,13 @@
-//! From an elimination order to supernodes: columns of the factor that are made together.
+//! From an elimination order to supernodes: columns of the factor that are computed together.
 //!
-//! In: which blocks are coupled, and an order of elimination. Out: the order, rearranged so that
-//! what hangs together is neighbours, and the supernodes with their rows.
+//! In: which blocks are coupled, and an elimination order. Out: the order, rearranged so that
+//! related columns are neighbours, and the supernodes with their rows.
 //!
 //! 1. The elimination tree: the parent of a column is its first row below the diagonal (Liu 1990).
 //! 2. Columns in postorder, so that each subtree is contiguous; the largest child comes last.
 //! 3. The rows of a column are those of its own couplings and of its children.
-//! 4. A column joins the supernode of its last child where they share all rows, or where the zeros
-//!    that this stores are few: small dense matrices cost more in bookkeeping than in arithmetic.
+//! 4. A column joins the supernode of its last child if they share all rows, or if this stores only
+//!    few zeros: small dense matrices cost more in bookkeeping than in arithmetic.
 
 use super::couplings::Couplings;
 
@@ -32,13 +32,13 @@ pub(super) struct Tree {
     pub(super) of_column: Vec<usize>,
     /// Rows below the diagonal, column after column.
     rows: Vec<usize>,
-    /// Where the rows of each column begin, and at last where they end.
+    /// Where the rows of each column begin, and finally where the last ones end.
     starts: Vec<usize>,
 }
 
-/// Where zeros are at most this part of a supernode, it is one.
+/// Columns may form one supernode if at most this part of it is zeros.
 const MOST_ZEROS: f64 = 0.25;
-/// Supernodes of at most so many rows are joined whatever their zeros.
+/// Supernodes of at most this many rows are joined, whatever their zeros.
 const SMALL: usize = 4;
 
 /// No column.
@@ -62,17 +62,17 @@ impl Tree {
         tree
     }
 
-    /// Rows of a column below the diagonal, rising.
+    /// Rows of a column below the diagonal, ascending.
     pub(super) fn rows(&self, column: usize) -> &[usize] {
         &self.rows[self.starts[column]..self.starts[column + 1]]
     }
 
-    /// Rows below the columns of a supernode, rising.
+    /// Rows below the columns of a supernode, ascending.
     pub(super) fn below(&self, node: &Supernode) -> &[usize] {
         self.rows(node.first + node.width - 1)
     }
 
-    /// The supernode that takes what this one leaves.
+    /// The supernode that receives what this one leaves.
     pub(super) fn parent(&self, node: &Supernode) -> Option<usize> {
         let first = self.below(node).first();
         first.map(|&row| self.of_column[row])
@@ -83,9 +83,9 @@ impl Tree {
         self.rows.len()
     }
 
-    /// Joins columns to supernodes, from the leaves up.
+    /// Joins columns into supernodes, from the leaves up.
     fn join(&mut self) {
-        // With how many blocks of each are no zeros.
+        // Each with its number of nonzero blocks.
         let mut done: Vec<(Supernode, usize)> = vec![];
         for column in 0..self.order.len() {
             let below = self.starts[column + 1] - self.starts[column];
@@ -138,7 +138,7 @@ fn elimination_tree(order: &[usize], couplings: &Couplings) -> Vec<usize> {
     parents
 }
 
-/// The columns such that each stands behind its descendants, which are contiguous.
+/// The columns in an order in which each follows its descendants, which are contiguous.
 fn postorder(parents: &[usize]) -> Vec<usize> {
     let count = parents.len();
     let mut sizes = vec![1; count];
@@ -147,7 +147,7 @@ fn postorder(parents: &[usize]) -> Vec<usize> {
             sizes[parent] += sizes[column];
         }
     }
-    // Where each subtree ends: behind it stand its parent's other children and its parent. The
+    // Where each subtree ends: after it come its parent's other children and its parent. The
     // largest child takes the last place.
     let mut largest = vec![NONE; count];
     for (column, &parent) in parents.iter().enumerate() {
@@ -178,7 +178,7 @@ fn postorder(parents: &[usize]) -> Vec<usize> {
     inverse(&places)
 }
 
-/// Rows of each column below the diagonal, rising, and where those of each column begin.
+/// Rows of each column below the diagonal, ascending, and where those of each column begin.
 fn rows(order: &[usize], place: &[usize], couplings: &Couplings) -> (Vec<usize>, Vec<usize>) {
     let count = order.len();
     // The children of a column, as a list linked through them.
@@ -217,7 +217,7 @@ fn rows(order: &[usize], place: &[usize], couplings: &Couplings) -> (Vec<usize>,
     (all, starts)
 }
 
-/// Where each block stands.
+/// The place of each block.
 fn inverse(order: &[usize]) -> Vec<usize> {
     let mut place = vec![0; order.len()];
     for (at, &block) in order.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Settings of a fit, given to a robot and a sensor whose errors are known, and figures that are
-//! written down.
+//! Settings from a fit, applied to a robot and a sensor whose errors are known, and figures in
+//! plain text.
 
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use rand::SeedableRng;

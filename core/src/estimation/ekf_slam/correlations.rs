@@ -1,4 +1,4 @@
-//! How the errors of pose and walls hang together, as data for a picture.
+//! How the errors of pose and walls are correlated, as data for a plot.
 //!
 //! Source: TDK 2016 fig. 3.4-3.5.
 
@@ -12,19 +12,19 @@ pub struct Correlations {
     pub n: usize,
     /// The row of the first landmark's α; those before it belong to the robot.
     pub first_landmark: usize,
-    /// The landmarks in the order of their rows, two each: α, then r; of a point x, then y.
+    /// The landmarks in the order of their rows, two each: α, then r; for a point x, then y.
     pub landmarks: Vec<LandmarkId>,
-    /// `n` rows of `n` coefficients, -1 to 1; 0 where one of the two is known exactly, the diagonal
-    /// then too.
+    /// `n` rows of `n` coefficients, -1 to 1; 0 where one of the two is known exactly, also on the
+    /// diagonal.
     pub coefficients: Vec<f32>,
 }
 
 impl Correlations {
-    /// The correlation coefficients of the whole state, of which these are the landmarks. O(n²).
+    /// The correlation coefficients of the whole state, which holds these landmarks. O(n²).
     #[must_use]
     pub fn of(covariance: &SymmetricMatrix, landmarks: impl Iterator<Item = LandmarkId>) -> Self {
         let n = covariance.n();
-        // Names are given, and rows appended, in the order of first sightings.
+        // Names are assigned, and rows appended, in the order of first sightings.
         let mut landmarks: Vec<_> = landmarks.collect();
         landmarks.sort_unstable();
         let cell = |i: usize| covariance.correlation(i / n, i % n) as f32;

@@ -1,4 +1,4 @@
-//! What the filter takes in, and why it refuses the rest.
+//! What the filter accepts as input, and why it refuses the rest.
 
 use nalgebra::Matrix2;
 
@@ -10,22 +10,22 @@ use crate::robot::OdometryError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EkfError {
-    /// Odometry that is no motion.
+    /// Odometry that is not a valid motion.
     #[error(transparent)]
     Odometry(#[from] OdometryError),
-    /// A prior map whose walls are longer, or lie farther off, than can be held in pieces.
+    /// A prior map whose walls are too long, or too far away, to be held in pieces.
     #[error(
         "{what} is {value}; expected at most {most}; with known.by = 0 the robot is found by lines, however large the map"
     )]
     PriorMap {
-        /// The figure at fault.
+        /// The figure that is wrong.
         what: &'static str,
         /// Its value.
         value: f64,
         /// The most it may be.
         most: f64,
     },
-    /// A prior map in which there are more poses than a histogram may hold.
+    /// A prior map with more poses than a histogram may hold.
     #[error(
         "the prior map is too large for a histogram: {poses:.0} poses, at most {most:.0}; \
          particle-localisation finds the robot in larger ones"
@@ -36,7 +36,7 @@ pub enum EkfError {
         /// The most that there may be.
         most: f64,
     },
-    /// A figure of a configuration, a start or a prior out of its bounds.
+    /// A value of a configuration, a start or a prior that is out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
     /// A point with a number that is not finite, or a covariance that is not positive definite.
@@ -44,7 +44,7 @@ pub enum EkfError {
     Point {
         /// Index in the scan's list of points.
         point: usize,
-        /// The part at fault.
+        /// The part that is wrong.
         what: &'static str,
     },
     /// A line with a number that is not finite, or a covariance that is not positive definite.
@@ -52,7 +52,7 @@ pub enum EkfError {
     Feature {
         /// Index in the scan's list.
         feature: usize,
-        /// The part at fault.
+        /// The part that is wrong.
         what: &'static str,
     },
 }

@@ -1,13 +1,13 @@
-//! Step 3 for all lines and points of a scan together: which landmark each is, so that no two
+//! Step 3 for all lines and points of a scan together: which landmark each one is, such that no two
 //! contradict each other.
 //!
 //! In: the lines and points of a scan. Out: for each its landmark, by its row in the state, or none
 //! that agrees with the others.
 //!
-//! Lines and points that a turning lidar sees one after another are taken to the instant of the
-//! first of them: back by the odometry, with the odometry's covariance added to each by itself.
-//! That this part is common to several of them is left out, which makes the test a little more
-//! generous. The updates that follow are still made one by one, each at its own instant.
+//! Lines and points that a turning lidar sees one after another are moved to the instant of the
+//! first of them: back by the odometry, with the odometry's covariance added to each separately.
+//! That several of them share this part is neglected, which makes the test slightly more
+//! permissive. The updates that follow are still made one by one, each at its own instant.
 
 use nalgebra::{Matrix2, Matrix2x3};
 
@@ -18,17 +18,17 @@ use super::sweep::{SweepTiming, as_seen, point_as_seen};
 use crate::association::{Candidate, Innovation, JointSearch, Paired, Pairing, gap, plausible};
 use crate::features::{LineFeature, PointFeature};
 
-/// What the search keeps from scan to scan, so that none of it is allocated again.
+/// Buffers of the search, kept from scan to scan to avoid allocations.
 #[derive(Clone, Debug, Default)]
 pub(super) struct JointScratch {
-    /// What each line and then each point is, where all of a scan are matched together.
+    /// What each line, then each point, was matched to, if all of a scan are matched together.
     pub(super) paired: Vec<Paired>,
     search: JointSearch,
     seen: Vec<LineFeature>,
     seen_points: Vec<PointFeature>,
     candidates: Vec<Candidate>,
     pairings: Vec<Pairing>,
-    /// Of each landmark that some sighting may be, by its row.
+    /// The Jacobians of all landmarks that some sighting may be, sorted by row.
     jacobians: Vec<Jacobian>,
 }
 
@@ -37,12 +37,12 @@ impl JointScratch {
         self.jacobians.get(self.place(row).ok()?)
     }
 
-    /// Where a landmark stands in `jacobians`, or should.
+    /// The index of a landmark in `jacobians`, or where it should be inserted.
     fn place(&self, row: usize) -> Result<usize, usize> {
         self.jacobians.binary_search_by_key(&row, |known| known.row)
     }
 
-    /// The nearest first, in the memory of `candidates`, which is to be given back.
+    /// The candidates, nearest first, in the memory of `candidates`, which must be given back.
     fn sorted(&mut self, compared: impl Iterator<Item = Candidate>) -> Vec<Candidate> {
         let mut candidates = std::mem::take(&mut self.candidates);
         candidates.clear();
@@ -65,8 +65,8 @@ impl JointScratch {
 }
 
 impl EkfSlam {
-    /// For each of `lines`, then each of `points`, what it is. The state stands at the first of
-    /// them.
+    /// For each of `lines`, then each of `points`, what it is. The state is at the instant of the
+    /// first of them.
     pub(super) fn pair_jointly(
         &self,
         lines: &[LineFeature],
@@ -96,7 +96,7 @@ impl EkfSlam {
         let shared = self.config.merge.shared;
         let cross = |a: &Pairing, b: &Pairing| {
             let [seen_a, seen_b] = [a, b].map(|pairing| scratch.seen.get(pairing.sighting));
-            // Two parts of one wall overlap by little; a point is seen once.
+            // Two parts of one wall hardly overlap; a point is seen once.
             if a.landmark == b.landmark && gap(seen_a?.ends, seen_b?) <= -shared {
                 return None;
             }
@@ -107,7 +107,7 @@ impl EkfSlam {
         scratch.search = search;
     }
 
-    /// A line of the sweep as it would be seen from where the state stands.
+    /// A line of the sweep as it would be seen from the present state.
     fn seen_now(&self, feature: &LineFeature, sweep: &SweepTiming) -> LineFeature {
         let end = sweep.stamp.seconds();
         let mut line = as_seen(feature, &self.motion_until(end), sweep);
@@ -119,7 +119,7 @@ impl EkfSlam {
         line
     }
 
-    /// The landmarks that a line may be by itself, the nearest first.
+    /// The landmarks that a line may be when considered alone, the nearest first.
     fn pairings(&self, sighting: usize, scratch: &mut JointScratch) {
         scratch.pairings.clear();
         let Some(seen) = scratch.seen.get(sighting).copied() else {
@@ -136,7 +136,7 @@ impl EkfSlam {
         scratch.candidates = candidates;
     }
 
-    /// A point of the sweep as it would be seen from where the state stands.
+    /// A point of the sweep as it would be seen from the present state.
     fn point_seen_now(&self, point: &PointFeature, sweep: &SweepTiming) -> PointFeature {
         let end = sweep.stamp.seconds();
         let mut seen = point_as_seen(point, &self.motion_until(end), sweep);
@@ -146,7 +146,7 @@ impl EkfSlam {
         seen
     }
 
-    /// The landmarks that a point may be by itself, the nearest first.
+    /// The landmarks that a point may be when considered alone, the nearest first.
     fn point_pairings(&self, point: usize, sighting: usize, scratch: &mut JointScratch) {
         scratch.pairings.clear();
         let Some(seen) = scratch.seen_points.get(point).copied() else {
@@ -166,7 +166,7 @@ impl EkfSlam {
         scratch.candidates = candidates;
     }
 
-    /// Covariance of what is expected of two landmarks: H_a P H_bᵀ.
+    /// Cross-covariance of the expected sightings of two landmarks: H_a P H_bᵀ.
     fn cross(&self, of_a: &Jacobian, of_b: &Jacobian) -> Matrix2<f64> {
         let (a, b) = (of_a.row, of_b.row);
         let with_pose =

@@ -1,5 +1,5 @@
-//! A wall as the state keeps it and as the map shows it; steps 4 and 6: how it comes into the
-//! state, grows, and leaves it.
+//! A wall in the state and in the map; steps 4 and 6: how it enters the state, grows, and leaves
+//! it.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
@@ -9,7 +9,7 @@ use super::{EkfSlam, POSE};
 use crate::features::LineFeature;
 use crate::geom::{Line, Pose2, sin_cos, symmetrize};
 
-/// Name of a landmark, the same for its whole life and never given again.
+/// Name of a landmark, the same for its whole life and never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LandmarkId(pub u32);
 
@@ -52,9 +52,10 @@ pub(super) struct Entry {
     pub(super) line: [f64; 2],
     /// α at the first sighting.
     pub(super) first_alpha: f64,
-    /// From where to where it was seen, m along (-sin α, cos α) from the anchor's foot on the line.
+    /// The interval in which it was seen, m along (-sin α, cos α) from the foot of the anchor on
+    /// the line.
     pub(super) extent: [f64; 2],
-    /// The part of it that the last scan that saw it saw.
+    /// The part of it that was seen by the last scan that saw it.
     pub(super) seen_now: [f64; 2],
     pub(super) sightings: u32,
     pub(super) last_seen: u32,
@@ -72,7 +73,7 @@ impl Entry {
         self.extent.map(|along| foot + tangent * along)
     }
 
-    /// From where to where a line seen from `pose` lies on it.
+    /// The interval on it of a line seen from `pose`.
     pub(super) fn extent_of(&self, seen: &LineFeature, pose: &Pose2) -> [f64; 2] {
         let tangent = self.tangent();
         let along = |end: Point2<f64>| tangent.dot(&(*pose * end - self.anchor));
@@ -93,7 +94,7 @@ impl Entry {
     }
 }
 
-/// The least interval around two.
+/// The smallest interval that contains both.
 pub(super) fn hull(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
@@ -106,7 +107,7 @@ impl EkfSlam {
         let seen = entry.extent_of(seen, &pose);
         entry.extent = hull(entry.extent, seen);
         if entry.last_seen == scans {
-            // Another part of the wall, behind something that stands before it.
+            // Another part of the wall, behind an object in front of it.
             entry.seen_now = hull(entry.seen_now, seen);
         } else {
             entry.seen_now = seen;
@@ -142,8 +143,9 @@ impl EkfSlam {
         id
     }
 
-    /// Two more rows for a landmark that is placed by the pose and a sighting: how it changes with
-    /// the pose, and its own covariance. Gives its name and the first of its rows.
+    /// Appends two rows for a landmark that follows from the pose and a sighting: given its
+    /// derivative with respect to the pose, and its own covariance. Returns its name and the first
+    /// of its rows.
     pub(super) fn append(
         &mut self,
         by_pose: &Matrix2x3<f64>,
@@ -167,7 +169,7 @@ impl EkfSlam {
         (id, place)
     }
 
-    /// Takes the two rows of a landmark out, which is the marginal of the rest.
+    /// Removes the two rows of a landmark; what remains is the marginal.
     pub(super) fn remove_rows(&mut self, first: usize) {
         self.cov.remove_pair(first);
         let walls = self.landmarks.iter_mut().map(|entry| &mut entry.row);
@@ -191,7 +193,7 @@ impl EkfSlam {
         };
         (self.landmarks).retain(|e| is_kept(e.id, e.row, e.sightings, e.last_seen));
         (self.points).retain(|e| is_kept(e.id, e.row, e.sightings, e.last_seen));
-        // From the last on, so that those still to come keep their places.
+        // From the last on, so that the remaining indices stay valid.
         rows.sort_unstable();
         for row in rows.into_iter().rev() {
             self.remove_rows(row);

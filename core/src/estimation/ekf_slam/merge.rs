@@ -1,22 +1,23 @@
-//! Step 5: two landmarks that are one wall become one.
+//! Step 5: merges two landmarks that are one wall.
 //!
 //! In: the landmarks that this scan saw. Out: fewer landmarks, and a better estimate of all of
 //! them.
 //!
-//! 1. Two are compared only where their known parts overlap or nearly touch, by the rule that
-//!    matches sightings (`max_gap`).
+//! 1. Two landmarks are compared only if their known parts overlap or nearly touch, by the rule
+//!    that matches sightings (`max_gap`).
 //! 2. Their difference in (α, r) is taken about a point between the parts, with its covariance from
-//!    the 4x4 block of P: landmarks seen from one pose share its error, and differ by much less
-//!    than each is uncertain.
-//! 3. They are one if the difference is likely to be nothing, d² within the gate, and if it is
-//!    known to be small: what is merely not known well enough to tell apart stays apart until it
-//!    is. Lines beside the known part of a wall are matched by the same rule. Two that differ in
-//!    the mean of many sightings and yet lie on each other within less than a wall is thick are one
-//!    wall too, of which one was made from lines that something else spoilt (a pillar before it, a
-//!    corner). Then the one that was seen less is dropped and nothing is learnt from it.
+//!    the 4x4 block of P: landmarks seen from one pose share its error, and their difference is
+//!    much more certain than each of them.
+//! 3. They are one if the difference is compatible with zero, d² within the gate, and known to be
+//!    small: landmarks that are merely not known well enough to tell apart stay apart until they
+//!    are. Lines beside the known part of a wall are matched by the same rule. Two that differ in
+//!    the mean of many sightings and yet lie on each other within less than the thickness of a wall
+//!    are one wall too, one of which was made from lines corrupted by something else (a pillar in
+//!    front of it, a corner). Then the one that was seen less is dropped, and nothing is learnt
+//!    from it.
 //! 4. That they are one is a measurement without noise: the difference is zero. The update moves
 //!    everything that is correlated with it (a loop closes here too); then the younger one's rows
-//!    and columns go, which is the marginal of a Gaussian.
+//!    and columns are removed, which leaves the marginal of a Gaussian.
 
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
@@ -25,7 +26,7 @@ use super::{EkfSlam, Merged};
 use crate::features::LineFeature;
 use crate::geom::{sin_cos, wrap};
 
-/// What the known parts of two landmarks have in common.
+/// What the known parts of two landmarks share.
 struct Shared {
     /// The middle of the overlap, or of the gap.
     about: Point2<f64>,
@@ -37,8 +38,8 @@ struct Shared {
 
 /// How two landmarks differ.
 struct Difference {
-    /// Whether they are one wall as the covariance sees it, and known to be; otherwise they at most
-    /// lie on each other.
+    /// Whether the covariance allows them to be one wall, and they are known to be; otherwise they
+    /// at most lie on each other.
     is_joined: bool,
     v: Vector2<f64>,
     cov: Matrix2<f64>,
@@ -47,7 +48,7 @@ struct Difference {
 }
 
 impl EkfSlam {
-    /// Whether this scan has shown this part of a landmark already.
+    /// Whether this scan has already shown this part of a landmark.
     pub(super) fn is_taken(&self, landmark: usize, seen: &LineFeature) -> bool {
         let entry = &self.landmarks[landmark];
         if entry.last_seen != self.scans {
@@ -60,7 +61,7 @@ impl EkfSlam {
 
     /// Step 5, for each landmark that this scan saw.
     pub(super) fn merge_all(&mut self) {
-        // From the youngest on, so that those still to come keep their places.
+        // From the youngest on, so that the remaining indices stay valid.
         for landmark in (0..self.landmarks.len()).rev() {
             let was_seen = |entry: &Entry| entry.last_seen == self.scans;
             if self.landmarks.get(landmark).is_some_and(was_seen)
@@ -93,8 +94,8 @@ impl EkfSlam {
         best
     }
 
-    /// What two landmarks share; `None` where the gap is too large, or where direction or distance
-    /// rule out that they are one.
+    /// What two landmarks share; `None` if the gap is too large, or if direction or distance rule
+    /// out that they are one.
     fn between(&self, a: &Placed, b: &Entry) -> Option<Shared> {
         let merge = &self.config.merge;
         if wrap(a.entry.line[0] - b.line[0]).abs() > merge.max_turn {
@@ -120,7 +121,7 @@ impl EkfSlam {
         })
     }
 
-    /// `other` less `landmark`, (α, r) with r counted from `about`.
+    /// `other` minus `landmark`, (α, r) with r counted from `about`.
     fn difference(&self, landmark: usize, other: usize, about: Point2<f64>) -> Difference {
         let (a, b) = (&self.landmarks[landmark], &self.landmarks[other]);
         let lever = |entry: &Entry| {
@@ -156,8 +157,8 @@ impl EkfSlam {
         }
     }
 
-    /// Whether two lie on each other, whatever their directions: over a short wall a spoilt line
-    /// may cross it at a great angle.
+    /// Whether two lie on each other, whatever their directions: over a short wall, a corrupted
+    /// line may cross it at a large angle.
     fn is_double(&self, shared: &Shared, difference: &Difference) -> bool {
         let merge = &self.config.merge;
         difference.d2.is_finite()
@@ -165,9 +166,9 @@ impl EkfSlam {
             && merge.is_small(shared.off, difference.cov[(1, 1)], merge.r)
     }
 
-    /// Makes one of two: the older one stays, or the one seen more often where they do not agree.
+    /// Merges two: the older one stays, or the one seen more often if they do not agree.
     fn merge(&mut self, landmark: usize, other: usize, difference: &Difference) {
-        // What is measured is zero: less than expected by the difference.
+        // The measurement is zero, so the innovation is minus the difference.
         let v = -difference.v;
         if difference.is_joined && !self.absorb(&v, &difference.cov, &difference.columns) {
             return;
@@ -209,12 +210,12 @@ impl EkfSlam {
     }
 }
 
-/// A landmark with its axes, whose sine and cosine are taken once for all that is asked of them.
+/// A landmark with its axes; sine and cosine are computed only once.
 struct Placed<'a> {
     entry: &'a Entry,
     tangent: Vector2<f64>,
     normal: Vector2<f64>,
-    /// The anchor's foot on the line.
+    /// The foot of the anchor on the line.
     foot: Point2<f64>,
 }
 

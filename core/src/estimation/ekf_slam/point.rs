@@ -1,16 +1,16 @@
-//! Points in the state, corners and the middles of what is round: steps 3 to 6 for them.
+//! Points in the state (corners and the centres of round objects): steps 3 to 6 for them.
 //!
-//! They stand in one state with the walls, and go through the same gates. Of the points that a scan
-//! shows ([`crate::features::find_points`]) corners and circles are landmarks. Crossings are not:
-//! where two lines cross says nothing that the lines do not. Spikes are not: where the silhouette
-//! of something ends depends on where it is looked at from. What corners and walls have in common
-//! is the matter of [`super::shared`].
+//! They share one state with the walls, and pass the same gates. Of the points that a scan shows
+//! ([`crate::features::find_points`]), corners and circles become landmarks. Crossings do not:
+//! where two lines cross says nothing beyond the lines. Spikes do not: where the silhouette of an
+//! object ends depends on the viewpoint. [`super::shared`] handles what corners and walls have in
+//! common.
 //!
 //! Walls alone are the default. Over 20 tours each, ATE with walls, points, both is 8, 89, 7 mm in
-//! `office`, 4, 11, 4 mm in `arena` and 19, 57, 33 mm in `lab`; the worst tour with points is
-//! 0.67 m off in `office`, the worst with both 0.39 m in `lab`. NEES of the pose on the way (3 is
-//! honest) with both is 3.4, 2.2, 3.4, with points alone 424, 4.9, 9.8: a corner errs alike from
-//! scan to scan (`report -- point-landmarks`).
+//! `office`, 4, 11, 4 mm in `arena` and 19, 57, 33 mm in `lab`; the worst tour with points is 0.67
+//! m off in `office`, the worst with both 0.39 m in `lab`. NEES of the pose during the tour (3 is
+//! honest) with both is 3.4, 2.2, 3.4, with points alone 424, 4.9, 9.8: a corner errs in the same
+//! way from scan to scan (`report -- point-landmarks`).
 
 use nalgebra::{Matrix2, Point2, SMatrix, Vector2};
 
@@ -27,7 +27,7 @@ use crate::geom::Length;
 pub struct PointLandmark {
     /// Its name.
     pub id: LandmarkId,
-    /// What it is.
+    /// Its kind.
     pub kind: PointKind,
     /// Where it is, map frame, m.
     pub position: Point2<f64>,
@@ -77,7 +77,7 @@ impl PointEntry {
     }
 }
 
-/// What is expected of one point.
+/// The expected sighting of one point.
 #[derive(Clone, Debug)]
 pub(super) struct ExpectedPoint {
     /// Robot frame, m.
@@ -88,7 +88,7 @@ pub(super) struct ExpectedPoint {
 }
 
 impl EkfSlam {
-    /// All points in the order of the state, those not yet confirmed too.
+    /// All points in the order of the state, including those not yet confirmed.
     pub fn point_landmarks(&self) -> impl Iterator<Item = PointLandmark> + '_ {
         self.points.iter().map(|entry| PointLandmark {
             id: entry.id,
@@ -100,8 +100,8 @@ impl EkfSlam {
         })
     }
 
-    /// Steps 3 and 4 for point number `index`, in the robot frame of the state; `paired` is what it
-    /// is where all of the scan were matched together.
+    /// Steps 3 and 4 for point number `index`, in the robot frame of the state; `paired` is its
+    /// match, if all of the scan were matched together.
     pub(super) fn take_in_point(
         &mut self,
         index: usize,
@@ -173,7 +173,7 @@ impl EkfSlam {
         Decision::Matched(landmark)
     }
 
-    /// How far a sighting is from what is expected of a point; `None` where it is something else.
+    /// How far a sighting is from the expected one of a point; `None` if it is something else.
     pub(super) fn compare_point(
         &self,
         point: usize,
@@ -237,7 +237,7 @@ impl EkfSlam {
         Innovation::new(v, expected.cov + self.point_cov(seen))
     }
 
-    /// What is known of a sighting, by its fit and beside it.
+    /// The covariance of a sighting: that of its fit, and what is added to it.
     pub(super) fn point_cov(&self, seen: &PointFeature) -> Matrix2<f64> {
         let beside = self.config.point_sigma * self.config.point_sigma;
         seen.cov + Matrix2::identity() * beside
@@ -261,8 +261,8 @@ impl EkfSlam {
         id
     }
 
-    /// Step 5: the points that this scan saw and that are surely one with another of their kind
-    /// become that one, as with walls.
+    /// Step 5: merges the points that this scan saw with others of their kind that are surely the
+    /// same, as with walls.
     pub(super) fn merge_points(&mut self) {
         for point in (0..self.points.len()).rev() {
             if let Some((other, difference)) = self.twin_point(point) {
@@ -301,8 +301,8 @@ impl EkfSlam {
         same.min_by(|a, b| a.1.d2.total_cmp(&b.1.d2))
     }
 
-    /// Makes one of two, of which the older stays: a measurement without noise that they do not
-    /// differ.
+    /// Merges two, of which the older stays: a measurement without noise that their difference is
+    /// zero.
     fn merge_point(&mut self, point: usize, other: usize, difference: &Innovation) {
         let Some((own, twin)) = self.points.get(point).zip(self.points.get(other)) else {
             return;
@@ -321,7 +321,7 @@ impl EkfSlam {
         let Some(kept) = self.points.get_mut(kept) else {
             return;
         };
-        // The radius of the other counts as one more sighting of it.
+        // The radius of the removed point counts as one more sighting.
         kept.see(&gone.kind, kept.last_seen.max(gone.last_seen));
         kept.sightings += gone.sightings - 1;
         self.report.merged.push(Merged {
@@ -333,7 +333,7 @@ impl EkfSlam {
     }
 }
 
-/// H of the difference of two points, second less first.
+/// H of the difference of two points, second minus first.
 fn apart(first: &PointEntry, second: &PointEntry) -> [crate::estimation::Column; 4] {
     [
         (first.row, [-1.0, 0.0]),
@@ -343,7 +343,7 @@ fn apart(first: &PointEntry, second: &PointEntry) -> [crate::estimation::Column;
     ]
 }
 
-/// What was found by rows, by indices instead.
+/// Replaces rows by indices in a match.
 pub(super) fn by_index(paired: Paired, place: impl Fn(usize) -> Option<usize>) -> Paired {
     match paired {
         Paired::Landmark(row) => place(row).map_or(Paired::Nothing, Paired::Landmark),
@@ -351,8 +351,8 @@ pub(super) fn by_index(paired: Paired, place: impl Fn(usize) -> Option<usize>) -
     }
 }
 
-/// Variance of the heading that a point alone gives, relative to where it is known to be, rad²;
-/// `None` of one that is where the robot is.
+/// Variance of the heading that a point alone gives, if its position is known, rad²; `None` for a
+/// point at the robot's position.
 pub(super) fn heading_variance(cov: &Matrix2<f64>, seen: Point2<f64>) -> Option<f64> {
     let across = Vector2::new(-seen.y, seen.x);
     let distance2 = across.norm_squared();

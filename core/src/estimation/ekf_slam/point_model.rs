@@ -1,7 +1,7 @@
-//! How a point in the map appears to the robot, and back, with Jacobians.
+//! Observation model of a point: how it appears to the robot, and back, with Jacobians.
 //!
-//! A point is seen as (x, y) in the robot frame, in which its covariance is given: there a post at
-//! arm's length has no bearing that jumps.
+//! A point is seen as (x, y) in the robot frame, in which its covariance is given: this avoids the
+//! unstable bearing of a post that is very near.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2};
 
@@ -9,8 +9,8 @@ use crate::geom::Pose2;
 
 /// Where the derivatives are taken: positions of the robot and of the point, in the map.
 ///
-/// The heading is not among them. It turns rows of H as the newest estimate has it, and what no row
-/// of H observes no turned one does.
+/// The heading is not among them: it only rotates the rows of H by the newest estimate, and a
+/// direction that no row of H observes is not observed by any rotated row either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Places {
     pub(super) robot: Point2<f64>,
@@ -39,7 +39,7 @@ pub(super) fn place(
     (point, by_pose, rotation(map_from_robot))
 }
 
-/// How the end of an arm moves with the pose that it hangs on, by (x, y, θ).
+/// The derivative of the tip of an arm with respect to the pose at its base, by (x, y, θ).
 pub(super) fn moved_with(arm: Vector2<f64>) -> Matrix2x3<f64> {
     Matrix2x3::new(1.0, 0.0, -arm.y, 0.0, 1.0, arm.x)
 }
@@ -103,8 +103,9 @@ mod tests {
             prop_assert!((observe(&pose, point, &at).0 - seen).length() < 1e-9);
         }
 
-        /// What turns robot and points about the map's origin alike is seen by no row, whatever the
-        /// newest heading: so a filter that keeps its first places never believes to learn it.
+        /// A rotation of robot and points together about the map's origin is seen by no row,
+        /// whatever the newest heading: so a filter that keeps its first places never believes that
+        /// it learns it.
         #[test]
         fn turn_of_the_whole_map_is_not_observed(
             x in -20.0..20.0_f64, y in -20.0..20.0_f64, turn in -PI..PI, px in -20.0..20.0_f64, py in -20.0..20.0_f64,

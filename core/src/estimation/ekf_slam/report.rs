@@ -20,7 +20,7 @@ pub struct UpdateReport {
     /// Normalised innovation squared, summed over the matches: χ² with [`Self::nis_degrees`]
     /// degrees of freedom.
     pub nis: f64,
-    /// What the recognised lines said of the pose, in order of time.
+    /// What the recognised lines contributed to the pose, in order of time.
     pub fixes: Vec<Fix>,
     /// Recognised points, with the index of each in the scan's list of points.
     pub point_matches: Vec<Match>,
@@ -30,16 +30,17 @@ pub struct UpdateReport {
     pub(super) of_points: Explained,
 }
 
-/// Why the sightings of one kind were taken for what they were taken for.
+/// Why the sightings of one kind were matched as they were.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Explained {
-    /// Candidates of all sightings; those of the one that [`Self::conclude`] will be called for
-    /// next stand last.
+    /// Candidates of all sightings; those of the sighting for which [`Self::conclude`] is called
+    /// next are at the end.
     pub(super) considered: Vec<Considered>,
     sightings: Vec<Concluded>,
 }
 
-/// What a recognised line said of the pose at the instant at which it was seen, map frame.
+/// The contribution of a recognised line to the pose at the instant at which it was seen, map
+/// frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
     /// When the middle of the line was seen, s.
@@ -68,7 +69,7 @@ pub struct Match {
 pub struct Merged {
     /// The one that stays.
     pub kept: LandmarkId,
-    /// The other, whose name is never given again.
+    /// The other, whose name is never reused.
     pub gone: LandmarkId,
     /// Squared Mahalanobis distance between the two, χ² with 2 degrees of freedom if they are one
     /// wall.
@@ -87,7 +88,7 @@ pub enum Rejection {
     OutsideGate,
     /// Its landmark was already seen in this scan.
     Taken,
-    /// A point on beams that a wall was found by too, where such a point is not to be used.
+    /// A point on beams by which a wall was found too, if such points are not to be used.
     OnAWall,
     /// It lies across the seam of the sweep: its parts were seen a whole sweep apart, and the robot
     /// moved meanwhile.
@@ -96,12 +97,12 @@ pub enum Rejection {
     Singular,
 }
 
-/// Why a line or a point was taken for what it was taken for.
+/// Why a line or a point was matched as it was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explanation<'a> {
     /// Index of the feature in the scan's list.
     pub feature: usize,
-    /// The landmarks it was compared with, the most likely first; far ones are left out, but for
+    /// The landmarks it was compared with, the most likely first; far ones are left out, except for
     /// the nearest.
     pub candidates: &'a [Considered],
     /// What became of it.
@@ -115,10 +116,10 @@ pub struct Considered {
     pub landmark: LandmarkId,
     /// Squared Mahalanobis distance, χ² with 2 degrees of freedom if it is this one.
     pub d2: f64,
-    /// Free distance between the seen and the known part along the wall, m, less what the robot's
-    /// position along it may err; 0 or less where they overlap. 0 of a point.
+    /// Free distance between the seen and the known part along the wall, m, minus the uncertainty
+    /// of the robot's position along it; 0 or less if they overlap. 0 for a point.
     pub gap: f64,
-    /// (α, r) seen less expected, rad and m; of a point (x, y), robot frame, m.
+    /// (α, r) seen minus expected, rad and m; for a point (x, y), robot frame, m.
     pub innovation: [f64; 2],
     /// Standard deviations of `innovation`.
     pub sigmas: [f64; 2],
@@ -126,9 +127,9 @@ pub struct Considered {
     pub covariance: f64,
     /// What the gates say.
     pub gate: Gate,
-    /// Whether it was no part of this wall by where along it the sighting lies.
+    /// Whether its position along the wall rules out that it is a part of this wall.
     pub is_beyond: bool,
-    /// Whether it had been seen often enough to be a wall.
+    /// Whether the landmark had been seen often enough to be a wall.
     pub is_confirmed: bool,
 }
 
@@ -139,10 +140,10 @@ pub enum Gate {
     Match,
     /// Too far for a match, too near for a new wall.
     Near,
-    /// Another wall by its direction or distance.
+    /// By its direction or distance it is another wall.
     Far,
-    /// Beside the known part, and not its continuation: the free distance between the two is too
-    /// large, or it is not known well enough whether both lie on one line.
+    /// Beside the known part, but not its continuation: the gap is too large, or it is too
+    /// uncertain whether both lie on one line.
     Beyond,
 }
 
@@ -157,7 +158,7 @@ pub enum Decision {
     Rejected(Rejection),
 }
 
-/// How the explanation of one feature is kept: its candidates are a part of one list for all.
+/// How the explanation of one feature is stored: its candidates are a part of one list for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Concluded {
     feature: usize,
@@ -167,7 +168,7 @@ struct Concluded {
 }
 
 impl UpdateReport {
-    /// For each line of the scan, in the order in which they were taken in, what it was compared
+    /// For each line of the scan, in the order in which they were processed, what it was compared
     /// with and what became of it.
     pub fn explanations(&self) -> impl Iterator<Item = Explanation<'_>> {
         self.of_lines.iter()
@@ -191,7 +192,7 @@ impl UpdateReport {
         2 * (self.matches.len() + self.point_matches.len())
     }
 
-    /// Makes the report one of nothing, and keeps its memory.
+    /// Clears the report, but keeps its memory.
     pub(super) fn clear(&mut self) {
         self.matches.clear();
         self.added.clear();
@@ -209,8 +210,9 @@ impl UpdateReport {
 }
 
 impl Explanation<'_> {
-    /// What would flip this match if the sighting lay elsewhere in its first number alone, back and
-    /// forth, and in its second; nothing of what was not matched. Outcomes name landmarks.
+    /// What would flip this match if the sighting's first number alone were smaller or larger, and
+    /// the same for its second; nothing for a sighting that was not matched. Outcomes name
+    /// landmarks.
     #[must_use]
     pub fn flips(&self, config: &AssociationConfig) -> Option<[Option<Flip>; 4]> {
         let Decision::Matched(id) = self.decision else {
@@ -226,8 +228,8 @@ impl Explanation<'_> {
 }
 
 impl Considered {
-    /// As the rule of association takes it, with the number of the landmark as its index; `None`
-    /// where the covariance of the innovation is not positive definite.
+    /// In the form that the association rule takes, with the landmark's number as its index; `None`
+    /// if the covariance of the innovation is not positive definite.
     fn compared(&self) -> Option<Compared> {
         let [sigma_a, sigma_b] = self.sigmas;
         let (c, v) = (self.covariance, Vector2::from(self.innovation));
@@ -258,8 +260,8 @@ impl Explained {
         })
     }
 
-    /// Notes what became of a sighting, and keeps the likeliest `most` of its candidates: those
-    /// with d² up to `far`, and the nearest.
+    /// Records what became of a sighting, and keeps its `most` likeliest candidates: those with d²
+    /// up to `far`, and the nearest.
     pub(super) fn conclude(&mut self, feature: usize, decision: Decision, most: usize, far: f64) {
         let first = self.sightings.last().map_or(0, |e| e.end);
         let own = self.considered.get_mut(first..).unwrap_or_default();
@@ -323,7 +325,7 @@ mod tests {
             (ids, explanation.decision)
         };
         assert_eq!(of(4), (vec![1, 0], Decision::Matched(LandmarkId(1))));
-        // The nearest one is reported however far it is: it says why the line is new.
+        // The nearest one is reported however far it is: it explains why the line is new.
         assert_eq!(of(1), (vec![3], Decision::Added(LandmarkId(5))));
         assert_eq!(of(0), (vec![], Decision::Rejected(Rejection::Seam)));
         assert_eq!(report.rejected(), 1);

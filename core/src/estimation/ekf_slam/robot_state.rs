@@ -1,19 +1,19 @@
-//! In: an odometry reading, and what is known of how this robot's odometry errs always. Out: the
-//! motion without that error, with its Jacobians.
+//! In: an odometry reading, and what is known of the systematic errors of this robot's odometry.
+//! Out: the motion without these errors, with its Jacobians.
 //!
 //! A worn track, a soft tyre, a floor on which the tracks turn wider than on another: such errors
-//! are the same from one metre to the next, and no white noise is like them. A filter that knows of
-//! white noise alone believes after a lap that they have averaged out; they have added up. So they
-//! are states, constant and known to some prior (Larsen et al. 1998; Martinelli et al. 2007,
-//! "Simultaneous localization and odometry self calibration"): the walls calibrate the odometry.
+//! are the same from one metre to the next, unlike white noise. A filter that knows only white
+//! noise believes after a lap that they have averaged out, but they have added up. So they are
+//! states, constant and with a prior (Larsen et al. 1998; Martinelli et al. 2007, "Simultaneous
+//! localization and odometry self calibration"): the walls calibrate the odometry.
 //!
 //! 1. The two that matter (Borenstein & Feng 1996): unequal tracks bend a straight drive by κ,
-//!    rad/m; a wrong track width stretches each turn by s. A reading that went Δs and turned Δθ in
-//!    truth turned Δθ + δ with δ = κ Δs + s Δθ.
-//! 2. On an arc the chord turns by half of what the heading does (TDK 2016 eq. (2.6)), so the step
-//!    t becomes R(δ/2) t.
+//!    rad/m; a wrong track width stretches each turn by s. A robot whose reading says Δs and Δθ has
+//!    in truth turned Δθ + δ with δ = κ Δs + s Δθ.
+//! 2. On an arc the chord turns by half as much as the heading (TDK 2016 eq. (2.6)), so the step t
+//!    becomes R(δ/2) t.
 //!
-//! Both need only the reading itself, not the tracks' distances: a recorded log will do.
+//! Both need only the reading itself, not the tracks' distances: a recorded log is enough.
 
 use nalgebra::{Matrix3, Matrix5, Point2, SMatrix};
 
@@ -30,9 +30,10 @@ pub(super) const ROBOT: usize = 5;
 /// Systematic errors of the odometry, as the filter sees them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OdometryErrors {
-    /// κ: turn in a drive that the odometry takes for straight, rad/m, to the left if positive.
+    /// κ: turn per metre of a drive that the odometry reports as straight, rad/m, positive to the
+    /// left.
     pub curvature: f64,
-    /// s: part by which a turn is larger than the odometry says.
+    /// s: the fraction by which a turn is larger than the odometry reports.
     pub turn_scale: f64,
 }
 
@@ -77,7 +78,7 @@ impl Step {
         let motion = Pose2::new(shift.x, shift.y, turn + error);
         let moved = *pose * motion;
         let by_motion = pose.rotation();
-        // What δ does: the step turns by half of it.
+        // The effect of δ: the step rotates by half of it.
         let chord = pose.rotate(shift);
         let (sideways_x, sideways_y) = (-0.5 * chord.y, 0.5 * chord.x);
         let step = moved.position() - from;
@@ -108,7 +109,7 @@ impl Step {
 }
 
 impl RobotState {
-    /// At the origin, which is exact, with what is known of the odometry beforehand as standard
+    /// At the origin, which is exact, with the prior knowledge of the odometry as standard
     /// deviations.
     pub(in crate::estimation) fn new(prior: &OdometryErrors) -> Self {
         let mut cov = Matrix5::zeros();
@@ -121,8 +122,8 @@ impl RobotState {
         }
     }
 
-    /// At `start`, map frame, with odometry as good as `prior` says (standard deviations; 0 for one
-    /// without systematic errors).
+    /// At `start`, map frame, with the odometry errors given by `prior` (standard deviations; 0 for
+    /// odometry without systematic errors).
     ///
     /// # Errors   [`EkfError::Bounds`] where start or prior are no numbers.
     pub fn starting(start: &PoseEstimate, prior: &OdometryErrors) -> Result<Self, EkfError> {
@@ -149,7 +150,7 @@ impl RobotState {
         Ok(())
     }
 
-    /// Moved by odometry, to first order.
+    /// The state moved by odometry, to first order.
     pub(in crate::estimation) fn moved_by(&self, odometry: &Odometry) -> Self {
         let step = Step::new(&self.pose, &self.errors, odometry, self.pose.position());
         Self {
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn worn_tracks_are_these_two_errors() {
-        // Tracks that run 1 % short and long, and turn as if they stood 4 % further apart; read
+        // Tracks that run 1 % short and long, and turn as if they were 4 % further apart; read
         // every centimetre.
         let (b, mismatch, wider) = (0.2, 0.02, 0.04);
         let errors = OdometryErrors {
@@ -212,8 +213,8 @@ mod tests {
             corrected = Step::new(&corrected, &errors, &step, Point2::origin()).pose;
         }
         let way_off = (truth.position() - corrected.position()).length();
-        // Of 6 m and several turns; what is left is that unequal tracks also go a little further in
-        // a turn.
+        // Of 6 m and several turns; the remainder is that unequal tracks also go slightly further
+        // in a turn.
         assert!(way_off < 3e-3, "{way_off}");
         assert!(wrap(truth.heading() - corrected.heading()).abs() < 1e-9);
     }

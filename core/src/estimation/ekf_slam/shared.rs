@@ -1,11 +1,11 @@
-//! Which lines and points of a scan were found by the same beams, and what each of them is then
+//! Which lines and points of a scan were found by the same beams, and how much each of them is then
 //! believed.
 //!
-//! A corner on two walls is where their lines cross: its noise is that of the lines. Taken for a
-//! measurement of its own it would say again what the lines have said, and the filter would believe
-//! one scan twice. How the two hang together depends on which beams each fit used; so nothing is
-//! assumed about it. By covariance intersection, lines with covariance R and points with S of any
-//! correlation C are taken for independent ones that are less sure:
+//! A corner on two walls is where their lines cross: its noise is that of the lines. Used as a
+//! measurement of its own, it would repeat what the lines have said, and the filter would count one
+//! scan twice. How the two are correlated depends on which beams each fit used, so nothing is
+//! assumed about it. By covariance intersection, lines with covariance R and points with covariance
+//! S, with any cross-covariance C, are replaced by independent ones with larger covariances:
 //!
 //! ```text
 //! ⎡ R/(1-w)   0  ⎤   ⎡ R   C ⎤
@@ -13,12 +13,13 @@
 //! ⎣   0     S/w  ⎦   ⎣ Cᵀ  S ⎦
 //! ```
 //!
-//! w is [`EkfConfig::shared_part`](super::EkfConfig): the points get that part of their
-//! information, the lines the rest of theirs. It is small, for the lines are fitted to all beams of
-//! a wall and leave a corner little to say. Lines and points that share no beam keep all of theirs.
+//! w is [`EkfConfig::shared_part`](super::EkfConfig): the points keep that part of their
+//! information, the lines the rest of theirs. It is small, because the lines are fitted to all
+//! beams of a wall and leave a corner little to add. Lines and points that share no beam keep all
+//! of theirs.
 //!
-//! Two corners at the ends of a short wall share the beams of that wall. As 2 xᵀ C y ≤ xᵀ S x +
-//! yᵀ T y for every such pair, a point that shares beams with k others is covered with 1 + k times
+//! Two corners at the ends of a short wall share the beams of that wall. Since 2 xᵀ C y ≤ xᵀ S x +
+//! yᵀ T y for every such pair, a point that shares beams with k others is covered by 1 + k times
 //! its covariance.
 //!
 //! Source: Julier & Uhlmann (1997), "A non-divergent estimation algorithm in the presence of
@@ -36,12 +37,12 @@ pub(super) struct SharedBeams {
     points: Vec<SharedPoint>,
 }
 
-/// With what a point shares beams.
+/// What a point shares beams with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct SharedPoint {
     /// With a line.
     pub(super) is_on_line: bool,
-    /// With so many other points.
+    /// With this many other points.
     pub(super) others: usize,
 }
 
@@ -55,7 +56,7 @@ impl SharedBeams {
         };
         let shared_point = |point: &PointFeature| SharedPoint {
             is_on_line: lines.iter().any(|line| overlap(of_line(line), point.beams)),
-            // Itself not.
+            // Do not count the point itself.
             others: used()
                 .filter(|other| overlap(other.beams, point.beams))
                 .count()
@@ -76,17 +77,17 @@ impl SharedBeams {
     }
 }
 
-/// Whether two runs of beams have one in common.
+/// Whether two runs of beams have a beam in common.
 fn overlap(a: [usize; 2], b: [usize; 2]) -> bool {
     let (a, b) = (runs(a), runs(b));
     let mut pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
     pairs.any(|(a, b)| a.start() <= b.end() && b.start() <= a.end())
 }
 
-/// From one beam to another, past the end of the scan where the first is the greater.
+/// From one beam to another, wrapping past the end of the scan if the first is greater.
 fn runs([first, last]: [usize; 2]) -> [RangeInclusive<usize>; 2] {
     if first <= last {
-        // Twice the same.
+        // The same run twice.
         [first..=last, first..=last]
     } else {
         [first..=usize::MAX, 0..=last]
@@ -153,7 +154,7 @@ mod tests {
     }
 
     proptest! {
-        /// The bound of the module, for correlations of any size up to 1.
+        /// The bound given at the top of the module, for correlations of any size up to 1.
         #[test]
         fn parts_of_both_cover_every_correlation(
             w in 0.01..0.5_f64, entries in prop::array::uniform16(-1.0..1.0_f64),
@@ -170,7 +171,7 @@ mod tests {
             prop_assert!(least > -1e-9, "{least}");
         }
 
-        /// Three points in a row, of which neighbours share beams.
+        /// Three points in a row; neighbours share beams.
         #[test]
         fn points_in_a_row_are_covered(entries in prop::array::uniform16(-1.0..1.0_f64)) {
             // Points 1 and 2 have two causes in common, 2 and 3 two others; 1 and 3 none.

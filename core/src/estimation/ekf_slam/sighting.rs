@@ -1,4 +1,4 @@
-//! Step 3: what the state expects to see of a landmark, how far a sighting is from it, and how it
+//! Step 3: the expected sighting of a landmark, how far a sighting is from it, and how the sighting
 //! corrects the whole state.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Vector2, Vector3};
@@ -10,19 +10,19 @@ use crate::association::{Candidate, ExpectedLine, Innovation, OrientedLine, gap}
 use crate::features::LineFeature;
 use crate::geom::{Length, Pose2, sin_cos, wrap};
 
-/// How what is expected of one landmark changes with the state.
+/// The derivative of the expected sighting of one landmark with respect to the state.
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
     /// The landmark's first row in the state.
     pub(super) row: usize,
-    /// By (x, y, θ).
+    /// With respect to (x, y, θ).
     pub(super) by_pose: Matrix2x3<f64>,
-    /// By the landmark's own two numbers.
+    /// With respect to the landmark's own two numbers.
     pub(super) by_own: Matrix2<f64>,
 }
 
 impl Jacobian {
-    /// H, without what is zero.
+    /// The nonzero columns of H.
     pub(super) fn columns(&self) -> [Column; 5] {
         let (hx, hf) = (&self.by_pose, &self.by_own);
         [
@@ -35,7 +35,7 @@ impl Jacobian {
     }
 }
 
-/// What is expected of one wall.
+/// The expected sighting of one wall.
 #[derive(Clone, Debug)]
 pub(super) struct Expectation {
     pub(super) line: ExpectedLine,
@@ -44,8 +44,8 @@ pub(super) struct Expectation {
 }
 
 impl EkfSlam {
-    /// How far a sighting is from what is expected of a landmark; `None` where its direction alone
-    /// rules it out.
+    /// How far a sighting is from the expected one of a landmark; `None` if its direction or
+    /// distance alone rules it out.
     pub(super) fn compare(
         &self,
         landmark: usize,
@@ -58,7 +58,7 @@ impl EkfSlam {
         }
         let expected = self.expect(landmark);
         let innovation = self.innovation(&expected, seen)?;
-        // The wall's ends are known no better than where the robot is along it.
+        // The wall's ends are known no better than the robot's position along it.
         let free = gap(expected.line.ends, seen);
         let gap = free - self.config.along_sigmas * expected.along_sigma;
         let candidate = Candidate {
@@ -84,9 +84,9 @@ impl EkfSlam {
         Some((candidate, considered))
     }
 
-    /// Whether a sighting beside the known part of a wall is known to lie on its line, as well as
-    /// two landmarks must be to be merged ([`super::MergeConfig`]). Within a gate that is wide
-    /// because little is known lies also the next wall, 10 cm further back.
+    /// Whether a sighting beside the known part of a wall is known to lie on its line, as reliably
+    /// as two landmarks must to be merged ([`super::MergeConfig`]). A gate that is wide because
+    /// little is known also includes the next wall, 10 cm further back.
     fn is_surely_on(
         &self,
         expected: &ExpectedLine,
@@ -113,9 +113,9 @@ impl EkfSlam {
             )
     }
 
-    /// Whether the distance r alone rules a landmark out, by a bound of its variance that needs the
-    /// diagonal of P only: that of a sum is at most as many times the sum of the variances as it
-    /// has terms.
+    /// Whether the distance r alone rules a landmark out, by a variance bound that needs only the
+    /// diagonal of P: the variance of a sum of n terms is at most n times the sum of their
+    /// variances.
     fn is_far(&self, landmark: usize, seen: &LineFeature) -> bool {
         let entry = &self.landmarks[landmark];
         let oriented = OrientedLine::of(seen);
@@ -202,7 +202,8 @@ impl EkfSlam {
         oriented
     }
 
-    /// Step 3. Tells whether it could: where Z is not positive definite, the state is left alone.
+    /// Step 3. Returns whether it was possible: if Z is not positive definite, the state is
+    /// unchanged.
     pub(super) fn correct(&mut self, landmark: usize, seen: &LineFeature) -> bool {
         let expected = self.expect(landmark);
         let Some(innovation) = self.innovation(&expected, seen) else {
@@ -217,8 +218,8 @@ impl EkfSlam {
     }
 
     /// Corrects the whole state by two numbers that are `v` more than expected, with covariance `z`
-    /// = H P Hᵀ + R, where H has the given `columns` (state, its column). `false`, and nothing
-    /// done, where `z` is not positive definite.
+    /// = H P Hᵀ + R, where H has the given `columns` (state, its column). Returns `false` and
+    /// changes nothing if `z` is not positive definite.
     ///
     /// # Source   The update of TDK 2016 §3.4 as P -= W Wᵀ with Z = L Lᵀ, W = P Hᵀ L⁻ᵀ: then K Z Kᵀ
     /// = W Wᵀ and K v = W L⁻¹ v.
@@ -259,7 +260,7 @@ impl EkfSlam {
     }
 }
 
-/// The pose with its position counted from `anchor`.
+/// The pose with its position relative to `anchor`.
 pub(super) fn from_anchor(pose: &Pose2, anchor: &Point2<f64>) -> Pose2 {
     let from = pose.position() - anchor;
     Pose2::new(from.x, from.y, pose.heading())

@@ -1,5 +1,6 @@
-//! Steps 1 and 2: a turning lidar sees each line at another instant. Which, in what order, what the
-//! line was at that instant, and how the state moves there by the odometry that was kept back.
+//! Steps 1 and 2: a turning lidar sees each line at a different instant. At which instant and in
+//! what order, what the line was at that instant, and how the state moves there by the pending
+//! odometry.
 
 use nalgebra::Matrix2x3;
 
@@ -10,19 +11,19 @@ use crate::features::{LineFeature, PointFeature};
 use crate::geom::symmetrize;
 use crate::robot::{Odometry, Scan, Stamp};
 
-/// Stamps have a grain of a microsecond, s.
+/// The resolution of stamps is a microsecond, s.
 const GRAIN: f64 = 1e-6;
-/// An odometry reading is not split for a smaller part of it than this.
+/// An odometry reading is not split into parts smaller than this.
 const LEAST_PART: f64 = 1e-3;
 
 /// When the beams of a scan were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepTiming {
-    /// The instant whose robot frame the lines stand in.
+    /// The instant in whose robot frame the lines are given.
     pub stamp: Stamp,
     /// Seconds from the last beam to `stamp`: scans arrive a little late.
     pub lag: f64,
-    /// Seconds from the first beam to the last; 0 where all were taken at once or the robot stood
+    /// Seconds from the first beam to the last; 0 if all were taken at once or the robot stood
     /// still.
     pub seconds: f64,
     /// Number of beams.
@@ -30,8 +31,8 @@ pub struct SweepTiming {
 }
 
 impl SweepTiming {
-    /// The timing of `scan`, whose lines stand in the robot frame at `stamp`, at the last beam or
-    /// later.
+    /// The timing of `scan`, whose lines are given in the robot frame at `stamp`, at the last beam
+    /// or later.
     #[must_use]
     pub fn at(stamp: Stamp, scan: &Scan) -> Self {
         Self {
@@ -106,7 +107,7 @@ pub(super) fn order(
     let points = points.iter().enumerate();
     let points = points.map(|(index, point)| turn(Which::Point(index), point.beams, 0));
     order.extend(lines.chain(points));
-    // Of equal ones the first: an unstable sort needs no memory.
+    // Ties by index: an unstable sort needs no memory.
     order.sort_unstable_by(|a, b| {
         let by_age = b.age.total_cmp(&a.age);
         by_age
@@ -115,8 +116,8 @@ pub(super) fn order(
     });
 }
 
-/// Takes a point from the end of the sweep back by `rest`, to the robot frame in which it was seen,
-/// and widens its covariance by what the odometry may err while the beams pass over it.
+/// Moves a point from the end of the sweep back by `rest`, to the robot frame in which it was seen,
+/// and adds the odometry uncertainty while the beams passed over it to its covariance.
 pub(super) fn point_as_seen(
     point: &PointFeature,
     rest: &Odometry,
@@ -143,8 +144,8 @@ pub(super) fn point_as_seen(
     }
 }
 
-/// Takes a line from the end of the sweep back by `rest`, to the robot frame in which it was seen,
-/// and widens its covariance by what the odometry may err while the beams pass over it.
+/// Moves a line from the end of the sweep back by `rest`, to the robot frame in which it was seen,
+/// and adds the odometry uncertainty while the beams passed over it to its covariance.
 pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTiming) -> LineFeature {
     let (line, by_line) = feature.line.transformed(&rest.motion);
     let age = sweep.age_of([feature.first_beam, feature.last_beam]);
@@ -152,7 +153,7 @@ pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTimin
     let mut cov = by_line * feature.cov * by_line.transpose();
     if age > 0.0 && span > 0.0 {
         // Random walks from the middle beam to either end, half of the span each; a shift moves the
-        // line by less than a quarter of what it adds up to.
+        // line by less than a quarter of its accumulated variance.
         let part = span / age;
         let mut shift = rest.cov * (0.25 * part);
         shift.fill_row(2, 0.0);
@@ -167,8 +168,8 @@ pub(super) fn as_seen(feature: &LineFeature, rest: &Odometry, sweep: &SweepTimin
     }
     let mixed = 0.5 * (cov[(0, 1)] + cov[(1, 0)]);
     (cov[(0, 1)], cov[(1, 0)]) = (mixed, mixed);
-    // The origin moves from one end of the sweep to the other; whether it changes sides shows in
-    // the sign of r.
+    // The origin moves from one end of the sweep to the other; the sign of r shows whether it
+    // changes sides.
     let same_way = line
         .normal()
         .dot(&rest.motion.rotate(feature.line.normal()))
@@ -193,8 +194,8 @@ impl EkfSlam {
         self.predicted = step.pose.position();
     }
 
-    /// Step 2: moves the state by the pending odometry up to `time` (seconds); an odometry that
-    /// goes past it is split.
+    /// Step 2: moves the state by the pending odometry up to `time` (seconds); a reading that
+    /// extends beyond it is split.
     pub(super) fn advance_to(&mut self, time: f64) {
         let mut used = 0;
         while let Some(&next) = self.pending.get(used) {
@@ -214,8 +215,8 @@ impl EkfSlam {
         self.pending.drain(..used);
     }
 
-    /// The motion from the time of the state to `time`, by the pending odometry: what a scan
-    /// straightened to `time` has been moved by.
+    /// The motion from the time of the state to `time`, by the pending odometry: the motion by
+    /// which a scan de-skewed to `time` has been moved.
     pub(super) fn motion_until(&self, time: f64) -> Odometry {
         let mut whole = Odometry::standing(Stamp(0));
         for next in &self.pending {
@@ -244,7 +245,7 @@ fn part_until(odometry: &Odometry, time: f64) -> f64 {
     if is_within { part } else { 0.0 }
 }
 
-/// The first `part` of a motion, and what follows it; the variance grows with the way.
+/// The first `part` of a motion, and the rest; the variance grows in proportion to the motion.
 fn split(odometry: &Odometry, part: f64) -> (Odometry, Odometry) {
     let first = odometry.motion.fraction(part);
     let seconds = odometry.to.since(odometry.from);

@@ -1,4 +1,4 @@
-//! What the tests share, and those of the input; the others stand by subject.
+//! What the tests share, and the tests of the input; the others are grouped by subject.
 
 use nalgebra::{DMatrix, Vector2, Vector3};
 use proptest::prelude::*;

@@ -1,11 +1,11 @@
-//! Where all particles have been: a tree, since those that were drawn from one share its past.
+//! The trajectories of all particles, as a tree, because particles drawn from one share its past.
 //!
-//! A node is a pose at one of the scans that were taken in; the particles are at the leaves. Nodes
-//! that lead to no particle any more are dropped now and then.
+//! A node is a pose at one of the scans taken into the maps; the particles are at the leaves. Nodes
+//! that no longer lead to a particle are dropped from time to time.
 
 use crate::geom::Pose2;
 
-/// The place of a node. It changes when nodes are dropped.
+/// The index of a node. It changes when nodes are dropped.
 pub(super) type NodeId = u32;
 const NO_PARENT: NodeId = NodeId::MAX;
 
@@ -20,12 +20,12 @@ struct Node {
 pub(super) struct Ancestry {
     /// Parents before their children.
     nodes: Vec<Node>,
-    /// Nodes that were left when some were last dropped.
+    /// Number of nodes that remained when some were last dropped.
     left: usize,
 }
 
 impl Ancestry {
-    /// The pose that follows on `parent`; `None` begins a line.
+    /// Adds the pose that follows `parent`; `None` starts a trajectory.
     pub(super) fn push(&mut self, parent: Option<NodeId>, pose: Pose2) -> NodeId {
         let parent = parent.unwrap_or(NO_PARENT);
         self.nodes.push(Node { parent, pose });
@@ -41,8 +41,8 @@ impl Ancestry {
         line
     }
 
-    /// Drops what leads to none of `leaves`, where that may be half of all, and says where these
-    /// are then.
+    /// Drops nodes that lead to none of `leaves`, if they may be half of all, and updates the ids
+    /// in `leaves`.
     pub(super) fn prune<'a>(&mut self, leaves: impl Iterator<Item = &'a mut NodeId>) {
         const FEW: usize = 1000;
         if self.nodes.len() < 2 * self.left + FEW {
@@ -116,7 +116,7 @@ mod tests {
         for (copy, leaf) in copies.iter().zip(&leaves) {
             assert_eq!(&tree.line(leaf.unwrap()), copy);
         }
-        // Of 20 000 nodes few have descendants: one line, and the last branches.
+        // Few of 20 000 nodes have descendants: one line, and the last branches.
         assert!(tree.len() < 5000, "{}", tree.len());
     }
 }

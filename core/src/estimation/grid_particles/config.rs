@@ -1,4 +1,4 @@
-//! How grid mapping by particles works, and why it cannot begin.
+//! Settings of grid mapping by particles, and why it may refuse to start.
 
 use super::super::scan_matching::ScanMatcherError;
 use crate::bounds::{Bounds, OutOfBounds, check, config};
@@ -69,7 +69,7 @@ impl GridParticlesConfig {
     /// What [`Self::resample_below`] may be.
     pub const RESAMPLE_BELOW: Bounds = [0.0, 1.0];
 
-    /// Checks the figures.
+    /// Checks all values.
     ///
     /// # Errors   [`GridParticlesError`], naming the first one out of its bounds.
     pub fn validate(&self) -> Result<(), GridParticlesError> {
@@ -89,17 +89,17 @@ impl GridParticlesConfig {
     }
 }
 
-/// Why grid mapping by particles cannot begin.
+/// Why grid mapping by particles cannot start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridParticlesError {
-    /// The grid's figures.
+    /// A grid setting that is not allowed.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// Those of the scan matcher, which gives the motion from scan to scan.
+    /// A setting of the scan matcher, which gives the motion from scan to scan.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
-    /// A figure of [`GridParticlesConfig`] out of its bounds.
+    /// A value of [`GridParticlesConfig`] that is out of its bounds.
     #[error("grid particles: {0}")]
     Bounds(#[from] OutOfBounds),
 }

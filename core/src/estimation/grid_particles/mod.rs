@@ -1,21 +1,22 @@
 //! SLAM by particles, each with a grid map of its own (Rao-Blackwellised particle filter).
 //!
 //! In: odometry and scans. Out: the pose with its covariance, and map and trajectory of the best
-//! particle. A loop closes by selection: of all the maps that may be, the one survives into which
-//! the scans fit when the robot comes back.
+//! particle. A loop closes by selection: of all possible maps, the one survives that the scans fit
+//! when the robot comes back.
 //!
-//! 1. The motion from scan to scan is odometry's, corrected by matching each scan to the last ones
-//!    ([`ScanMatcher`] without loop closures): wheels slip, and a particle can only be where the
-//!    motion may have led. What is still unknown of it spreads the particles.
-//! 2. After some way or turn a scan is taken in. Each particle matches it to its own map, draws its
-//!    pose around the match, and is weighted by how well the motion foretold the scan (`proposal`).
-//! 3. Where few particles have most of the weight, they are drawn anew by it (`resampling`); else
-//!    not, for each drawing loses maps.
-//! 4. The scan is added to the map of each particle: its surfaces, and what its beams went through.
-//!    Maps of particles with common ancestors share memory until they are written
-//!    ([`SurfelTiles`]), and their ways are one tree (`ancestry`).
-//! 5. The grid that is shown is that of the best particle; it is drawn again from its way where
-//!    another one is the best.
+//! 1. The motion from scan to scan is that of odometry, corrected by matching each scan to the last
+//!    ones ([`ScanMatcher`] without loop closures): wheels slip, and particles can only be where
+//!    the motion may have led. The remaining uncertainty spreads the particles.
+//! 2. After some distance or rotation a scan is taken in. Each particle matches it to its own map,
+//!    draws its pose around the match, and is weighted by how well the motion predicted the scan
+//!    (`proposal`).
+//! 3. If few particles have most of the weight, a new set is drawn by weight (`resampling`),
+//!    otherwise not, because each drawing loses maps.
+//! 4. The scan is added to the map of each particle: its surfaces, and the space that its beams
+//!    passed through. Maps of particles with common ancestors share memory until they are written
+//!    ([`SurfelTiles`]), and their trajectories are one tree (`ancestry`).
+//! 5. The grid that is shown is that of the best particle; it is redrawn from its trajectory when
+//!    another particle becomes the best.
 //!
 //! Source: Grisetti, Stachniss & Burgard (2007), "Improved techniques for grid mapping with
 //! Rao-Blackwellized particle filters" (gmapping); for step 1 Hähnel, Burgard, Fox & Thrun (2003),
@@ -45,11 +46,11 @@ use crate::map::{Evidence, Grid, GridConfig, SurfelTiles};
 use crate::points::{OrientedPoint, Points, oriented_points};
 use crate::robot::{Odometry, Stamp};
 
-/// The likelihood, as a logarithm, by which another particle must be ahead of the one whose map is
-/// shown.
+/// Another particle's map is shown only if its log-likelihood exceeds that of the particle shown by
+/// this.
 const BETTER: f64 = 1.0;
-/// Particles that hang together and have less than this part of all weight leave it open where the
-/// robot is.
+/// If the particles of the heaviest hypothesis have less than this part of all weight, the robot's
+/// place is ambiguous.
 const SURE_WEIGHT: f64 = 0.9;
 
 /// SLAM by particles with maps.
@@ -59,7 +60,7 @@ pub struct GridParticles {
     rng: ChaCha8Rng,
     /// The motion from scan to scan.
     front: ScanMatcher,
-    /// Where that was when a scan was last taken in.
+    /// The pose of `front` when a scan was last taken in.
     front_at: Pose2,
     particles: Vec<Mapper>,
     /// The one whose map is shown.
@@ -71,49 +72,49 @@ pub struct GridParticles {
     scans: Vec<TakenScan>,
     /// For each scan that was taken into the maps, the motion from the one before.
     motions: Vec<Pose2>,
-    /// Of the particles before they were last drawn anew.
+    /// The effective number of particles before the last resampling.
     effective: f64,
     /// What is drawn of each scan that was taken into the maps, robot frame.
     evidences: Vec<Evidence>,
     /// The map of the best particle.
     grid: Grid,
-    /// Grows whenever another map is shown.
+    /// Increases whenever another map is shown.
     map_changes: u64,
     shown: Vec<Particle>,
     quality: PoseQuality,
 }
 
-/// A particle: a way that the robot may have gone, and the map that belongs to it.
+/// A particle: a possible trajectory of the robot, and the map that belongs to it.
 #[derive(Clone, Debug)]
 struct Mapper {
     pose: Pose2,
-    /// What its pose was drawn from last.
+    /// The covariance of the distribution from which its pose was last drawn.
     cov: Matrix3<f64>,
-    /// Logarithm of its weight since the particles were last drawn anew, and of the likelihood of
-    /// its whole way.
+    /// Logarithms of its weight since the last resampling, and of the likelihood of its whole
+    /// trajectory.
     log_weight: f64,
     log_likelihood: f64,
     overlap: f64,
-    /// Of particles that were drawn from one, each but the first has another number.
+    /// Of the particles drawn from one, the first keeps its number and each other gets a new one.
     map: u64,
-    /// Where its way ends in the tree.
+    /// Where its trajectory ends in the tree.
     node: Option<NodeId>,
     walls: SurfelTiles,
     free: FreeSpace,
 }
 
-/// A scan, on the way from one that was taken into the maps to the next.
+/// A scan, at or after one that was taken into the maps.
 #[derive(Clone, Copy, Debug)]
 struct TakenScan {
     stamp: Stamp,
-    /// The number of the one that was last taken into the maps; it may be itself.
+    /// The number of the last scan that was taken into the maps; it may be this one.
     keyframe: usize,
-    /// The motion from there.
+    /// The motion since that scan.
     moved: Pose2,
 }
 
 impl GridParticles {
-    /// Begins at the origin of the map. `front` is how scans are matched to those before, `grid`
+    /// Starts at the origin of the map. `front` says how scans are matched to previous ones, `grid`
     /// how the map is drawn.
     ///
     /// # Errors   [`GridParticlesError`], naming the first figure out of its bounds.
@@ -162,13 +163,13 @@ impl GridParticles {
         })
     }
 
-    /// Takes the motion since the last call. Readings come in order of time.
+    /// Takes the motion since the last call. Readings must come in order of time.
     pub fn odometry(&mut self, odometry: &Odometry) {
         self.front.odometry(odometry);
     }
 
     /// Takes the points of a scan, in the robot frame at the end of the newest odometry; `sigmas`
-    /// as in [`ScanMatcher::update`]; `evidence` is what is drawn of the scan, where it is.
+    /// as in [`ScanMatcher::update`]; `evidence` returns what is drawn of the scan, if it is drawn.
     pub fn update(&mut self, points: &Points, sigmas: &[f64], evidence: impl FnOnce() -> Evidence) {
         self.front.update(points, sigmas);
         let front_at = self.front.estimate().pose;
@@ -197,7 +198,7 @@ impl GridParticles {
             || moved.heading().abs() >= self.config.turn
     }
 
-    /// How well a motion is known, in the frame where it began.
+    /// The covariance of a motion, in the frame where it began.
     fn motion_cov(&self, moved: &Pose2) -> Matrix3<f64> {
         let [along, of_turn, bend] = self.config.motion_noise;
         let [least, least_turn] = self.config.least_noise;
@@ -210,7 +211,7 @@ impl GridParticles {
     fn move_particles(&mut self, surfaces: &[OrientedPoint], moved: &Pose2) {
         let cov = self.motion_cov(moved);
         for particle in &mut self.particles {
-            // Turning about its own axis leaves a disc as it is.
+            // The shift covariance is isotropic, so rotating it would not change it.
             let prior = PoseEstimate {
                 pose: particle.pose * *moved,
                 cov,
@@ -289,7 +290,7 @@ impl GridParticles {
             self.grid.draw(newest, &at);
             return;
         }
-        // The configuration was good once.
+        // The configuration was valid before.
         if let (Ok(grid), Some(node)) = (Grid::new(*self.grid.config()), self.best().node) {
             self.grid = grid;
             for (evidence, pose) in self.evidences.iter().zip(self.ancestry.line(node)) {
@@ -299,8 +300,8 @@ impl GridParticles {
         }
     }
 
-    /// The way that explains best all that was seen; not a little better than the one that is
-    /// shown, for each change draws another map.
+    /// Chooses the trajectory that best explains everything seen. One that is only slightly better
+    /// than the one shown is not chosen, because each change draws another map.
     fn choose_best(&mut self) {
         let all = || self.particles.iter().enumerate();
         let likelihood = |index: usize| self.particles[index].log_likelihood;
@@ -319,7 +320,7 @@ impl GridParticles {
         self.best = best;
     }
 
-    /// What is shown of the particles.
+    /// Computes what is shown of the particles.
     fn conclude(&mut self) {
         let moved = self.front_at.delta_to(&self.front.estimate().pose);
         let weights = self.weights();
@@ -347,8 +348,8 @@ impl GridParticles {
         &self.particles[self.best]
     }
 
-    /// The pose in the map of the best particle, the odometry since the last scan included. The
-    /// covariance has what this particle does not know, and how far apart all of them are.
+    /// The pose in the map of the best particle, including the odometry since the last scan. The
+    /// covariance includes the uncertainty of this particle and the spread of all.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let best = self.best();
@@ -374,14 +375,15 @@ impl GridParticles {
         &self.grid
     }
 
-    /// Grows whenever [`Self::grid`] is that of another particle.
+    /// Increases whenever [`Self::grid`] becomes that of another particle.
     #[must_use]
     pub fn grid_version(&self) -> u64 {
         self.map_changes
     }
 
-    /// The way of the best particle: its pose at each scan. Between two scans that were taken into
-    /// the maps it follows the motion, bent a little so that it ends where the second one lies.
+    /// The trajectory of the best particle: its pose at each scan. Between two scans that were
+    /// taken into the maps it follows the motion, bent slightly so that it ends where the second
+    /// one lies.
     #[must_use]
     pub fn trajectory(&self) -> Vec<(Stamp, Pose2)> {
         let Some(node) = self.best().node else {
@@ -420,13 +422,14 @@ impl GridParticles {
         &self.shown
     }
 
-    /// How many particles of equal weight would estimate as well, before they were last drawn anew.
+    /// The effective number of particles before the last resampling.
     #[must_use]
     pub fn effective_particles(&self) -> f64 {
         self.effective
     }
 
-    /// Whether nearly all particles are in one place, and what of the last scan lies on the map.
+    /// Whether nearly all particles are in one place, and how much of the last scan lies on the
+    /// map.
     #[must_use]
     pub fn quality(&self) -> PoseQuality {
         self.quality

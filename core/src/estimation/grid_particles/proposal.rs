@@ -1,15 +1,15 @@
-//! Where a particle goes, and what weight it has then: the improved proposal.
+//! The next pose and the weight of a particle: the improved proposal.
 //!
-//! In: the surfaces of a scan, a particle's map, the pose that the motion leads to with its
+//! In: the surfaces of a scan, a particle's map, and the pose predicted by the motion with its
 //! covariance. Out: [`Proposal`].
 //!
 //! 1. The scan is matched to the particle's map from a pose drawn from the motion.
-//! 2. Around the match the target p(z|m,x) p(x|x',u) is summed up over a small grid of poses, as
-//!    wide as its curvature there says: η is its integral, μ and Σ are its moments.
-//! 3. The pose is drawn from N(μ, Σ), and η is the weight: how well the motion foretold what was
+//! 2. Around the match, the target p(z|m,x) p(x|x',u) is summed over a small grid of poses, whose
+//!    width follows from the curvature there: η is its integral, μ and Σ are its moments.
+//! 3. The pose is drawn from N(μ, Σ), and η is the weight: how well the motion predicted what was
 //!    seen, whichever pose is drawn.
-//! 4. Where the match fails, the pose is the one that was drawn from the motion, and the weight
-//!    what the map says of the scan there.
+//! 4. If the match fails, the pose is the one drawn from the motion, and the weight is the
+//!    likelihood of the scan there.
 //!
 //! Source: Grisetti, Stachniss & Burgard (2007), "Improved techniques for grid mapping with
 //! Rao-Blackwellized particle filters", eqs. (13) to (19). Their samples around the match lie at
@@ -26,17 +26,17 @@ use crate::map::SurfelTiles;
 use crate::points::OrientedPoint;
 use crate::registration::{Prior, register};
 
-/// Poses to either side of the match, along each axis of its uncertainty, and how far apart they
-/// are, in standard deviations: the sum then has the moments of a Gaussian to 2 %.
+/// Poses on either side of the match, along each axis of its uncertainty, and their spacing in
+/// standard deviations: the sum then has the moments of a Gaussian to 2 %.
 const EACH_SIDE: i32 = 2;
 const APART: f64 = 1.25;
 
 /// Where a particle goes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Proposal {
-    /// Drawn.
+    /// The drawn pose.
     pub(super) pose: Pose2,
-    /// What it was drawn from.
+    /// The covariance of the distribution from which it was drawn.
     pub(super) cov: Matrix3<f64>,
     /// Logarithm of the weight.
     pub(super) log_weight: f64,
@@ -44,14 +44,14 @@ pub(super) struct Proposal {
     pub(super) overlap: f64,
 }
 
-/// The map of a particle, to look a scan up in.
+/// The map of a particle, for looking up a scan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known<'a> {
     pub(super) walls: &'a SurfelTiles,
     pub(super) free: &'a FreeSpace,
 }
 
-/// A point with the surface that it is taken for.
+/// A point with its assigned surface.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     point: Vector2<f64>,
@@ -60,20 +60,21 @@ struct Pair {
     offset: f64,
 }
 
-/// log p(z|m,x) near a pose: which point belongs to which surface is decided there.
+/// log p(z|m,x) near a pose, at which points are assigned to surfaces.
 ///
-/// Each point says -r²/2σ², r its distance from its surface, and an outlier no more than the
-/// most; neighbours err alike, so that all together count as `independent_points`.
+/// Each point contributes -r²/2σ², where r is its distance from its surface, limited to a maximum
+/// for outliers. Neighbours err in the same way, so all points together count as
+/// `independent_points`.
 #[derive(Clone, Debug)]
 pub(super) struct Likelihood {
     pairs: Vec<Pair>,
-    /// What the points without a surface say, wherever they lie.
+    /// The contribution of the points without a surface, wherever they lie.
     unpaired: f64,
     /// 1 / 2σ².
     sharpness: f64,
-    /// What an outlier says against the pose.
+    /// The penalty of an outlier.
     most: f64,
-    /// What one point counts.
+    /// The weight of one point.
     scale: f64,
 }
 
@@ -96,7 +97,7 @@ impl Likelihood {
                     normal: near.normal,
                     offset: near.normal.dot(&near.position.coords),
                 }),
-                // Where beams went through, a point contradicts the map.
+                // In space that beams passed through, a point contradicts the map.
                 None => {
                     unpaired += match known.free.contains_around(place) {
                         true => most,
@@ -133,7 +134,7 @@ impl Likelihood {
         -self.scale * against
     }
 
-    /// What the points that are no outliers say of the pose: minus the curvature of the logarithm.
+    /// The information of the inliers about the pose: minus the curvature of the logarithm.
     fn information_at(&self, pose: &Pose2) -> Matrix3<f64> {
         let mut information = Matrix3::zeros();
         for pair in &self.pairs {
@@ -149,7 +150,7 @@ impl Likelihood {
     }
 }
 
-/// Draws the next pose of a particle, which by its motion is at `moved`, map frame.
+/// Draws the next pose of a particle, whose motion leads to `moved`, map frame.
 pub(super) fn propose(
     surfaces: &[OrientedPoint],
     known: Known<'_>,
@@ -184,12 +185,12 @@ pub(super) fn propose(
     }
 }
 
-/// Steps 2: mean and covariance of likelihood times prior near a pose, and the logarithm of the
+/// Step 2: mean and covariance of likelihood times prior near a pose, and the logarithm of the
 /// integral.
 pub(super) fn moments(likelihood: &Likelihood, peak: &Pose2, prior: &Prior) -> (PoseEstimate, f64) {
     let information = likelihood.information_at(peak) + prior.information;
     let eigen = information.symmetric_eigen();
-    // 1/√λ is the standard deviation along an axis; a prior that knows nothing would have none.
+    // 1/√λ is the standard deviation along an axis; an uninformative prior would have none.
     let axes: [Vector3<f64>; 3] = [0, 1, 2].map(|axis| {
         let sigma = 1.0 / eigen.eigenvalues[axis].max(1e-6).sqrt();
         eigen.eigenvectors.column(axis) * (APART * sigma)

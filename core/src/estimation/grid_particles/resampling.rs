@@ -1,15 +1,16 @@
-//! Which particles go on: systematic resampling, and when it is worth its loss.
+//! Which particles survive: systematic resampling, and when it is worth the loss of maps.
 
-/// Weights from their logarithms; they sum up to 1.
+/// Weights from their logarithms, normalised to sum to 1.
 pub(super) fn normalised(logs: &[f64]) -> Vec<f64> {
-    // The largest becomes 1: of numbers like e^-1000 nothing is left.
+    // Scale the largest to 1: numbers like e^-1000 would vanish.
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = logs.iter().map(|log| libm::exp(log - most)).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|weight| weight / sum).collect()
 }
 
-/// The effective number of particles: as many of equal weight would estimate as well.
+/// The effective number of particles: the number of equally weighted ones that would estimate as
+/// well.
 ///
 /// Source: Liu (1996), "Metropolized independent sampling with comparisons to rejection sampling
 /// and importance sampling"; Grisetti et al. (2007), eq. (20).
@@ -17,8 +18,8 @@ pub(super) fn effective_number(weights: &[f64]) -> f64 {
     1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>()
 }
 
-/// As many as there are weights, each drawn n w times, up or down to a whole number; in the order
-/// of the weights. `at`: the one random number, in [0, 1).
+/// Draws as many particles as there are weights, each n w times, rounded up or down, in the order
+/// of the weights. `at` is the only random number, in [0, 1).
 ///
 /// Source: Thrun, Burgard & Fox (2005), "Probabilistic Robotics", table 4.4 (low variance sampler).
 pub(super) fn systematic(weights: &[f64], at: f64) -> Vec<usize> {
@@ -27,7 +28,7 @@ pub(super) fn systematic(weights: &[f64], at: f64) -> Vec<usize> {
     let (mut index, mut sum) = (0, weights.first().copied().unwrap_or(0.0));
     for step in 0..count {
         let pointer = (step as f64 + at) / count as f64;
-        // The weights may sum up to a little less than 1.
+        // Rounding may leave the sum of the weights slightly below 1.
         while sum <= pointer && index + 1 < count {
             index += 1;
             sum += weights[index];
@@ -54,14 +55,14 @@ mod tests {
             assert_eq!(drawn.len(), 5);
             for (index, weight) in weights.iter().enumerate() {
                 let times = drawn.iter().filter(|&&i| i == index).count() as f64;
-                // Never off by one or more: that is what makes it better than drawing one by one.
+                // Never off by one or more: this is the advantage over drawing one by one.
                 assert!((times - 5.0 * weight).abs() < 1.0);
                 counts[index] += times;
             }
         }
         for (count, weight) in counts.iter().zip(weights) {
             let mean = count / f64::from(runs);
-            // The fraction of a Bernoulli variable: σ at most 1/2.
+            // The fractional part is a Bernoulli variable: σ at most 1/2.
             assert!((mean - 5.0 * weight).abs() < 5.0 * 0.5 / f64::from(runs).sqrt());
         }
     }

@@ -1,4 +1,4 @@
-//! Against truth that the filter does not know, sums over fine grids, and full copies.
+//! Compared with truth that the filter does not know, sums over fine grids, and full copies.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -8,7 +8,8 @@ use crate::geom::{Length, Segment, wrap};
 use crate::points::fixture::look_along;
 use crate::registration::Prior;
 
-/// A corridor round a block, 12 x 8 m outside, with a pillar that tells its corners apart.
+/// A corridor round a block, 12 x 8 m outside, with a pillar that makes its corners
+/// distinguishable.
 fn ring() -> Vec<Segment> {
     let closed = |corners: &[[f64; 2]]| {
         let ends = corners.iter().zip(corners.iter().cycle().skip(1));
@@ -45,8 +46,8 @@ fn filter(count: usize) -> GridParticles {
     GridParticles::new(config, ScanMatcherConfig::default(), GridConfig::default()).unwrap()
 }
 
-/// Once round the block and a little more, by odometry that turns too far; the true poses in the
-/// frame of the first one, and where odometry ends.
+/// Once round the block and a little more, with odometry that turns too far; returns the true poses
+/// in the frame of the first one, and where odometry ends.
 fn drive_round(filter: &mut GridParticles) -> (Vec<Pose2>, Pose2, Vec<Points>) {
     let walls = ring();
     let begin = Pose2::new(1.0, 1.0, 0.0);
@@ -108,7 +109,7 @@ fn a_way_round_a_block_is_known_where_odometry_is_lost() {
         off.xy().length() < 0.12 && wrap(off.z).abs() < 0.04,
         "{off}"
     );
-    // What it does not know it says: not less than a tenth of the error.
+    // It reports its uncertainty: not less than a tenth of the error.
     let sigma = filter.estimate().cov[(0, 0)].sqrt();
     assert!((0.002..0.3).contains(&sigma), "{sigma}");
     assert_eq!(filter.quality().localisation, Localisation::Localised);
@@ -116,7 +117,7 @@ fn a_way_round_a_block_is_known_where_odometry_is_lost() {
 }
 
 /// Copies of a map share memory until they are written; the map of each particle must be the one
-/// that is made by its own way alone.
+/// that its own trajectory alone produces.
 #[test]
 fn a_map_is_that_of_its_way_however_often_particles_were_drawn_anew() {
     let mut filter = filter(15);
@@ -163,7 +164,7 @@ fn the_same_seed_gives_the_same_bits_and_another_one_others() {
     assert_ne!(run(1).1, run(2).1);
 }
 
-/// Weight, mean and covariance against a sum over 61³ poses.
+/// Weight, mean and covariance compared with a sum over 61³ poses.
 #[test]
 fn a_particle_is_weighed_by_the_integral_over_its_poses() {
     let config = GridParticlesConfig::default();
@@ -242,7 +243,7 @@ fn points_on_walls_outliers_and_news_count_as_they_should() {
     let mut walls = SurfelTiles::new(config.surfels);
     walls.insert((0..20).map(|i| wall(0.1 * f64::from(i))));
     let mut free = FreeSpace::default();
-    // A place is free where beams went through all around it.
+    // A place is free if beams passed through all around it.
     let beam = |y: f64| [Point2::new(0.0, y), Point2::new(3.0, y)];
     free.mark([beam(-0.18), beam(0.02), beam(0.22)].into_iter());
     let known = Known {
@@ -257,8 +258,8 @@ fn points_on_walls_outliers_and_news_count_as_they_should() {
         let pose = Pose2::identity();
         Likelihood::around(&pose, &[surface], known, &config).log_at(&pose)
     };
-    // -r²/2σ², no less than -2; a quarter of that where nothing was seen, and all of it where
-    // beams went through.
+    // -r²/2σ², no less than -2; a quarter of that where nothing was seen, and all of it where beams
+    // passed through.
     let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-9, "{found} {exact}");
     near(at(1.0, 1.02), 0.0);
     near(at(1.0, 1.12), -0.5);

@@ -50,7 +50,7 @@ fn at(pose: Pose2, sigmas: [f64; 3]) -> PoseEstimate {
     }
 }
 
-/// In the room, with exact odometry.
+/// Starts in the room, with exact odometry.
 fn begun(start: &PoseEstimate, association: AssociationConfig) -> (LineLocaliser, RobotState) {
     let state = RobotState::starting(start, &OdometryErrors::default()).unwrap();
     (LineLocaliser::new(&room(), association).unwrap(), state)
@@ -94,8 +94,8 @@ fn information_of_a_standing_robot_adds_up() {
 #[test]
 fn average_nees_lies_in_the_band_of_the_mean() {
     // 1 000 runs around the room; the pose at the end is χ² with 3 degrees of freedom, its mean
-    // within 3 ± 1.96 √(6/1000). The gate is wide: one of 99 % drops the sightings by which large
-    // errors show, and the mean over all runs is 3.4 then.
+    // within 3 ± 1.96 √(6/1000). The gate is wide: one of 99 % would drop the sightings that reveal
+    // large errors, and the mean over all runs would be 3.4.
     let runs = 1000;
     let wide = AssociationConfig {
         gate: 40.0,

@@ -1,5 +1,5 @@
-//! What one map says of walls of another that lie somewhere in it: as [`agreement`] says it of
-//! points on surfaces, with cells in place of surfaces.
+//! What one map says about walls of another that lie somewhere in it: like [`agreement`] for points
+//! on surfaces, with cells in place of surfaces.
 //!
 //! [`agreement`]: super::super::agreement
 
@@ -9,20 +9,20 @@ use super::super::agreement::{AGREES_WITHIN, Agreement, CONTRADICTS_BEYOND, Says
 use crate::geom::Pose2;
 use crate::map::{CellIndex, CellState, Grid};
 
-/// Of the walls of either map of which the other says something, this part has to agree.
+/// Of the walls of either map about which the other says something, this part has to agree.
 const LEAST_PART: f64 = 0.92;
 
-/// What `grid` says of `walls` that lie at `pose` in it.
+/// What `grid` says about `walls` that lie at `pose` in it.
 pub(super) fn said(walls: &[Point2<f64>], pose: &Pose2, grid: &Grid) -> Agreement {
     Agreement::sum(walls.iter().map(|wall| says(grid, *pose * *wall)))
 }
 
-/// Whether nearly all agrees of which something is said.
+/// Whether nearly everything about which something is said agrees.
 pub(super) fn fits(said: &Agreement) -> bool {
     said.part() >= LEAST_PART
 }
 
-/// What a grid says of a wall at a place.
+/// What a grid says about a wall at a place.
 fn says(grid: &Grid, place: Point2<f64>) -> Says {
     let cells = |metres: f64| (metres / grid.resolution()).ceil() as i32;
     let (near, far) = (cells(AGREES_WITHIN), cells(CONTRADICTS_BEYOND));

@@ -1,4 +1,4 @@
-//! What a map shows: where walls stand, and what can be seen from a way.
+//! What a map shows: where walls stand, and what can be seen along a trajectory.
 
 use std::f64::consts::TAU;
 
@@ -8,19 +8,19 @@ use crate::geom::{Length, Pose2, unit_vector};
 use crate::map::{Evidence, Grid, GridConfig, GridError};
 use crate::points::thinned;
 
-/// From so many places of a way is looked around at most, ...
+/// At most this many positions of a trajectory are used, ...
 const MOST_PLACES: usize = 60;
-/// ... in so many directions, ...
+/// ... with this many directions, ...
 const DIRECTIONS: i32 = 360;
-/// ... this far, m. ...
+/// ... up to this distance, m. ...
 const SIGHT: f64 = 8.0;
-/// ... A point of a wall hides what is behind it this far to either side, m: points of a wall stand
-/// so close. ...
+/// ... A wall point hides what is behind it up to this far to either side, m: wall points are this
+/// close together. ...
 const HIDES: f64 = 0.1;
-/// ... Before it, this much may be the wall's, m.
+/// ... This much in front of it may belong to the wall, m.
 const BEFORE: f64 = 0.2;
 
-/// What can be seen from the places of a way, as far as the nearest wall in each direction.
+/// The space visible from the positions of a trajectory, up to the nearest wall in each direction.
 pub(super) fn seen_from(way: &[Point2<f64>], walls: &[Point2<f64>]) -> Result<Grid, GridError> {
     let per_direction = TAU / f64::from(DIRECTIONS);
     let mut free = vec![];
@@ -56,7 +56,7 @@ pub(super) fn seen_from(way: &[Point2<f64>], walls: &[Point2<f64>]) -> Result<Gr
         hits: walls.to_vec(),
     };
     let mut grid = Grid::new(GridConfig::default())?;
-    // A cell is believed that was seen again.
+    // A cell is believed only if it was seen repeatedly.
     for _ in 0..3 {
         grid.draw(&evidence, &Pose2::identity());
     }

@@ -1,4 +1,4 @@
-//! Where a loaded map may lie: places where walls lie on walls, and the one that landmarks tell.
+//! Where a loaded map may lie: places where walls lie on walls, and the one given by landmarks.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
@@ -9,13 +9,13 @@ use crate::geom::{Pose2, PoseEstimate};
 use crate::points::thinned;
 use crate::registration::{ModesConfig, SearchConfig, modes};
 
-/// Places of the search that are matched from, at most.
+/// The most places of the search from which matching starts.
 const MOST_STARTS: usize = 16;
-/// Points that are searched with, at most.
+/// The most points used in the search.
 const MOST_SEARCHED: usize = 250;
 /// Standard deviation of a landmark in its map, m: maps bend.
 const LANDMARK_SIGMA: f64 = 0.08;
-/// Most landmarks of each map that are compared: the work grows with the fourth power.
+/// The most landmarks of each map that are compared: the work grows with the fourth power.
 const MOST_LANDMARKS: usize = 60;
 
 /// Places of the loaded walls, the likeliest first.
@@ -26,7 +26,7 @@ pub(super) fn by_walls(loaded: &[Point2<f64>], drawn: &[Point2<f64>]) -> Vec<Pos
         false => (drawn, loaded),
     };
     let some = thinned(small, MOST_SEARCHED, 0);
-    // Turned about its middle it needs fewer turns.
+    // Rotating about its centre needs fewer rotations.
     let sum: Vector2<f64> = some.iter().map(|p| p.coords).sum();
     let middle = sum / some.len().max(1) as f64;
     let about: Vec<_> = some.iter().map(|p| p - middle).collect();
@@ -46,14 +46,14 @@ pub(super) fn by_walls(loaded: &[Point2<f64>], drawn: &[Point2<f64>]) -> Vec<Pos
         .collect()
 }
 
-/// Where landmarks alone have the loaded map.
+/// Where landmarks alone place the loaded map.
 pub(super) fn by_landmarks(loaded: &[Point2<f64>], drawn: &[Point2<f64>]) -> Option<Pose2> {
     let config = PointMatchConfig {
         method: PointMatching::Relations,
         ..PointMatchConfig::default()
     };
     let [before, now] = [loaded, drawn].map(features);
-    // Relations ask for no motion.
+    // Relations need no motion.
     let anywhere = PoseEstimate::exact(Pose2::identity());
     let pairs = match_points(&before, &now, &anywhere, &config);
     let place = |of: &[PointFeature], at: usize| of.get(at).map(|point| point.position);
@@ -64,7 +64,7 @@ pub(super) fn by_landmarks(loaded: &[Point2<f64>], drawn: &[Point2<f64>]) -> Opt
     align(&target, &source)
 }
 
-/// Files say where landmarks are, and not how well that is known.
+/// Files give positions of landmarks, but not their uncertainty.
 fn features(landmarks: &[Point2<f64>]) -> Vec<PointFeature> {
     let feature = |position: &Point2<f64>| PointFeature {
         position: *position,
@@ -77,7 +77,7 @@ fn features(landmarks: &[Point2<f64>]) -> Vec<PointFeature> {
     near.take(MOST_LANDMARKS).map(feature).collect()
 }
 
-/// How many landmarks of the one map stand where the other has one, each counted once.
+/// How many landmarks of one map coincide with one of the other, each counted once.
 pub(super) fn shared(loaded: &[Point2<f64>], drawn: &[Point2<f64>], pose: &Pose2) -> usize {
     let [before, now] = [loaded, drawn].map(features);
     let config = PointMatchConfig::default();

@@ -1,5 +1,5 @@
-//! Maps of built-in worlds, drawn from true poses and laid on each other from anywhere; the truth
-//! is the pose by which the loaded one was moved away.
+//! Maps of built-in worlds, drawn from true poses and aligned with each other from anywhere; the
+//! truth is the pose by which the loaded one was moved away.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::points::Points;
 use crate::points::fixture::{look, normal};
 use crate::sim::{reachable_area, worlds};
 
-/// A lidar of 8 m.
+/// The range of the lidar, 8 m.
 const MAX_RANGE: f64 = 8.0;
 
 /// The walls of a world, and where a robot can stand in it.
@@ -56,7 +56,7 @@ impl Building {
             let at = standing[rng.random_range(from..to)];
             let pose = Pose2::new(at.x, at.y, rng.random_range(-PI..PI));
             let scan = noisy(look(&self.walls, &pose, MAX_RANGE), rng);
-            // Twice: a cell is believed that was seen again.
+            // Twice: a cell is believed only if it was seen repeatedly.
             grid.insert(&scan, &pose);
             grid.insert(&scan, &pose);
             way.push(at);
@@ -74,7 +74,7 @@ fn noisy(mut scan: Points, rng: &mut impl Rng) -> Points {
     scan
 }
 
-/// A map as a file has it, in a frame of its own.
+/// A map as read from a file, in a frame of its own.
 fn loaded(
     grid: &Grid,
     way: &[Point2<f64>],
@@ -97,7 +97,7 @@ fn anywhere(rng: &mut impl Rng) -> Pose2 {
     Pose2::new(x, y, rng.random_range(-PI..PI))
 }
 
-/// How far an alignment is from the truth, at the middle of the loaded walls, m and rad.
+/// How far an alignment is from the truth, at the centre of the loaded walls, m and rad.
 fn off(found: &MapAlignment, truth: &Pose2, map: &MapPoints) -> (f64, f64) {
     let sum: Vector2<f64> = map.walls.iter().map(|p| p.coords).sum();
     let middle = Point2::from(sum / map.walls.len() as f64);
@@ -148,7 +148,7 @@ fn maps_of_one_building_are_found_wherever_and_however_they_lie() {
 fn maps_of_other_buildings_are_laid_nowhere() {
     let mut table = String::new();
     let buildings = ["office", "lab", "maze", "loop", "arena"].map(Building::new);
-    // Whole maps, and beginnings of maps: a robot that was in one room lies in many.
+    // Whole maps, and beginnings of maps: a map of one room fits in many.
     let seen = |part: f64, scans: usize| -> Vec<_> {
         let begun = |building: &Building| {
             building.seen([0.0, part], scans, &mut ChaCha8Rng::seed_from_u64(7))
@@ -177,8 +177,7 @@ fn maps_of_other_buildings_are_laid_nowhere() {
     assert_eq!(laid, 0, "{table}");
 }
 
-/// What is taken for free without being told is so: a grid that was drawn by the same scans says it
-/// as well.
+/// What is assumed to be free without being known so: a grid drawn by the same scans agrees.
 #[test]
 fn what_is_seen_from_a_way_is_free() {
     let rng = &mut ChaCha8Rng::seed_from_u64(5);
@@ -243,7 +242,7 @@ fn a_room_that_there_is_twice_is_laid_in_neither_unless_landmarks_tell() {
     }
     let (room, way) = room_seen(&walls, 9.0, rng);
     let truth = Pose2::new(-3.0, 7.0, 2.0);
-    // Posts that the second room alone has, and others in the first.
+    // Posts that only the second room has, and others in the first.
     let posts = |x: f64, of: &[[f64; 2]]| {
         of.iter()
             .map(|p| Point2::new(x + p[0], p[1]))
@@ -266,7 +265,7 @@ fn a_room_that_there_is_twice_is_laid_in_neither_unless_landmarks_tell() {
     assert_eq!((found.by, found.landmarks), (AlignedBy::Landmarks, 5));
     let (shift, turn) = off(&found, &truth, &with);
     assert!(shift < 0.05 && turn < 0.02, "{found:?}");
-    // Where the map has but one such room, walls and landmarks say the same.
+    // If the map has only one such room, walls and landmarks agree.
     let (alone, _) = room_seen(&walls, 9.0, rng);
     let found = align_map(&with, &alone, &there).unwrap();
     assert_eq!((found.by, found.landmarks), (AlignedBy::Both, 5));

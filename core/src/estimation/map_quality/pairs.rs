@@ -1,5 +1,4 @@
-//! What submaps that overlap in the map say of each other, and which of them bear witness to a
-//! tear.
+//! What submaps that overlap in the map say about each other, and which of them witness a tear.
 
 use nalgebra::{Point2, Vector2};
 
@@ -9,31 +8,30 @@ use crate::geom::{Length, Pose2};
 use crate::map::SurfelConfig;
 use crate::registration::MatchConfig;
 
-/// Fewer surfaces than these, or than this part of those that are asked about, say nothing of the
-/// rest.
+/// Fewer compared surfaces than these, or than this part of all, say nothing about the rest.
 const LEAST_SPOKEN_OF: usize = 20;
 const SPOKEN_OF: f64 = 0.2;
-/// A stretch with which a smaller part than this agrees, of all that is said of it, does not lie
+/// If less than this part of all that is said about a stretch agrees, the stretch does not lie
 /// where it belongs.
 const LEAST_AGREEMENT: f64 = 0.25;
-/// Less than this part agrees where walls may stand twice; surely they do where at the other pose
-/// this part agrees, ...
+/// If less than this part agrees, walls may stand twice; they surely do if at the other pose this
+/// part agrees, ...
 const SUSPECT_PART: f64 = 0.8;
 const SURE_PART: f64 = 0.85;
-/// ... of no fewer surfaces than these, nor than this part of all, ...
+/// ... of at least this many surfaces, and at least this part of all, ...
 const LEAST_AGREEING: usize = 30;
 const AGREEING: f64 = 0.25;
-/// ... and so many times as many as before. Both submaps have to say so, ...
+/// ... and this many times as many as before. Both submaps have to say so, ...
 const GAIN: f64 = 1.5;
-/// ... unless it is this part of all surfaces of one: of a submap that is bent in itself, the other
-/// half lies right.
+/// ... unless it is this part of all surfaces of one: if a submap is itself bent, its other half
+/// lies right.
 const AGREEING_ALONE: f64 = 0.5;
 
 /// Two submaps that overlap in the map, the older first.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     pub(super) submaps: [usize; 2],
-    /// What each says of the other.
+    /// What each says about the other.
     pub(super) said: [Said; 2],
     doubled: Option<Doubled>,
 }
@@ -42,23 +40,24 @@ pub(super) struct Pair {
 #[derive(Clone, Copy, Debug)]
 struct Doubled {
     place: Point2<f64>,
-    /// From where they stand once to where they stand again, m.
+    /// From one of their places to the other, m.
     off: Vector2<f64>,
 }
 
-/// All that overlap and share no scan, found submap by submap.
+/// All pairs that overlap and share no scan, found submap by submap.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pairs {
     pub(super) found: Vec<Pair>,
-    /// The pairs of which each submap is the later. One submap is laid at a time, for it takes
-    /// memory: the earlier of a pair says first what it says, the later when its turn comes.
+    /// For each submap, the pairs of which it is the later. Only one submap is indexed at a time,
+    /// because this takes memory: first the earlier of a pair is asked, then the later when its
+    /// turn comes.
     of_later: Vec<Vec<usize>>,
-    /// Submaps whose turn is over.
+    /// Number of submaps that have been examined.
     pub(super) done: usize,
 }
 
 impl Pairs {
-    /// Asks the next submap; `false` when all have been.
+    /// Examines the next submap; `false` when all have been examined.
     pub(super) fn step(
         &mut self,
         placed: &[Placed<'_>],
@@ -107,7 +106,8 @@ impl Pairs {
 }
 
 impl Pair {
-    /// What it witnesses, if anything. `agreements` are those of the stretches of the way.
+    /// The tear that it witnesses, if any. `agreements` are those of the stretches of the
+    /// trajectory.
     pub(super) fn witness(
         &self,
         placed: &[Placed<'_>],
@@ -141,7 +141,7 @@ impl Pair {
     }
 }
 
-/// The part that agrees of all that these pairs say; `None` where they say too little.
+/// The part of all that these pairs say that agrees; `None` if they say too little.
 pub(super) fn agreement<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Option<f64> {
     let said = pairs.flat_map(|pair| pair.said).filter(speaks);
     let (agree, all) = said.fold((0, 0), |(agree, all), said| {
@@ -150,13 +150,13 @@ pub(super) fn agreement<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Option<f64
     (all > 0).then(|| agree as f64 / all as f64)
 }
 
-/// Whether enough is said that it tells of the rest.
+/// Whether enough is said to be representative.
 fn speaks(said: &Said) -> bool {
     let least = (SPOKEN_OF * said.total as f64).max(LEAST_SPOKEN_OF as f64);
     said.spoken_of() as f64 >= least
 }
 
-/// A submap, laid, and another.
+/// An indexed submap, and another.
 struct Together<'a> {
     laid: &'a Laid<'a>,
     this: &'a Placed<'a>,
@@ -181,8 +181,8 @@ impl Together<'_> {
         self.laid.says_of(self.other.submap, &pose)
     }
 
-    /// Where walls stand twice, map frame, and how far from one another, m; `said` is what is said
-    /// of the other where it lies.
+    /// Where walls stand twice, map frame, and how far apart, m; `said` is what is said about the
+    /// other at its present pose.
     fn doubled(&self, said: &Said, matching: &MatchConfig) -> Option<Doubled> {
         let is_suspect = said.part() < SUSPECT_PART && said.spoken_of() >= LEAST_SPOKEN_OF;
         if !is_suspect {
@@ -219,8 +219,8 @@ impl Together<'_> {
     }
 }
 
-/// Whether a submap surely agrees with another where that would lie `there`, and far better than
-/// where it lies.
+/// Whether a submap surely agrees with another if that lies `there`, and far better than at its
+/// present pose.
 fn is_better(there: &Said, here: &Said) -> bool {
     let agree = there.agree as f64;
     there.part() >= SURE_PART

@@ -1,8 +1,8 @@
-//! From pairs of submaps that bear witness to the places where the map is torn.
+//! From pairs of submaps that are witnesses to the places where the map is torn.
 //!
-//! Witnesses are put together that stand near to one another in the map and would move its parts
-//! the same way: two pieces of furniture do not agree on that, two sides of a tear do. One alone is
-//! not heard, unless nothing else explains it.
+//! Witnesses are grouped if they are near one another in the map and would move its parts in the
+//! same direction: two pieces of furniture do not agree on that, two sides of a tear do. A single
+//! witness does not count, unless nothing else explains it.
 
 use nalgebra::{Point2, Vector2};
 
@@ -10,9 +10,9 @@ use super::{Placed, TORN_BEYOND, Tear, TearKind};
 use crate::geom::Length;
 use crate::robot::Stamp;
 
-/// Witnesses within this distance speak of one tear, m: about a room.
+/// Witnesses within this distance count for one tear, m: about a room.
 const ONE_PLACE: f64 = 5.0;
-/// So many are heard.
+/// The least number of witnesses of a tear.
 const LEAST_WITNESSES: usize = 2;
 
 /// A pair of submaps that does not agree.
@@ -22,16 +22,16 @@ pub(super) struct Witness {
     pub(super) submaps: [usize; 2],
     /// Map frame.
     pub(super) place: Point2<f64>,
-    /// How far walls stand apart that stand twice, m; `None` where nothing fits nearby.
+    /// The distance between walls that stand twice, m; `None` if nothing fits nearby.
     pub(super) off: Option<f64>,
-    /// The same as a motion in the map, of either to the other; `None` where it is not known.
+    /// The same as a motion in the map, in either direction; `None` if it is not known.
     pub(super) direction: Option<Vector2<f64>>,
-    /// Whether it is heard alone.
+    /// Whether it counts as the only witness.
     pub(super) is_proof: bool,
 }
 
 impl Witness {
-    /// Whether both speak of one tear. The older side may have moved, or the newer.
+    /// Whether both witness the same tear. The older side may have moved, or the newer.
     fn says_the_same(&self, other: &Self) -> bool {
         let is_alike = match (self.direction, other.direction) {
             (Some(a), Some(b)) => (a - b).length().min((a + b).length()) < TORN_BEYOND,
@@ -41,7 +41,7 @@ impl Witness {
     }
 }
 
-/// The tears that enough of them bear witness to.
+/// The tears with enough witnesses.
 pub(super) fn gather(witnesses: impl Iterator<Item = Witness>, placed: &[Placed<'_>]) -> Vec<Tear> {
     let mut groups: Vec<Vec<Witness>> = vec![];
     for witness in witnesses {
@@ -68,7 +68,7 @@ fn tear(group: &[Witness], placed: &[Placed<'_>]) -> Option<Tear> {
         .sum::<Vector2<f64>>();
     let mut offs: Vec<f64> = group.iter().filter_map(|witness| witness.off).collect();
     offs.sort_by(f64::total_cmp);
-    // Who could measure it says more than who only contradicts.
+    // Witnesses that could measure the offset say more than those that only contradict.
     let off = offs.get(offs.len() / 2).copied();
     let seen = |side: usize| {
         let of_side = group

@@ -1,4 +1,4 @@
-//! Rooms that lie where they belong, beside it, and elsewhere.
+//! Rooms at their true place, beside it, and elsewhere.
 
 use nalgebra::{Point2, Vector2};
 
@@ -8,7 +8,7 @@ use crate::estimation::free_space::FreeSpace;
 use crate::geom::Length;
 use crate::map::Surfel;
 
-/// A room of 6 m x 4 m with a door in its upper wall; a niche tells its sides apart.
+/// A room of 6 m x 4 m with a door in its upper wall; a niche makes its sides distinguishable.
 const ROOM: [[f64; 4]; 7] = [
     [-3.0, -2.0, 3.0, -2.0],
     [3.0, -2.0, 3.0, 2.0],
@@ -25,10 +25,10 @@ const OTHER: [[f64; 4]; 4] = [
     [2.2, 4.0, -2.2, 4.0],
     [-2.2, 4.0, -2.2, -4.0],
 ];
-/// From where they were seen.
+/// The position from which they were seen.
 const MIDDLE: Point2<f64> = Point2::new(0.3, 0.2);
 
-/// A submap of walls seen from all about the middle, begun at `room_from_submap`.
+/// A submap of walls seen from all around the middle, begun at `room_from_submap`.
 fn seen(walls: &[[f64; 4]], room_from_submap: &Pose2) -> ClosedSubmap {
     let submap_from_room = room_from_submap.inverse();
     let (mut surfels, mut rays) = (vec![], vec![]);
@@ -52,13 +52,13 @@ fn seen(walls: &[[f64; 4]], room_from_submap: &Pose2) -> ClosedSubmap {
     ClosedSubmap::new(surfels, free)
 }
 
-/// What is said of submaps, each with its pose in the map; they were seen one after the other, a
+/// The judgement of submaps, each with its pose in the map; they were seen one after the other, a
 /// minute each.
 fn judged(submaps: &[(ClosedSubmap, Pose2)], untied: &[Untied]) -> MapQuality {
     judged_on_its_way(submaps, untied, &[])
 }
 
-/// The same with what is known of neighbours that share scans.
+/// The same, with the offsets of neighbours that share scans.
 fn judged_on_its_way(
     submaps: &[(ClosedSubmap, Pose2)],
     untied: &[Untied],
@@ -84,7 +84,8 @@ fn judged_on_its_way(
     judgement.quality(&placed)
 }
 
-/// A good map whose loops were closed over ways that were off by so many times what was known.
+/// A good map whose loops were closed over paths that were off by these multiples of their
+/// uncertainty.
 fn with_loops(ratios: &[f64]) -> MapQuality {
     let error = |ratio| LoopError {
         doubt: Doubt {
@@ -122,7 +123,7 @@ fn only_what_is_so_on_the_median_of_several_loops_is_called_systematic() {
     check(&[3.0, 0.5, 4.0, 3.2, 0.2], Some(3.0), false);
 }
 
-/// The room seen four times: two submaps where they belong, two that are put `off` from there.
+/// The room seen four times: two submaps at their true place, two placed `off` from it.
 fn room_seen_again(off: &Pose2) -> MapQuality {
     let begun = [
         Pose2::new(0.8, -0.5, 0.7),
@@ -203,7 +204,7 @@ fn what_was_seen_only_once_says_nothing() {
     assert_eq!(quality.verdict, MapVerdict::Good);
     assert_eq!(quality.agreement, None);
     assert!(quality.stretches.iter().all(|s| s.agreement.is_none()));
-    // Unless the way between is known badly, and nothing else holds it.
+    // Unless the path between is poorly known, and nothing else ties it down.
     let untied = |doubt, is_lost| Untied {
         between: [0, 3],
         doubt,
@@ -236,7 +237,7 @@ fn scans_that_lie_in_two_places_tear_a_map_that_agrees_with_itself() {
     let tear = &torn.tears[0];
     assert_eq!((tear.kind, tear.off), (TearKind::Doubled, Some(0.4)));
     assert!((tear.place - Point2::new(30.0, 0.0)).length() < 1e-9);
-    // A turn alone may have been mended at once.
+    // A rotation alone may have been corrected at once.
     let turned = of(&[parted(1, 0.1, 0.2)]);
     assert_eq!(turned.verdict, MapVerdict::Good, "{:?}", turned.tears);
 }
@@ -260,7 +261,7 @@ fn what_a_submap_took_over_wrong_is_not_held_against_the_map() {
 fn witnesses_that_would_move_the_map_elsewhere_are_not_put_together() {
     let begun = Pose2::new(0.8, -0.5, 0.7);
     let at = |x: f64, y: f64| (seen(&ROOM, &begun), Pose2::new(x, y, 0.0) * begun);
-    // Two visits that each disagree in a way of their own; neither is heard.
+    // Two visits that each disagree in a different way; neither counts.
     let one = judged(&[at(0.0, 0.0), at(0.0, 0.0), at(0.6, 0.0)], &[]);
     assert_eq!(one.verdict, MapVerdict::Good, "{:?}", one.tears);
     let same = [at(0.0, 0.0), at(0.0, 0.0), at(0.6, 0.0), at(0.6, 0.0)];

@@ -4,26 +4,26 @@ use crate::estimation::odometry_fit::OdometryFitError;
 use crate::geom::{Length, Pose2};
 use crate::robot::Odometry;
 
-/// Motions are put together up to this way, m, and turn, rad: less than what makes an arc another
-/// motion.
+/// Motions are combined up to this distance, m, and rotation, rad: small enough that an arc stays
+/// the same motion.
 const STEP: [f64; 2] = [0.02, 0.03];
-/// A leg ends at the first scan after this way, m, or turn, rad.
+/// A leg ends at the first scan after this distance, m, or rotation, rad.
 const LEG: [f64; 2] = [0.25, 0.35];
-/// A turn of at least this angle counts as one, rad: below it a heading only wavers.
+/// A turn counts from this angle on, rad: below it a heading only wavers.
 const TURN: f64 = 0.02;
 
 /// What was counted between two scans, in small motions.
 #[derive(Clone, Debug, Default)]
 struct Interval {
     steps: Vec<Odometry>,
-    /// Time was missed, or the robot may have been carried.
+    /// Whether time was missed, or the robot may have been carried.
     is_broken: bool,
 }
 
 /// What the tracks of a robot counted in a drive, scan by scan.
 #[derive(Clone, Debug, Default)]
 pub struct Drive {
-    /// What led to each scan.
+    /// What was counted before each scan.
     scans: Vec<Interval>,
     /// Since the last scan.
     now: Interval,
@@ -33,7 +33,7 @@ pub struct Drive {
 /// How much was driven.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveExtent {
-    /// Way, forwards and backwards, m.
+    /// Distance, forwards and backwards, m.
     pub way: f64,
     /// Turned to the left, rad.
     pub left: f64,
@@ -42,14 +42,14 @@ pub struct DriveExtent {
 }
 
 impl DriveExtent {
-    /// Turned to either side, rad.
+    /// Rotation in both directions, rad.
     #[must_use]
     pub fn turned(&self) -> f64 {
         self.left + self.right
     }
 }
 
-/// From one reference pose to a later one.
+/// The motion from one reference pose to a later one.
 #[derive(Clone, Debug)]
 pub(super) struct Leg {
     pub(super) steps: Vec<Odometry>,
@@ -67,12 +67,12 @@ impl Drive {
         }
     }
 
-    /// Nobody watched for a while: the robot may stand elsewhere now.
+    /// The recording has a gap: the robot may be elsewhere now.
     pub fn gap(&mut self) {
         self.now.is_broken = true;
     }
 
-    /// A scan was taken here: a pose will be known.
+    /// A scan was taken here: its pose will be known.
     pub fn scan(&mut self) {
         self.scans.push(std::mem::take(&mut self.now));
     }
@@ -89,7 +89,7 @@ impl Drive {
         self.extent
     }
 
-    /// Legs between those of the poses that lie far enough apart; none where the drive was broken.
+    /// Legs between poses that lie far enough apart; none where the drive was interrupted.
     pub(super) fn legs(&self, poses: &[Pose2]) -> Result<Vec<Option<Leg>>, OdometryFitError> {
         if poses.len() != self.scans.len() {
             return Err(OdometryFitError::Poses {
@@ -105,7 +105,7 @@ impl Drive {
         let (mut steps, mut run) = (vec![], DriveExtent::default());
         for (interval, pose) in self.scans.iter().zip(poses) {
             let Some(from) = begin.filter(|_| !interval.is_broken) else {
-                // The first scan, or the first after a gap: a beginning.
+                // The first scan, or the first after a gap: start a leg.
                 legs.extend(begin.map(|_| None));
                 begin = Some(*pose);
                 (steps, run) = (vec![], DriveExtent::default());
@@ -139,7 +139,7 @@ impl DriveExtent {
         }
     }
 
-    /// Whether there was a turn worth the name.
+    /// Whether there was a noticeable turn.
     pub(super) fn has_turned(&self) -> bool {
         self.turned() > TURN
     }
@@ -186,7 +186,7 @@ mod tests {
             let counted: f64 = leg.steps.iter().map(|step| step.motion.x()).sum();
             assert!((counted - 0.3).abs() < 1e-12 && (leg.by_poses.x() - 0.3).abs() < 1e-12);
         }
-        // Two centimetres to a step.
+        // Two centimetres per step.
         assert_eq!(legs[0].steps.len(), 15);
         assert!((drive.extent().way - 1.0).abs() < 1e-12);
     }

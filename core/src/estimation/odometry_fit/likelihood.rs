@@ -1,4 +1,4 @@
-//! How likely the poses of a drive are, for given chance, and the tracks that make them likeliest.
+//! The likelihood of the poses of a drive for given noise, and the tracks that maximise it.
 //!
 //! Let Z_i be the reference poses, X_i = Z_i exp(ε_i) the true ones and m_i the counted motion. To
 //! first order in small errors, all of them in the robot's frame at the end of the leg,
@@ -8,7 +8,7 @@
 //! 0   = ε_i + v_i,                                                           v_i ~ N(0, R)
 //! ```
 //!
-//! with δ the change of the tracks (left, right, width) and B_i, Q_i gathered over the small
+//! with δ the change of the tracks (left, right, width) and B_i, Q_i accumulated over the small
 //! motions of the leg. The innovations of the Kalman filter of this system are white; they depend
 //! on δ linearly, ν_i(δ) = ν_i + N_i δ.
 
@@ -19,7 +19,7 @@ use super::drive::Leg;
 use crate::geom::{Pose2, sin_cos, symmetrize};
 use crate::robot::{OdometryNoise, TrackWear, Tracks};
 
-/// Coefficients of chance: per metre, lateral, per radian; variances of the poses' positions and
+/// Noise coefficients: per metre, lateral, per radian; variances of the poses' positions and
 /// headings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chance(pub(super) [f64; 5]);
@@ -43,7 +43,7 @@ impl Chance {
     }
 }
 
-/// A leg, linear in what the tracks err.
+/// A leg, linearised in the errors of the tracks.
 #[derive(Clone, Debug)]
 pub(super) struct LinearLeg {
     /// Ad(m⁻¹).
@@ -57,7 +57,7 @@ pub(super) struct LinearLeg {
 }
 
 impl LinearLeg {
-    /// About `wear`, for a robot whose model says `track_width`.
+    /// Linearised about `wear`, for a robot whose model has `track_width`.
     pub(super) fn new(leg: &Leg, wear: &TrackWear, track_width: f64) -> Self {
         let width = wear.width(track_width);
         let mut motion = Pose2::identity();
@@ -70,7 +70,8 @@ impl LinearLeg {
             let back = moved.inverse().adjoint();
             let (advance, turn) = (0.5 * (ran.left + ran.right), (ran.right - ran.left) / width);
             let (sin, cos) = sin_cos(0.5 * turn);
-            // What a longer way and a longer turn do, in the frame at the end of the step.
+            // The effect of a longer distance and of a larger turn, in the frame at the end of the
+            // step.
             let by_way = Vector3::new(cos, -sin, 0.0);
             let by_turn = Vector3::new(0.5 * advance * sin, 0.5 * advance * cos, 1.0);
             let sideways = Vector3::new(sin, cos, 0.0);
@@ -111,15 +112,15 @@ fn square(v: &Vector3<f64>) -> Matrix3<f64> {
     v * v.transpose()
 }
 
-/// The likeliest change of the tracks, and how likely it is.
+/// The likeliest change of the tracks, and its likelihood.
 #[derive(Clone, Debug)]
 pub(super) struct Likeliest {
-    /// Logarithm of the likelihood at its maximum over the tracks, less a constant.
+    /// Logarithm of the likelihood at its maximum over the tracks, without a constant.
     pub(super) log: f64,
     /// What to add to the tracks about which was linearised.
     pub(super) change: Vector3<f64>,
     pub(super) cov: Matrix3<f64>,
-    /// For each leg, what of it could not be foreseen.
+    /// For each leg, the part that could not be predicted.
     pub(super) innovations: Vec<Option<Innovation>>,
 }
 
@@ -132,15 +133,15 @@ pub(super) struct Innovation {
 }
 
 impl Innovation {
-    /// d² after the tracks changed so, with three degrees of freedom.
+    /// d² after this change of the tracks, with three degrees of freedom.
     pub(super) fn squared(&self, change: &Vector3<f64>) -> f64 {
         let off = self.by_chance + self.by_wear * change;
         off.dot(&(self.inverse * off))
     }
 }
 
-/// `legs`: none starts again. `wear`: about which they were linearised. None where a covariance is
-/// singular.
+/// `legs`: `None` restarts the filter. `wear`: the tracks about which they were linearised. Returns
+/// `None` if a covariance is singular.
 pub(super) fn likeliest(
     legs: &[Option<LinearLeg>],
     wear: &TrackWear,
@@ -179,7 +180,7 @@ pub(super) fn likeliest(
     })
 }
 
-/// Mean of ε, how it depends on δ, and its covariance.
+/// Mean of ε, its derivative with respect to δ, and its covariance.
 struct State {
     mean: Vector3<f64>,
     by_wear: Matrix3<f64>,
@@ -187,7 +188,7 @@ struct State {
 }
 
 impl State {
-    /// The first pose is as sure as any.
+    /// The first pose is as uncertain as any other.
     fn begun(seen: &Matrix3<f64>) -> Self {
         Self {
             mean: Vector3::zeros(),
@@ -196,7 +197,7 @@ impl State {
         }
     }
 
-    /// Predicts and corrects; the innovation, and the logarithm of the determinant of its
+    /// Predicts and corrects; returns the innovation, and the logarithm of the determinant of its
     /// covariance.
     fn step(
         &mut self,

@@ -1,4 +1,4 @@
-//! The likeliest coefficients of chance, and with them the likeliest tracks.
+//! The likeliest noise coefficients, and with them the likeliest tracks.
 
 use nalgebra::{Matrix3, SMatrix, SVector};
 
@@ -8,32 +8,31 @@ use crate::robot::{RobotModel, TrackWear};
 
 /// Number of coefficients.
 const N: usize = 5;
-/// Standard deviation of the logarithm of each before anything was driven: a factor of 20 either
-/// way.
+/// Prior standard deviation of the logarithm of each: a factor of 20 in either direction.
 const LOG_PRIOR: f64 = 3.0;
-/// Variances of the poses before anything was driven: 5 mm, 2 mrad.
+/// Prior variances of the poses: 5 mm, 2 mrad.
 const POSE_VARIANCES: [f64; 2] = [2.5e-5, 4e-6];
-/// Step of the logarithms for differences.
+/// Step of the logarithms for finite differences.
 const DIFFERENCE: f64 = 0.03;
-/// Longest step of Newton's method in each logarithm.
+/// Longest Newton step in each logarithm.
 const LONGEST: f64 = 1.5;
 const MOST_STEPS: usize = 40;
-/// A step that changes the logarithms by less is the last.
+/// A step that changes the logarithms by less than this is the last.
 const CONVERGED: f64 = 1e-4;
-/// Times that motions are counted again, at most; each leaves the square of the error that was
-/// left.
+/// How often motions are counted again, at most; each time, the error left is the square of the
+/// previous one.
 const MOST_ROUNDS: usize = 12;
-/// A leg is left out beyond this: χ² with three degrees of freedom is so with a probability of
+/// A leg is left out beyond this: χ² with three degrees of freedom exceeds it with a probability of
 /// 10⁻⁵.
 const MOST_SQUARED: f64 = 25.9;
 
-/// Tracks that differ by more from the model are those of another robot, or the poses are: the
-/// range of the settings.
+/// If tracks differ from the model by more than this, they or the poses belong to another robot:
+/// the range of the settings.
 const WORST: f64 = 0.5;
 
 type Logs = SVector<f64, N>;
 
-/// What is likeliest.
+/// The maximum of the likelihood.
 pub(super) struct Found {
     pub(super) wear: TrackWear,
     pub(super) wear_cov: Matrix3<f64>,
@@ -43,7 +42,7 @@ pub(super) struct Found {
     pub(super) left_out: usize,
 }
 
-/// `None` where there is no maximum.
+/// `None` if there is no maximum.
 pub(super) fn find(legs: &[Option<Leg>], model: &RobotModel) -> Option<Found> {
     let beforehand = beforehand(model);
     let mut used: Vec<bool> = legs.iter().map(Option::is_some).collect();
@@ -89,8 +88,8 @@ pub(super) fn find(legs: &[Option<Leg>], model: &RobotModel) -> Option<Found> {
     None
 }
 
-/// Leaves the worst leg out of each run of legs that cannot be explained, for it spoils those after
-/// it; tells whether there was any.
+/// Leaves out legs that cannot be explained, but of two in a row only the first, because it spoils
+/// the one after it; returns whether there was any.
 fn leave_out(used: &mut [bool], best: &Likeliest) -> bool {
     let mut dropped = false;
     let mut was_dropped = false;
@@ -110,7 +109,7 @@ fn leave_out(used: &mut [bool], best: &Likeliest) -> bool {
 fn beforehand(model: &RobotModel) -> Logs {
     let noise = &model.odometry_noise;
     let [position, heading] = POSE_VARIANCES;
-    // A model that says "no noise" still leaves it to the drive to tell.
+    // If the model says "no noise", the drive may still show some.
     let log = |value: f64| libm::log(value.max(1e-6));
     Logs::from([
         log(noise.per_metre),
@@ -142,8 +141,8 @@ impl Problem<'_> {
         Some(self.likeliest(logs)?.log - 0.5 * off.norm_squared())
     }
 
-    /// Newton's method, damped: where the likelihood is not concave its curvature is taken as if it
-    /// were.
+    /// Newton's method, damped: where the likelihood is not concave, the absolute value of its
+    /// curvature is used.
     fn maximum(&self, start: Logs) -> Option<Logs> {
         let mut logs = start;
         let mut value = self.at(&logs)?;
@@ -167,7 +166,7 @@ impl Problem<'_> {
                 }
                 damping *= 10.0;
                 if damping > 1e9 {
-                    // No way leads up: this is the top, as well as differences can tell.
+                    // No step increases it: this is the maximum, as far as differences can tell.
                     return Some(logs);
                 }
             }

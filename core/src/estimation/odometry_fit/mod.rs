@@ -1,23 +1,23 @@
-//! How the odometry of a robot errs, from a drive whose poses are known otherwise: always, and by
-//! chance.
+//! The systematic and random odometry errors of a robot, from a drive whose poses are known
+//! otherwise.
 //!
-//! In: a [`Drive`] (what the tracks counted) and the pose at each of its scans, by SLAM or as the
+//! In: a [`Drive`] (what the tracks counted) and the pose at each of its scans, by SLAM or from the
 //! truth. Out: an [`OdometryFit`]: how much farther each track runs than is counted, the effective
 //! track width, the three coefficients of [`OdometryNoise`], and how far the poses themselves are
 //! off, each with its standard error.
 //!
-//! 1. Scans are put together to legs of some decimetres or a fraction of a radian: fewer of them,
-//!    and the motion stands out of what the poses err (`drive`).
-//! 2. The error of each pose as seen from the odometry is a random walk, seen through white noise.
-//!    A Kalman filter over it gives the likelihood of all poses; what the tracks err always enters
-//!    it linearly, and follows by least squares (`likelihood`).
-//! 3. The logarithms of the coefficients of chance follow by Newton's method; then motions are
-//!    counted again with what was found, for the width enters by its reciprocal, until nothing
-//!    changes (`maximum`).
+//! 1. Scans are combined into legs of some decimetres or a fraction of a radian: there are fewer of
+//!    them, and their motion is large compared with the pose errors (`drive`).
+//! 2. The error of each pose as seen from the odometry is a random walk, observed with white noise.
+//!    A Kalman filter over it gives the likelihood of all poses; the systematic errors of the
+//!    tracks enter linearly, and follow by least squares (`likelihood`).
+//! 3. The logarithms of the noise coefficients follow by Newton's method; then motions are counted
+//!    again with the result, because the width enters by its reciprocal, until nothing changes
+//!    (`maximum`).
 //! 4. Legs that the model cannot explain (a push, tracks that spun against a wall) are left out,
 //!    and counted.
-//! 5. Weak knowledge beforehand ([`PRIOR`] for each part) stands for what the drive does not show.
-//!    A parameter of which the drive knows not twice as much is said to be unknown, and why.
+//! 5. A weak prior ([`PRIOR`] for each part) covers what the drive does not show. A parameter about
+//!    which the drive says less than twice as much is reported as unknown, with the reason.
 //!
 //! Source: Censi, Franchi, Marchionni & Oriolo (2013), "Simultaneous calibration of odometry and
 //! sensor parameters for mobile robots", for the parameters and their likelihood (we know the place
@@ -41,20 +41,19 @@ use crate::robot::{OdometryNoise, RobotModel, TrackWear};
 pub use drive::{Drive, DriveExtent};
 pub use words::FittedParameter;
 
-/// What is known of each track and of the width before anything was driven: its standard deviation,
-/// as a part.
+/// The prior of each track and of the width: its relative standard deviation.
 pub(super) const PRIOR: f64 = 0.1;
 
-/// How the odometry of a robot errs.
+/// The odometry errors of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OdometryFit {
-    /// The robot's model, from which it differs.
+    /// The robot's nominal model.
     pub model: RobotModel,
     /// How the tracks differ from the model.
     pub wear: TrackWear,
     /// Covariance of its left, right and track width.
     pub wear_cov: Matrix3<f64>,
-    /// How the odometry errs by chance.
+    /// The random errors of the odometry.
     pub noise: OdometryNoise,
     /// Standard errors of the logarithms of its coefficients, in their order.
     pub noise_log_sigmas: [f64; 3],
@@ -69,11 +68,11 @@ pub struct OdometryFit {
     pub left_out: usize,
 }
 
-/// Why nothing can be fitted.
+/// Why no fit is possible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OdometryFitError {
-    /// Another number of poses than of scans.
+    /// The number of poses differs from that of scans.
     #[error("{poses} poses for {scans} scans of the drive")]
     Poses {
         /// Poses given.
@@ -81,7 +80,7 @@ pub enum OdometryFitError {
         /// Scans of the drive.
         scans: usize,
     },
-    /// A pose that is none.
+    /// A pose that is not finite.
     #[error("pose {scan} of the drive is not finite")]
     NotFinite {
         /// Number of the scan, from 0.
@@ -101,12 +100,12 @@ pub enum OdometryFitError {
         /// Legs that are enough.
         least: usize,
     },
-    /// The likelihood has no maximum that can be found.
+    /// No maximum of the likelihood was found.
     #[error("the poses and the odometry do not fit together: they are not of one drive")]
     NoMaximum,
 }
 
-/// Legs from which noise can be estimated at all.
+/// The least number of legs from which noise can be estimated.
 const LEAST_LEGS: usize = 20;
 
 impl OdometryFit {

@@ -1,5 +1,5 @@
-//! Drives whose errors are known are fitted; the truth must lie within the standard errors as often
-//! as these say.
+//! Fits drives whose errors are known; the truth must lie within the standard errors as often as
+//! these claim.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,14 +20,14 @@ const TRUE_NOISE: OdometryNoise = OdometryNoise {
 /// Of the poses, m and rad.
 const POSE_SIGMAS: [f64; 2] = [0.004, 0.002];
 
-/// Six uniform numbers have half a unit of variance: as near to a Gaussian as a likelihood notices,
-/// without sharing the simulator's code.
+/// The sum of six uniform numbers has half a unit of variance: close enough to a Gaussian for a
+/// likelihood, without sharing the simulator's code.
 fn gaussian(rng: &mut ChaCha8Rng) -> f64 {
     let sum: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
     sum
 }
 
-/// Ways of both tracks in each of its readings, m.
+/// Distances of both tracks in each reading, m.
 type Plan = Vec<[f64; 2]>;
 
 /// Legs and turns as a person drives them, to both sides.
@@ -48,7 +48,7 @@ fn mixed(rng: &mut ChaCha8Rng, manoeuvres: usize) -> Plan {
     plan
 }
 
-/// A robot that errs as the model of [`OdometryNoise`] says, seen every twentieth reading.
+/// A robot that errs as in the model of [`OdometryNoise`], seen every twentieth reading.
 fn driven(plan: &Plan, rng: &mut ChaCha8Rng) -> (Drive, Vec<Pose2>) {
     let model = RobotModel::rp6();
     let (mut drive, mut poses) = (Drive::default(), vec![]);
@@ -88,8 +88,8 @@ fn fit_of(seed: u64, plan: impl Fn(&mut ChaCha8Rng) -> Plan) -> OdometryFit {
     OdometryFit::new(&drive, &poses, &RobotModel::rp6()).unwrap()
 }
 
-/// Errors of left, right, width, and of the logarithms of the three coefficients, each over its
-/// standard error.
+/// Errors of left, right, width, and of the logarithms of the three coefficients, each divided by
+/// its standard error.
 fn standardised(fit: &OdometryFit) -> [f64; 6] {
     let [left, right, width] = fit.wear_sigmas();
     let [k, l, h] = fit.noise_log_sigmas;
@@ -121,7 +121,7 @@ fn the_truth_lies_within_the_standard_errors_as_often_as_these_say() {
     for (mean, name) in means.iter().zip(["left", "right", "width", "k", "l", "h"]) {
         assert!((0.37..1.63).contains(mean), "{name}: {mean} of {means:?}");
     }
-    // One in twenty of 480, 24 ± 4.8, were they independent.
+    // One in twenty of 480, 24 ± 4.8, if they were independent.
     assert!(
         (8..=44).contains(&beyond),
         "{beyond} of 480 beyond 1.96: {means:?}"
@@ -167,7 +167,7 @@ fn a_drive_without_turns_does_not_tell_the_width_and_says_so() {
 #[test]
 fn turns_on_one_spot_do_not_tell_width_from_tracks() {
     let fit = fit_of(6, |_| vec![[-0.002, 0.002]; 8000]);
-    // Tracks that run farther turn as much as tracks that stand closer.
+    // Tracks that run farther turn as much as tracks that are closer together.
     for parameter in fit.parameters() {
         if parameter.keys.contains(&"odometry.track") || parameter.keys.contains(&"odometry.left") {
             assert!(

@@ -1,11 +1,11 @@
-//! What was found, parameter by parameter, and what a drive did not show.
+//! The result, parameter by parameter, and what a drive did not show.
 
 use std::f64::consts::{LN_2, SQRT_2};
 
 use super::{OdometryFit, PRIOR};
 
-/// A standard error of a logarithm below which a coefficient of chance counts as shown: within a
-/// factor of two.
+/// A noise coefficient counts as shown if the standard error of its logarithm is below this: within
+/// a factor of two.
 const SHOWN_LOG: f64 = LN_2;
 
 const NO_TURNS: &str = "the drive has no turns: turn on the spot, to both sides";
@@ -13,8 +13,8 @@ const NO_TURNS: &str = "the drive has no turns: turn on the spot, to both sides"
 /// A parameter of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedParameter {
-    /// Keys of the settings that take it: how the odometry is corrected, and how a simulated robot
-    /// is; none for what follows from others.
+    /// Keys of the settings that take it: the odometry correction, and the simulated robot; none
+    /// for what follows from others.
     pub keys: &'static [&'static str],
     /// Its name for people.
     pub name: &'static str,
@@ -24,9 +24,9 @@ pub struct FittedParameter {
     pub value: f64,
     /// Its standard error.
     pub sigma: f64,
-    /// What the model says.
+    /// The value of the model.
     pub model: f64,
-    /// Why the drive did not show it; empty where it did.
+    /// Why the drive did not show it; empty if it did.
     pub unknown: &'static str,
 }
 
@@ -48,7 +48,7 @@ impl FittedParameter {
         }
     }
 
-    /// Keys and numbers of the settings that take it.
+    /// Keys and values of the settings that take it.
     pub(in crate::estimation) fn settings(
         &self,
     ) -> impl Iterator<Item = (&'static str, f64)> + use<> {
@@ -58,14 +58,14 @@ impl FittedParameter {
 }
 
 impl OdometryFit {
-    /// All parameters, with their doubts.
+    /// All parameters with their standard errors.
     #[must_use]
     pub fn parameters(&self) -> Vec<FittedParameter> {
         let row = FittedParameter::new;
         let [left, right, width] = self.wear_sigmas();
         let (wear, model) = (&self.wear, &self.model);
         let ratio = (1.0 + wear.right) / (1.0 + wear.left);
-        // By both parts, to first order.
+        // From both parts, to first order.
         let cov = &self.wear_cov;
         let of_difference = (cov[(0, 0)] + cov[(1, 1)] - 2.0 * cov[(0, 1)]).max(0.0);
         let ratio_sigma = of_difference.sqrt();
@@ -150,7 +150,7 @@ impl OdometryFit {
         ]
     }
 
-    /// Keys and numbers of the settings that take what the drive showed.
+    /// Keys and values of the settings for which the drive gave a value.
     #[must_use]
     pub fn settings(&self) -> Vec<(&'static str, f64)> {
         let shown = self.parameters().into_iter();
@@ -162,7 +162,7 @@ impl OdometryFit {
         values
     }
 
-    /// Shown where the drive said more than was assumed before: half the standard error.
+    /// Shown if the drive said more than the prior: half its standard error.
     fn of_part(&self, sigma: f64, beforehand: f64) -> &'static str {
         if sigma < 0.5 * beforehand {
             ""

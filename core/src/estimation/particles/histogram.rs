@@ -1,13 +1,13 @@
 //! Histogram localisation: the probability of every pose of a small map, by brute force.
 //!
 //! In: odometry, scans and the walls of a prior map, as for particles. Out: the whole posterior
-//! over cells of (x, y, θ). It is exact up to its cells, draws no numbers and forgets nothing, and
-//! costs as much as the map is large: good for a room, too much for a building.
+//! over cells of (x, y, θ). It is exact up to its cell size, draws no random numbers and forgets
+//! nothing, and its cost grows with the map: good for a room, too much for a building.
 //!
-//! 1. **Predict**: the mass of each cell moves to where the odometry takes its middle, spread over
+//! 1. **Predict**: the mass of each cell moves to where the odometry takes its centre, spread over
 //!    the eight cells around that place (linear interpolation), once for each point of a small grid
 //!    over the odometry's own uncertainty.
-//! 2. **Correct**: each cell is multiplied by what the scan says of its middle.
+//! 2. **Correct**: each cell is multiplied by the likelihood of the scan at its centre.
 //!
 //! Source: Thrun, Burgard & Fox (2005), "Probabilistic Robotics", table 8.1 (grid localisation).
 
@@ -42,10 +42,10 @@ config! {
     }
 }
 
-/// Mass below which a cell counts for nothing and is not moved.
+/// A cell with less mass than this is ignored and not moved.
 const NOTHING: f64 = 1e-12;
-/// Points of the odometry's uncertainty to either side and in the middle, in standard deviations,
-/// with their weights: three-point Gauss-Hermite quadrature, exact to the fifth moment.
+/// Nodes for the odometry's uncertainty, in standard deviations, with their weights: three-point
+/// Gauss-Hermite quadrature, exact to the fifth moment.
 const SPREAD: [(f64, f64); 3] = [
     (-1.732_050_807_568_877_2, 1.0 / 6.0),
     (0.0, 2.0 / 3.0),
@@ -64,14 +64,14 @@ pub struct HistogramLocaliser {
     cols: usize,
     rows: usize,
     turns: usize,
-    /// Turn by turn, row by row; they sum up to 1.
+    /// Heading by heading, row by row; the sum is 1.
     mass: Vec<f64>,
     moved: PoseEstimate,
 }
 
 impl HistogramLocaliser {
-    /// In a map of walls known to `map_sigma`, m; at first every pose in the rectangle around them
-    /// is as probable as any other.
+    /// In a map of walls with standard deviation `map_sigma`, m; at first every pose in the
+    /// rectangle around them is equally probable.
     ///
     /// # Errors   [`EkfError::PriorMap`] where the walls cannot be held, and
     /// [`EkfError::TooManyPoses`] where there are none, or they span more cells than may be.
@@ -91,7 +91,7 @@ impl HistogramLocaliser {
         let ((low, high), map) = bounds.zip(map).ok_or_else(|| too_large(0.0))?;
         let [cols, rows] = [high.x - low.x, high.y - low.y].map(|m| (m / cells.cell).ceil() + 1.0);
         let count = cols * rows * cells.turns as f64;
-        // NaN is too large as well.
+        // NaN counts as too large as well.
         if !(count > 0.0 && count <= cells.most as f64) {
             return Err(too_large(count));
         }
@@ -112,14 +112,14 @@ impl HistogramLocaliser {
         })
     }
 
-    /// From here on every pose is as probable as any other.
+    /// Resets to equal probability of every pose.
     pub fn forget(&mut self) {
         let count = self.mass.len();
         self.mass.fill(1.0 / count as f64);
         self.is_begun = false;
     }
 
-    /// Begins with a Gaussian instead.
+    /// Starts from a Gaussian instead.
     pub fn begin_at(&mut self, start: &PoseEstimate) {
         let Some(information) = start.cov.try_inverse() else {
             return;
@@ -132,13 +132,13 @@ impl HistogramLocaliser {
         self.normalise();
     }
 
-    /// Step 1, put off until there is a scan: takes the motion since the last call.
+    /// Step 1, postponed until there is a scan: takes the motion since the last call.
     pub fn predict(&mut self, odometry: &Odometry) {
         self.moved = odometry.after(&self.moved);
     }
 
-    /// Steps 1 and 2: takes a scan, in the robot frame of now. Says whether it did: not where the
-    /// robot has hardly moved since the last one.
+    /// Steps 1 and 2: takes a scan, in the current robot frame. Returns whether the scan was used:
+    /// it is not if the robot has hardly moved since the last one.
     pub fn update(&mut self, points: &Points) -> bool {
         let [way, turn] = self.cells.after;
         let moved = &self.moved.pose;
@@ -155,7 +155,8 @@ impl HistogramLocaliser {
         true
     }
 
-    /// How well a scan agrees with the map at a pose, 0 to 1; `None` of one that says nothing.
+    /// How well a scan agrees with the map at a pose, 0 to 1; `None` if it has too few
+    /// beams.
     #[must_use]
     pub fn agreement(&self, pose: &Pose2, points: &Points) -> Option<f64> {
         let rays = rays(points, self.config.most_beams);
@@ -174,7 +175,7 @@ impl HistogramLocaliser {
         found
     }
 
-    /// What is not known of a pose whose cell is: it lies anywhere in it.
+    /// The uncertainty of a pose within its cell: it may lie anywhere in it.
     fn within_a_cell(&self) -> Matrix3<f64> {
         let sides = Vector3::new(self.cell, self.cell, TAU / self.turns as f64);
         Matrix3::from_diagonal(&sides.map(|side| side * side / 12.0))
@@ -193,7 +194,7 @@ impl HistogramLocaliser {
         }
     }
 
-    /// Cells that are shown at most.
+    /// The most cells that are shown.
     pub const SHOWN: usize = 20_000;
 
     /// Mean and covariance of all poses, about the most probable one.
@@ -213,7 +214,7 @@ impl HistogramLocaliser {
         )
     }
 
-    /// Poses with their probabilities, without those that are next to impossible.
+    /// Poses with their probabilities, without those of negligible probability.
     pub fn weighted(&self) -> impl Iterator<Item = Particle> + '_ {
         let some = self.mass.iter().enumerate();
         let some = some.filter(|(_, mass)| **mass > NOTHING);
@@ -266,7 +267,7 @@ impl HistogramLocaliser {
         self.normalise();
     }
 
-    /// Spreads mass over the cells around a pose; what leaves the map is lost.
+    /// Spreads mass over the cells around a pose; mass that leaves the map is lost.
     fn add(&mut self, pose: &Pose2, mass: f64) {
         let x = (pose.x() - self.low.x) / self.cell;
         let y = (pose.y() - self.low.y) / self.cell;

@@ -1,7 +1,7 @@
-//! Which poses particles stand for: those that hang together are one hypothesis.
+//! Groups particles into hypotheses: neighbouring particles form one hypothesis.
 //!
 //! In: weighted particles. Out: hypotheses, the heaviest first. Particles in the same bin, or in
-//! bins that touch, belong together; the heading closes at ±π.
+//! bins that touch, belong together; the heading wraps at ±π.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -17,11 +17,11 @@ use crate::geom::{Pose2, PoseEstimate, symmetrize};
 pub struct Hypothesis {
     /// Mean and covariance of its particles.
     pub estimate: PoseEstimate,
-    /// Its part of the weight of all, 0 to 1.
+    /// Its share of the total weight, 0 to 1.
     pub weight: f64,
 }
 
-/// The hypotheses of particles whose weights sum up to 1.
+/// The hypotheses of particles whose weights sum to 1.
 pub(in crate::estimation) fn hypotheses(
     particles: &[Particle],
     config: &KldConfig,
@@ -56,7 +56,7 @@ pub(in crate::estimation) fn hypotheses(
     found
 }
 
-/// The bins around one; those of the heading run from `low` to `high` and close.
+/// The bins around one; those of the heading run from `low` to `high` and wrap.
 fn neighbours(bin: Bin, [low, high]: [i32; 2]) -> impl Iterator<Item = Bin> {
     let around = [-1, 0, 1];
     let turned = move |by: i32| match bin.turn + by {
@@ -76,7 +76,7 @@ fn neighbours(bin: Bin, [low, high]: [i32; 2]) -> impl Iterator<Item = Bin> {
     })
 }
 
-/// Mean and covariance; `None` without weight. The mean of headings is taken about the heaviest
+/// Mean and covariance; `None` if the weight is zero. The mean heading is taken about the heaviest
 /// particle.
 pub(super) fn moments(particles: &[Particle]) -> Option<Hypothesis> {
     let heaviest = particles

@@ -1,18 +1,18 @@
 //! In: odometry, scans and the walls of a prior map. Out: where in it the robot may be, as weighted
 //! hypotheses, and whether one of them is to be believed.
 //!
-//! 1. **Predict**: each particle moves by the odometry, drawn from its covariance. What it says of
-//!    the way between two scans is corrected by matching them: wheels slip, and logs lag.
-//! 2. **Weigh**: by the distances of what was hit from the nearest wall (likelihood field).
-//! 3. **Search**, while the robot is not found: all places of the map are sought where what was
-//!    seen on the last metres fits ([`modes`](crate::registration::modes)), and some particles are
-//!    drawn there. Drawn anywhere, as in augmented Monte Carlo localisation, hardly one in a
-//!    million would be near enough in a large building.
-//! 4. **Resample** where few particles have most of the weight; as many as their spread asks for
+//! 1. **Predict**: each particle moves by the odometry, sampled from its covariance. The motion
+//!    between two scans is corrected by matching them: wheels slip, and logs lag.
+//! 2. **Weigh**: by the distances of the hits from the nearest wall (likelihood field).
+//! 3. **Search**, while the robot is not found: the whole map is searched for places that fit what
+//!    was seen over the last metres ([`modes`](crate::registration::modes)), and some particles are
+//!    drawn there. Drawn at random places, as in augmented Monte Carlo localisation, hardly one in
+//!    a million would be near enough in a large building.
+//! 4. **Resample** if few particles have most of the weight; their number follows from their spread
 //!    ([`KldConfig`]).
-//! 5. **Judge**: particles that hang together are a hypothesis. It is believed where it has nearly
-//!    all weight, beams agree with the map there, and nowhere else nearly as well; it is doubted
-//!    where they no longer do, or do better elsewhere.
+//! 5. **Judge**: neighbouring particles form a hypothesis. It is believed if it has nearly all
+//!    weight, beams agree with the map there, and nowhere else nearly as well; it is doubted if
+//!    they no longer agree, or agree better elsewhere.
 //!
 //! Source: Thrun, Burgard & Fox (2005), "Probabilistic Robotics", tables 6.3 and 8.3; Fox (2003),
 //! "Adapting the sample size in particle filters through KLD-sampling"; step 3 is sensor resetting
@@ -45,24 +45,24 @@ use crate::geom::{Length, Pose2, PoseEstimate, Segment, pose_cov, symmetrize, wr
 use crate::points::Points;
 use crate::robot::Odometry;
 
-/// A pose that the robot may have, with its part of the weight of all.
+/// A pose that the robot may have, with its share of the total weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
     /// The pose, map frame.
     pub pose: Pose2,
-    /// Its weight; all sum up to 1.
+    /// Its weight; all weights sum to 1.
     pub weight: f64,
 }
 
 /// Whether the estimate of a localisation is to be believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Localisation {
-    /// One hypothesis has nearly all weight, the map agrees with what is seen, and no other place
-    /// does nearly as well.
+    /// One hypothesis has nearly all weight, what is seen agrees with the map there, and at no
+    /// other place nearly as well.
     Localised,
     /// What is seen fits the map, but in several places, or not for long enough to tell.
     Ambiguous,
-    /// What is seen fits nowhere in the map, as far as is known by now.
+    /// What is seen fits nowhere in the map, as far as is known so far.
     #[default]
     Lost,
 }
@@ -79,16 +79,16 @@ impl Localisation {
     }
 }
 
-/// How well the pose is known, with the figures that this was judged by.
+/// How well the pose is known, with the figures behind this judgement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseQuality {
     /// The judgement.
     pub localisation: Localisation,
     /// How well what is seen now agrees with the map at the first hypothesis, 0 to 1.
     pub agreement: f64,
-    /// The same of the last metres, when places were last searched for.
+    /// The same for the last metres, at the last search for places.
     pub recent_agreement: f64,
-    /// The best agreement of the last metres apart from it, then.
+    /// The best agreement of the last metres at any other place, at that search.
     pub rival_agreement: f64,
 }
 
@@ -102,25 +102,25 @@ pub struct MonteCarlo {
     hypotheses: Vec<Hypothesis>,
     quality: PoseQuality,
     recent: Recent,
-    /// Since the particles were moved: by matching up to the last scan, by odometry from there.
+    /// Motion since the particles were moved: by matching up to the last scan, then by odometry.
     moved: PoseEstimate,
     /// [`Recent::matched`] when they were moved.
     moved_at: Pose2,
-    /// Agreement of now and of before; none before the first scan.
+    /// Short-term and long-term mean agreement; none before the first scan.
     agreements: Option<[f64; 2]>,
-    /// While the robot is not found: where it was last believed to be, and odometry since.
+    /// While the robot is not found: where it was last believed to be, plus odometry since then.
     reckoned: Pose2,
     is_found: bool,
-    /// Times in a row that a hypothesis passed, and that another place did better.
+    /// How often in a row a hypothesis passed, and how often another place did better.
     passed: u32,
     outdone: u32,
-    /// Way since places were searched for, m.
+    /// Distance since the last search for places, m.
     unsearched: f64,
 }
 
 impl MonteCarlo {
-    /// In a map of walls, whose places are known to `map_sigma`, m. The robot begins at `start`, or
-    /// anywhere.
+    /// In a map of walls whose positions have standard deviation `map_sigma`, m. The robot starts
+    /// at `start`, or anywhere.
     ///
     /// # Errors   [`EkfError::PriorMap`] where the walls are longer or lie farther off than can be
     /// held, or there are none.
@@ -170,14 +170,14 @@ impl MonteCarlo {
         Ok(localiser)
     }
 
-    /// From here on the robot may be anywhere.
+    /// Forgets the pose: the robot may be anywhere.
     pub fn forget(&mut self) {
         self.lose();
         self.particles.clear();
         self.hypotheses.clear();
     }
 
-    /// Step 1, put off until there is a scan: takes the motion since the last call.
+    /// Step 1, postponed until there is a scan: takes the motion since the last call.
     pub fn predict(&mut self, odometry: &Odometry) {
         self.recent.predict(odometry);
         self.unsearched += odometry.motion.position().coords.length();
@@ -185,7 +185,7 @@ impl MonteCarlo {
         self.reckoned = self.reckoned * odometry.motion;
     }
 
-    /// Steps 2 to 5: takes a scan, in the robot frame of now.
+    /// Steps 2 to 5: takes a scan, in the current robot frame.
     pub fn update(&mut self, points: &Points) {
         let rays = rays(points, self.config.most_beams);
         if rays.len() < self.config.fewest_beams {
@@ -212,9 +212,10 @@ impl MonteCarlo {
         self.resample();
     }
 
-    /// Where the robot is now: the first hypothesis. While it is not found, odometry alone from
-    /// where it was last believed to be, or from the origin: that does not leap from hypothesis to
-    /// hypothesis, so that it can be driven by. Its covariance then has all of them in it.
+    /// Where the robot is now: the first hypothesis. While the robot is not found, it is odometry
+    /// alone from where it was last believed to be, or from the origin: this does not jump from
+    /// hypothesis to hypothesis, so it can be used for driving. Its covariance then covers all of
+    /// them.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let mut now = match self.hypotheses.first() {
@@ -240,7 +241,7 @@ impl MonteCarlo {
         }
     }
 
-    /// Where the robot may be now, the heaviest first.
+    /// Where the robot may be now, the heaviest hypothesis first.
     pub fn hypotheses(&self) -> impl Iterator<Item = Hypothesis> + '_ {
         self.hypotheses.iter().map(|hypothesis| Hypothesis {
             estimate: self.after(&hypothesis.estimate),
@@ -248,7 +249,7 @@ impl MonteCarlo {
         })
     }
 
-    /// The particles, where they were when a scan was last taken in.
+    /// The particles, where they were when a scan was last processed.
     #[must_use]
     pub fn particles(&self) -> &[Particle] {
         &self.particles
@@ -260,7 +261,7 @@ impl MonteCarlo {
         self.quality
     }
 
-    /// A pose of when the particles were moved, now.
+    /// A pose from when the particles were moved, carried forward to now.
     fn after(&self, then: &PoseEstimate) -> PoseEstimate {
         let moved = Odometry {
             motion: self.moved.pose,
@@ -276,8 +277,8 @@ impl MonteCarlo {
         moved.position().coords.length() >= way || moved.heading().abs() >= turn
     }
 
-    /// What is seen from where the robot is believed to be: does it still stand in the map? A robot
-    /// that was carried off may stand, so that every scan is asked.
+    /// Whether what is seen from the believed pose still agrees with the map. Every scan is
+    /// checked, because a robot may be carried off while it stands.
     fn is_still_there(&mut self, rays: &[Ray]) -> bool {
         let Some(first) = self.hypotheses.first() else {
             return true;
@@ -311,7 +312,7 @@ impl MonteCarlo {
         self.recent.forget();
     }
 
-    /// Step 1. The odometry's noise is what it says, and what is added for what it does not say.
+    /// Step 1. To the noise that the odometry reports, the noise that it does not report is added.
     fn move_particles(&mut self) {
         let [way, turn, bend] = self.config.odometry_noise;
         let moved = self.moved.pose;
@@ -332,7 +333,7 @@ impl MonteCarlo {
         let log =
             |p: &Particle| libm::log(p.weight) + power * self.map.log_likelihood(&p.pose, rays);
         let logs: Vec<f64> = self.particles.iter().map(log).collect();
-        // The largest becomes 1: of numbers like e^-1000 nothing is left.
+        // Scale the largest to 1: numbers like e^-1000 would vanish.
         let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = logs.iter().map(|log| libm::exp(log - most)).collect();
         let sum: f64 = weights.iter().sum();
@@ -341,7 +342,7 @@ impl MonteCarlo {
         }
     }
 
-    /// Step 3. One that was found and is only compared draws none.
+    /// Step 3. If the robot is found, places are only compared, and no particles are drawn.
     fn search(&mut self) -> Places {
         self.unsearched = 0.0;
         let recent: Vec<Ray> = self.recent.rays().collect();
@@ -398,7 +399,7 @@ impl MonteCarlo {
         self.hypotheses = hypotheses(&self.particles, &self.config.kld);
     }
 
-    /// Step 5: the first hypothesis, and all other places.
+    /// Step 5: compares the first hypothesis with all other places.
     fn judge(&mut self, places: &Places) {
         let Some(first) = self.hypotheses.first() else {
             return;
@@ -415,7 +416,7 @@ impl MonteCarlo {
         let here = self.map.agreement(&first.estimate.pose, self.recent.rays());
         let own = here.max(most(|place| place.agreement, &near));
         let rival = most(|place| place.agreement, &apart);
-        // A search that was cut off has found nothing better elsewhere; there may be.
+        // A search that was cut off has found nothing better elsewhere, but there may be something.
         let score = most(|place| place.score, &near);
         let judgement = &self.config.judgement;
         let is_searched = score >= places.left + judgement.margin;

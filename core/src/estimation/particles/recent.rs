@@ -1,11 +1,11 @@
-//! What was seen on the last metres, as one picture.
+//! What was seen over the last metres, as one picture.
 //!
-//! In: scans, and the motion between them by odometry. Out: their beams in the frame of the robot
-//! now. One look into a corridor fits many places; what was seen on the way there fits few.
+//! In: scans, and the motion between them by odometry. Out: their beams in the current robot frame.
+//! A single view of a corridor fits many places; what was seen on the way there fits few.
 //!
-//! The scans are joined by matching each to those before ([`locate`], as scan matching does), for
-//! odometry alone bends a picture of some metres until it fits nowhere. Where a scan does not fit
-//! after the motion that odometry counts, it is matched from two others: the robot stood, or went
+//! The scans are joined by matching each to the previous ones ([`locate`], as in scan matching),
+//! because odometry alone bends a picture of some metres until it fits nowhere. If a scan does not
+//! fit after the motion that odometry reports, two others are tried: the robot stood still, or went
 //! on as before.
 
 use std::collections::VecDeque;
@@ -52,7 +52,7 @@ config! {
     }
 }
 
-/// Where a beam began and where it hit.
+/// The start and the hit of a beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ray {
     pub(super) from: Point2<f64>,
@@ -68,7 +68,7 @@ impl Ray {
     }
 }
 
-/// Some beams that hit something, evenly chosen, robot frame.
+/// Some beams with hits, evenly selected, robot frame.
 pub(super) fn rays(points: &Points, most: usize) -> Vec<Ray> {
     let hits = points.beams.iter().filter(|beam| beam.is_hit);
     let every = hits.clone().count().div_ceil(most.max(1)).max(1);
@@ -84,18 +84,18 @@ pub(super) fn rays(points: &Points, most: usize) -> Vec<Ray> {
 pub(super) struct Recent {
     config: RecentConfig,
     scans: VecDeque<Kept>,
-    /// Surfaces of the scans, in a frame that is left for a new one now and then.
+    /// Surfaces of the scans, in a local frame that is replaced from time to time.
     surfels: SurfelMap,
-    /// Scans in `surfels` that are kept no longer.
+    /// Scans in `surfels` that are no longer kept.
     outdated: usize,
-    /// The pose among the surfels when the last scan came, and odometry since.
+    /// The pose in that frame at the last scan, and odometry since then.
     local_from_robot: Pose2,
     moved: PoseEstimate,
-    /// From the scan before to the last, by matching.
+    /// The motion between the last two scans, by matching.
     last_motion: Pose2,
-    /// The pose at the last scan by matching alone, from where the first one was taken.
+    /// The pose at the last scan by matching alone, relative to the first one.
     matched: Pose2,
-    /// Travelled, m, and turned, rad, to whichever side.
+    /// Distance travelled, m, and rotation in either direction, rad, accumulated.
     gone: [f64; 2],
 }
 
@@ -138,7 +138,7 @@ impl Recent {
         self.gone[1] += odometry.motion.heading().abs();
     }
 
-    /// Takes a scan; tells whether it is kept, being far enough from the last.
+    /// Takes a scan; returns whether it is kept, because it is far enough from the last.
     pub(super) fn push(&mut self, points: &Points) -> bool {
         let surfaces = oriented_points(points);
         let before = self.local_from_robot;
@@ -162,7 +162,7 @@ impl Recent {
         is_due
     }
 
-    /// Where the robot is among the surfels.
+    /// Localises the robot among the surfels.
     fn place(&mut self, surfaces: &[OrientedPoint]) {
         let moved = std::mem::replace(&mut self.moved, PoseEstimate::exact(Pose2::identity()));
         let before = self.local_from_robot;
@@ -191,8 +191,8 @@ impl Recent {
         self.last_motion = before.delta_to(&self.local_from_robot);
     }
 
-    /// Where surfaces match best near `pose`, whose covariance is `cov` in its own frame; `None` of
-    /// too few.
+    /// Where surfaces match best near `pose`, whose covariance is `cov` in its own frame; `None` if
+    /// there are too few.
     fn located(
         &self,
         surfaces: &[OrientedPoint],
@@ -222,7 +222,7 @@ impl Recent {
         }
     }
 
-    /// Begins at the robot, with the scans that are kept.
+    /// Starts a new local frame at the robot, with the scans that are kept.
     fn begin_new_frame(&mut self) {
         let to = self.local_from_robot.inverse();
         self.local_from_robot = Pose2::identity();
@@ -234,19 +234,19 @@ impl Recent {
         }
     }
 
-    /// Where the robot was at the last scan, from where it began: odometry, corrected by matching
-    /// each scan to those before. It drifts too, but does not slip.
+    /// The pose at the last scan, relative to the start: odometry, corrected by matching each scan
+    /// to the previous ones. It drifts too, but does not slip.
     pub(super) fn matched(&self) -> Pose2 {
         self.matched
     }
 
-    /// What was seen before says nothing of where the robot is now.
+    /// Forgets earlier scans, because they say nothing about where the robot is now.
     pub(super) fn forget(&mut self) {
         self.scans.clear();
         self.begin_new_frame();
     }
 
-    /// Way that the scans span, m.
+    /// The distance that the scans span, m.
     pub(super) fn way(&self) -> f64 {
         let first = self.scans.front();
         first.map_or(0.0, |first| self.gone[0] - first.gone[0])
@@ -316,7 +316,8 @@ mod tests {
         assert_eq!((recent.rays().count(), recent.way()), (0, 0.0));
     }
 
-    /// For five scans odometry says that the robot stands, then all of the way at once.
+    /// For five scans odometry says that the robot stands, then it reports the whole motion at
+    /// once.
     #[test]
     fn odometry_that_comes_late_is_not_counted_twice() {
         let mut recent = Recent::new(RecentConfig::default());
@@ -349,7 +350,7 @@ mod tests {
             recent.push(&seen_from(&Pose2::identity()));
         }
         assert_eq!(recent.scans.len(), 1);
-        // To and fro over a metre.
+        // Back and forth over a metre.
         let way = |i: i32| 0.1 * f64::from(10 - (i % 20 - 10).abs());
         for i in 0..200 {
             let by = way(i + 1) - way(i);

@@ -1,10 +1,10 @@
 //! Drawing particles: how many, which, and where a motion takes them.
 //!
 //! 1. **How many** (Fox 2003, "Adapting the sample size in particle filters through KLD-sampling",
-//!    eq. (7)): so many that the distance (Kullback-Leibler) of the drawn distribution from the one
-//!    that is drawn from is below ε with probability 1 - δ, where k is the number of bins that the
+//!    eq. (7)): enough that the Kullback-Leibler distance between the sampled and the true
+//!    distribution is below ε with probability 1 - δ, where k is the number of bins that the
 //!    particles fall into.
-//! 2. **Which**: each with the probability of its weight.
+//! 2. **Which**: each with a probability equal to its weight.
 //! 3. **Where to**: the odometry's motion, drawn from its covariance.
 
 use std::collections::BTreeSet;
@@ -36,7 +36,7 @@ config! {
 }
 
 impl KldConfig {
-    /// n for `bins` bins with a particle in them, by the Wilson-Hilferty transformation of the χ²
+    /// n if `bins` bins contain a particle, by the Wilson-Hilferty transformation of the χ²
     /// quantile; 1 for one bin, where there is nothing to approximate.
     #[must_use]
     pub fn count(&self, bins: usize) -> usize {
@@ -73,7 +73,7 @@ pub struct Bin {
 }
 
 /// Draws particles of equal weight: with probability `fresh_part` by `fresh`, else one of
-/// `particles` by its weight; as many as the bins that they fall into ask for.
+/// `particles` by its weight; as many as required for the bins that they fall into.
 ///
 /// Source: Fox (2003), table 2 without its prediction; Thrun, Burgard & Fox (2005), "Probabilistic
 /// Robotics", table 8.3, line 14, for the fresh ones.
@@ -109,7 +109,7 @@ pub(super) fn draw<R: Rng>(
     particles.collect()
 }
 
-/// Poses around one that is uncertain.
+/// A Gaussian distribution of poses.
 #[derive(Clone, Debug)]
 pub(in crate::estimation) struct Gaussian {
     mean: Pose2,
@@ -118,10 +118,10 @@ pub(in crate::estimation) struct Gaussian {
 }
 
 impl Gaussian {
-    /// `cov` of (x, y, θ), in the frame of the pose's coordinates; what is not positive about it
-    /// counts as nothing.
+    /// `cov` of (x, y, θ), in the frame of the pose's coordinates; negative eigenvalues count as
+    /// zero.
     pub(in crate::estimation) fn new(mean: Pose2, cov: &Matrix3<f64>) -> Self {
-        // A direction that is known exactly has no Cholesky factor.
+        // A covariance with an exactly known direction has no Cholesky factor.
         let eigen = cov.symmetric_eigen();
         let sigmas = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
         Self {
@@ -239,7 +239,7 @@ mod tests {
         assert!((sum / count).amax() < 5.0 * 0.2 / count.sqrt());
         // The relative standard error of a variance is √(2/n).
         assert!((squares / count - cov).amax() < 5.0 * 0.04 * (2.0 / count).sqrt());
-        // Known exactly: no noise, and no trouble.
+        // Known exactly: no noise, and no failure.
         let exact = Gaussian::new(Pose2::identity(), &Matrix3::zeros());
         assert_eq!(exact.draw(&mut rng), Pose2::identity());
     }

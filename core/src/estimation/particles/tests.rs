@@ -1,5 +1,5 @@
-//! Particles against brute force, and what they say of themselves in rooms of which the truth is
-//! known: one that there is once, and one that looks the same from both ends.
+//! Particles compared with brute force, and their self-assessment in rooms whose truth is known:
+//! one that is unique, and one that looks the same from both ends.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -25,7 +25,7 @@ fn uneven() -> Vec<Segment> {
     walls
 }
 
-/// A hall that is the same after half a turn about its middle.
+/// A hall that is the same after half a turn about its centre.
 fn even() -> Vec<Segment> {
     let mut walls = ring(&[[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]]);
     walls.extend(ring(&[[1.0, 0.6], [1.8, 0.6], [1.8, 1.2], [1.0, 1.2]]));
@@ -47,7 +47,7 @@ fn moved(motion: Pose2) -> Odometry {
     }
 }
 
-/// Drives round and round for so many steps of 0.1 m; gives the truth at the end.
+/// Drives round and round for this many steps of 0.1 m; returns the truth at the end.
 fn drive(
     localiser: &mut MonteCarlo,
     walls: &[Segment],
@@ -83,7 +83,7 @@ fn particles_have_the_mean_and_covariance_of_the_posterior_by_brute_force() {
         pose: Pose2::new(3.08, 1.42, 0.46),
         cov: pose_cov(0.2, 0.1),
     };
-    // A weak likelihood, so that there is a posterior to compare; no noise but the odometry's own,
+    // A weak likelihood, so there is a posterior to compare; no noise except the odometry's own,
     // and many particles.
     let mut config = MonteCarloConfig {
         sigma: 0.2,
@@ -116,7 +116,7 @@ fn particles_have_the_mean_and_covariance_of_the_posterior_by_brute_force() {
     }
     let (drawn, exact) = (particles.estimate(), histogram.estimate());
     let [way, turn] = off(&drawn, &exact.pose);
-    // A tenth of the posterior's standard deviations, which the cells allow.
+    // A tenth of the posterior's standard deviations, as good as the cells allow.
     let sigma = |axis: usize| exact.cov[(axis, axis)].sqrt();
     assert!(
         way < 0.15 * sigma(0).max(sigma(1)),
@@ -182,7 +182,7 @@ fn in_a_hall_that_looks_the_same_from_both_ends_nobody_is_sure_and_both_ends_are
         },
     );
     assert!(named > 30, "both were named {named} times of 60; {truth:?}");
-    // What is not known, the covariance says: half of the hall's length at the least.
+    // The covariance covers what is not known: at least half of the hall's length.
     assert!(localiser.estimate().cov[(0, 0)].sqrt() > 0.5);
 }
 
@@ -247,7 +247,7 @@ fn a_histogram_finds_its_robot_from_anywhere() {
     }
     let [way, turn] = off(&histogram.estimate(), &truth);
     assert!(way < 0.1 && turn < 0.06, "{way} m, {turn} rad");
-    // It says so: a cell may hold all the mass, and the robot be anywhere in it.
+    // Its covariance says so: one cell may hold all the mass, and the robot may be anywhere in it.
     let PoseEstimate { pose, cov } = histogram.estimate();
     let error = pose.minus(&truth);
     let nees = error.dot(&(cov.try_inverse().unwrap() * error));
@@ -270,9 +270,9 @@ fn a_histogram_finds_its_robot_from_anywhere() {
     );
 }
 
-/// Bayes' rule by brute force: the robot turns on the spot by whole cells and without noise, so
-/// that a cell's probability is that of all it should have seen on the way to it. Distances are
-/// those of the segments themselves.
+/// Bayes' rule by brute force: the robot turns on the spot by whole cells and without noise, so a
+/// cell's probability is the product over everything it should have seen on the way to it.
+/// Distances are those of the segments themselves.
 #[test]
 fn a_histogram_has_the_posterior_of_a_bayes_filter_by_brute_force() {
     let walls = uneven();
@@ -328,7 +328,8 @@ fn a_histogram_has_the_posterior_of_a_bayes_filter_by_brute_force() {
         .iter()
         .map(|(cell, p)| (cell.weight - p / sum).abs())
         .sum();
-    // The distance of the two distributions, at most 2: what distances in cells of 5 cm leave.
+    // The distance of the two distributions, at most 2: the remainder is due to distances in cells
+    // of 5 cm.
     assert!(off < 0.05, "{off}");
     let uniform = 1.0 / posterior.len() as f64;
     let said: f64 = posterior

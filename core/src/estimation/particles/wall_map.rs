@@ -1,5 +1,5 @@
-//! The walls of a prior map, ready for particles: how far to them, and where all that was seen
-//! fits.
+//! The walls of a prior map, prepared for particles: the distance to them, and all places where
+//! recent beams fit.
 
 use nalgebra::Point2;
 
@@ -11,17 +11,17 @@ use crate::geom::{Pose2, Segment};
 use crate::map::{LikelihoodPyramid, WallDistance};
 use crate::registration::{Candidate, SearchWindow, modes, search};
 
-/// Cells of the distance, m.
+/// Cell size of the distance field, m.
 const CELL: f64 = 0.05;
-/// Cells in which the whole map is searched, and in which what was found is made finer, m.
+/// Cell sizes for searching the whole map, and for refining what was found, m.
 const CELLS: [f64; 2] = [0.2, 0.1];
-/// Levels of the one, and of the other.
+/// Pyramid levels for these two.
 const LEVELS: [usize; 2] = [6, 1];
-/// Times that cells are doubled where a map spans more.
+/// How often the cell size may be doubled if a map is too large.
 const DOUBLINGS: u32 = 4;
-/// Points that the whole map is searched with.
+/// Number of points with which the whole map is searched.
 const SEARCHED_POINTS: usize = 100;
-/// How far a pose found in the first cells may be off, m and rad.
+/// How far a pose found with the coarse cells may be off, m and rad.
 const FINER: SearchWindow = SearchWindow {
     shift: 0.2,
     turn: 0.03,
@@ -32,22 +32,22 @@ const FINER: SearchWindow = SearchWindow {
 pub(super) struct WallMap {
     distance: WallDistance,
     pyramids: Option<[LikelihoodPyramid; 2]>,
-    /// By steps of the distance: exp(-d²/2σ²), and the logarithm of what a beam says.
+    /// By steps of the distance: exp(-d²/2σ²), and the log-likelihood of a beam.
     likelihood: Vec<f64>,
     logarithm: Vec<f64>,
 }
 
-/// A place where what was seen fits.
+/// A place that fits what was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     pub(super) pose: Pose2,
-    /// Of the beams of the last metres with the map ([`WallMap::agreement`]).
+    /// Agreement of the beams of the last metres with the map ([`WallMap::agreement`]).
     pub(super) agreement: f64,
-    /// Of the search in coarse cells, which any beam passes that is near a wall.
+    /// Score of the search in coarse cells, to which any beam near a wall contributes.
     pub(super) score: f64,
 }
 
-/// Where what was seen fits.
+/// All places that fit what was seen.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Places {
     /// The places that were found.
@@ -94,12 +94,12 @@ impl WallMap {
         }))
     }
 
-    /// The rectangle around the walls.
+    /// The bounding rectangle of the walls.
     pub(super) fn extent(&self) -> (Point2<f64>, Point2<f64>) {
         self.distance.extent()
     }
 
-    /// Mean logarithm of what beams say of a pose: log(z exp(-d²/2σ²) + 1 - z).
+    /// Mean log-likelihood of the beams at a pose: log(z exp(-d²/2σ²) + 1 - z).
     ///
     /// Source: Thrun, Burgard & Fox (2005), table 6.3 (likelihood field).
     pub(super) fn log_likelihood(&self, pose: &Pose2, rays: &[Ray]) -> f64 {
@@ -118,7 +118,7 @@ impl WallMap {
             count += 1.0;
             let (from, to) = (*pose * ray.from, *pose * ray.to);
             let likelihood = self.likelihood[usize::from(self.distance.step_at(to))];
-            // A beam that fits nowhere needs no second look.
+            // A beam that does not fit needs no further check.
             if likelihood > 0.01 && !self.distance.is_between(from, to) {
                 sum += likelihood;
             }
@@ -126,7 +126,7 @@ impl WallMap {
         sum / f64::max(count, 1.0)
     }
 
-    /// All places of the map where the beams fit.
+    /// All places of the map that the beams fit.
     pub(super) fn places(&self, rays: &[Ray], config: &MonteCarloConfig) -> Places {
         let Some([coarse, fine]) = &self.pyramids else {
             return Places {

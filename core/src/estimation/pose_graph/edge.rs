@@ -1,4 +1,4 @@
-//! One measured motion: its error, and what that depends on.
+//! One measured motion: its error, and the derivatives of the error.
 //!
 //! In: the poses at both ends. Out: the error (x, y, θ) with its Jacobians.
 
@@ -17,8 +17,8 @@ pub struct Edge {
     pub motion: Pose2,
     /// Inverse of the covariance of the error, in the frame of the measured `to`.
     pub information: Matrix3<f64>,
-    /// Scale of the Cauchy kernel by which large errors are doubted, in units of χ, the normalised
-    /// error; `None` believes all errors.
+    /// Scale of the Cauchy kernel that reduces the weight of large errors, in units of χ, the
+    /// normalised error; `None` gives all errors full weight.
     pub cauchy: Option<f64>,
 }
 
@@ -28,9 +28,9 @@ impl Edge {
         Vector3::new(off.x(), off.y(), off.heading())
     }
 
-    /// Derivatives of the error by (x, y, θ) of the start and of the end.
+    /// Derivatives of the error with respect to (x, y, θ) of the start and of the end.
     pub(super) fn jacobians(&self, from: &Pose2, to: &Pose2) -> (Matrix3<f64>, Matrix3<f64>) {
-        // Rzᵀ Rᵢᵀ is a turn by minus both headings.
+        // Rzᵀ Rᵢᵀ is a rotation by minus both headings.
         let (cos, sin) = (*from * self.motion).cos_sin();
         let (dx, dy) = (to.x() - from.x(), to.y() - from.y());
         let by_to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -41,8 +41,8 @@ impl Edge {
     }
 }
 
-/// The information of an error in the frame of the measured `to`, from one of (x, y, θ) of the
-/// motion itself.
+/// Converts the information of an error of (x, y, θ) of the motion itself to that of an error in
+/// the frame of the measured `to`.
 #[must_use]
 pub fn information_at_end(motion: &Pose2, information: &Matrix3<f64>) -> Matrix3<f64> {
     let turn = motion.rotation();

@@ -1,15 +1,15 @@
-//! The normal equations of a graph: in them a step of the optimisation is linear.
+//! The normal equations of a graph, whose solution is one step of the optimisation.
 //!
 //! In: poses and edges. Out: cost, gradient and the matrix H = Σ Jᵀ Ω J.
 //!
-//! With R the turn by the heading of the start and of the measured motion, d = x_j - x_i and
+//! With R the rotation by the heading of the start and of the measured motion, d = x_j - x_i and
 //!
 //! ```text
 //! W = Rᵀ Ω R    C = 1 + d⊥ e₃ᵀ    H_jj = W    H_ij = -Cᵀ W    H_ii = Cᵀ W C
 //! ```
 //!
 //! the Jacobians of [`Edge`] need not be multiplied out. Headings are kept as numbers beside their
-//! sine and cosine, which then are all the transcendental functions that a step costs.
+//! sine and cosine, so these are the only transcendental functions in a step.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -28,27 +28,27 @@ pub(super) struct State {
     cos: f64,
 }
 
-/// What of an edge does not change from step to step and is not in it.
+/// What stays constant of an edge from step to step and is not stored in it.
 #[derive(Clone, Copy, Debug)]
 struct Fixed {
-    /// Of the measured motion, rad.
+    /// Heading of the measured motion, rad.
     heading: f64,
-    /// Of the blocks at the start, at the end, and of both; none where the end is fixed.
+    /// Slots of the blocks at the start, at the end, and of both; none if the end is fixed.
     slots: [Option<Slot>; 3],
 }
 
-/// The edges of a graph, ready to be evaluated often.
+/// The edges of a graph, prepared for repeated evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Terms<'a> {
     edges: &'a [Edge],
-    /// As the edges.
+    /// In the order of the edges.
     fixed: Vec<Fixed>,
 }
 
 /// The right side of H x = gradient.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Gradient {
-    /// Half of the cost's, by each pose but the first.
+    /// Half of the gradient of the cost, for each pose but the first.
     pub(super) by_pose: Vec<Vector3<f64>>,
     /// Σ ρ(χ²).
     pub(super) cost: f64,
@@ -68,7 +68,7 @@ impl From<&Pose2> for State {
 }
 
 impl State {
-    /// With (x, y, θ) taken off.
+    /// The state minus a step (x, y, θ).
     pub(super) fn minus(&self, step: &Vector3<f64>) -> Self {
         let heading = self.heading - step.z;
         let (sin, cos) = sin_cos(heading);
@@ -86,16 +86,16 @@ impl State {
     }
 }
 
-/// The error of a term, and the turn of its Jacobians.
+/// The error of a term, and the rotation of its Jacobians.
 struct Evaluated {
     error: Vector3<f64>,
-    /// Sine and cosine of the heading that was expected at the end.
+    /// Sine and cosine of the heading expected at the end.
     sin: f64,
     cos: f64,
     shift: [f64; 2],
 }
 
-/// `heading`: of the measured motion `z`.
+/// `heading` is that of the measured motion `z`.
 #[inline(always)]
 fn evaluate(z: &Pose2, heading: f64, from: &State, to: &State) -> Evaluated {
     let (cos, sin) = z.cos_sin();
@@ -142,7 +142,7 @@ impl<'a> Terms<'a> {
         self.edges.iter().zip(&self.fixed).filter_map(cost).sum()
     }
 
-    /// The gradient at these poses, and H, which is added to `matrix` where one is wanted.
+    /// The gradient at these poses, and H, which is added to `matrix` if there is one.
     pub(super) fn linearise(
         &self,
         states: &[State],
@@ -203,10 +203,10 @@ impl<'a> Terms<'a> {
     }
 }
 
-/// What an edge adds to H.
+/// The contribution of an edge to H.
 struct ByEdge {
     turn: Matrix3<f64>,
-    /// Weighed by its kernel.
+    /// Weighted by its kernel.
     information: Matrix3<f64>,
     shift: [f64; 2],
 }

@@ -1,10 +1,10 @@
-//! How well poses are known, and the motions between them.
+//! Covariances of poses, and of the motions between them.
 //!
 //! In: a graph. Out: covariances, from one factor of its normal equations.
 //!
-//! The motion from a to b is that of an edge without a measured motion: its covariance is
-//! [Jₐ J_b] Σ [Jₐ J_b]ᵀ, with Σ the joint covariance of both. From one pose to all others Σ takes
-//! three solutions, which give a column of the inverse, and the inverse's diagonal blocks.
+//! The motion from a to b is treated like an edge without a measurement: its covariance is [Jₐ J_b]
+//! Σ [Jₐ J_b]ᵀ, with Σ the joint covariance of both. From one pose to all others, Σ needs three
+//! solutions, which give a column of the inverse, and the inverse's diagonal blocks.
 
 use std::sync::{Arc, OnceLock};
 
@@ -15,13 +15,13 @@ use super::{Edge, PoseGraph};
 use crate::estimation::block_cholesky::{BlockFactor, BlockPattern};
 use crate::geom::{Pose2, symmetrize};
 
-/// Covariances of the poses of a graph as it was when they were asked for; the first pose is exact.
+/// Covariances of the poses of a graph as it was at the time of the query; the first pose is exact.
 #[derive(Clone, Debug)]
 pub struct Marginals {
     pattern: Arc<BlockPattern>,
     factor: BlockFactor,
     poses: Vec<Pose2>,
-    /// Of each pose but the first, once all are wanted.
+    /// For each pose but the first, once all are needed.
     own: OnceLock<Vec<Matrix3<f64>>>,
 }
 
@@ -41,7 +41,7 @@ impl Marginals {
         })
     }
 
-    /// Covariance of (x, y, θ) of a pose, in the frame of the graph; `None` where there is no such
+    /// Covariance of (x, y, θ) of a pose, in the frame of the graph; `None` if there is no such
     /// pose.
     ///
     /// # Units    m², m·rad, rad².
@@ -61,11 +61,11 @@ impl Marginals {
         Some(cov)
     }
 
-    /// Covariance of (x, y, θ) of the motion `from_from_to`, in the frame of `from`; `None` where
-    /// one of them does not exist.
+    /// Covariance of (x, y, θ) of the motion `from_from_to`, in the frame of `from`; `None` if one
+    /// of them does not exist.
     ///
     /// [`information_at_end`](super::information_at_end) of its inverse is the information of an
-    /// [`Edge`] that says the same.
+    /// equivalent [`Edge`].
     ///
     /// # Units    m², m·rad, rad².
     #[must_use]
@@ -76,7 +76,7 @@ impl Marginals {
         }
         let (by_from, by_to) = unmeasured(from, to).jacobians(at_from, at_to);
         let ends = [(from.checked_sub(1), by_from), (to.checked_sub(1), by_to)];
-        // Σ Jᵀ takes three solutions, where the blocks of Σ would take nine.
+        // Σ Jᵀ needs three solutions; the blocks of Σ would need nine.
         let columns = self.columns(&ends);
         let by_end = ends.map(|(block, by)| {
             block.map_or_else(Matrix3::zeros, |block| by * row(&columns, block))
@@ -86,8 +86,8 @@ impl Marginals {
         Some(cov)
     }
 
-    /// [`Self::relative_cov`] from one pose to each, itself included; empty where there is no such
-    /// pose. For all it costs little more than for two.
+    /// [`Self::relative_cov`] from one pose to each, itself included; empty if there is no such
+    /// pose. All of them cost little more than two.
     #[must_use]
     pub fn relative_covs(&self, from: usize) -> Vec<Matrix3<f64>> {
         let invert = || self.pattern.inverse_diagonal(&self.factor);
@@ -126,8 +126,8 @@ impl Marginals {
         cov
     }
 
-    /// Σ Jᵀ, a column for each row of J, which is zero but for these blocks; the first pose, which
-    /// is held, has none.
+    /// Σ Jᵀ, a column for each row of J, which is zero except for these blocks; the first pose is
+    /// fixed and has none.
     fn columns(&self, blocks: &[(Option<usize>, Matrix3<f64>)]) -> [Vec<Vector3<f64>>; 3] {
         [0, 1, 2].map(|axis| {
             let mut column = vec![Vector3::zeros(); self.pattern.size()];
@@ -142,7 +142,7 @@ impl Marginals {
     }
 }
 
-/// An edge of which only the ends matter.
+/// An edge of which only the two ends matter.
 fn unmeasured(from: usize, to: usize) -> Edge {
     Edge {
         from,

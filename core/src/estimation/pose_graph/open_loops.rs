@@ -1,9 +1,10 @@
-//! Places next to each other that a graph joins only by a long way round.
+//! Neighbouring places that a graph connects only by a long detour.
 //!
-//! In: a graph. Out: its open loops. Who comes back to where it was sees that in its map, but until
-//! a closure is found the errors of the whole way round lie in the gap between the two.
+//! In: a graph. Out: its open loops. A robot that comes back to where it was sees that in its map,
+//! but until a closure is found, the errors of the whole detour lie in the gap between the two
+//! places.
 //!
-//! A loop is open where two poses are near in space and far from each other over the edges, each as
+//! A loop is open if two poses are near in space and far from each other along the edges, each as
 //! long as its motion.
 //!
 //! Source: Stachniss, Hähnel & Burgard (2004), "Exploration with active loop-closing for FastSLAM",
@@ -15,15 +16,15 @@ use std::collections::BinaryHeap;
 use super::PoseGraph;
 use crate::geom::Length;
 
-/// Poses farther apart than this are not next to each other, m: the robot may have come from one to
-/// within sight of the other before the next one was due.
+/// Poses farther apart than this are not neighbours, m: the robot may have come from one to within
+/// sight of the other before the next one was due.
 const NEAR: f64 = 6.0;
-/// A way round that is shorter gathers no error worth a drive, m.
+/// A detour shorter than this accumulates no error worth a drive, m.
 const LEAST_ROUND: f64 = 15.0;
-/// How many times longer than the straight way a way round is.
+/// A detour is more than this many times as long as the straight line.
 const ROUND: f64 = 4.0;
 
-/// Two poses next to each other that a graph joins only by a long way round.
+/// Two neighbouring poses that a graph connects only by a long detour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenLoop {
     /// The pose that was added first.
@@ -32,14 +33,13 @@ pub struct OpenLoop {
     pub newer: usize,
     /// How far they are apart, m.
     pub apart: f64,
-    /// The shortest way from one to the other over edges, m; infinite where there is none.
+    /// The shortest path from one to the other along edges, m; infinite if there is none.
     pub around: f64,
 }
 
 impl PoseGraph {
-    /// All open loops, those first whose ends are nearest to each other for their way round. One
-    /// gap may be named by several pairs. O(p e log e) for p poses that others lie next to and e
-    /// edges.
+    /// All open loops, those whose ends are nearest relative to their detour first. One gap may be
+    /// named by several pairs. O(p e log e) for p poses that have such neighbours and e edges.
     #[must_use]
     pub fn open_loops(&self) -> Vec<OpenLoop> {
         let neighbours = self.neighbours();
@@ -66,7 +66,7 @@ impl PoseGraph {
         found
     }
 
-    /// Whether a loop is open still.
+    /// Whether a loop is still open.
     #[must_use]
     pub fn is_loop_open(&self, open: &OpenLoop) -> bool {
         let (older, newer) = (open.older, open.newer);
@@ -85,7 +85,7 @@ impl PoseGraph {
         (self.poses[a].position() - self.poses[b].position()).length()
     }
 
-    /// Of each pose what edges lead to, and how far.
+    /// For each pose, the poses that edges lead to, and how far away they are.
     fn neighbours(&self) -> Vec<Vec<(usize, f64)>> {
         let mut neighbours = vec![vec![]; self.poses.len()];
         for edge in &self.edges {
@@ -103,11 +103,11 @@ impl OpenLoop {
     }
 }
 
-/// The shortest ways from one to all (Dijkstra).
+/// The shortest paths from one pose to all (Dijkstra).
 fn ways_from(start: usize, neighbours: &[Vec<(usize, f64)>]) -> Vec<f64> {
     let mut ways = vec![f64::INFINITY; neighbours.len()];
     ways[start] = 0.0;
-    // Lengths as bits, which for numbers that are not negative are in the order of the numbers.
+    // Lengths as bits, which for non-negative numbers sort like the numbers themselves.
     let mut open = BinaryHeap::from([Reverse((0_u64, start))]);
     while let Some(Reverse((way, at))) = open.pop() {
         let way = f64::from_bits(way);
@@ -152,7 +152,7 @@ mod tests {
         graph
     }
 
-    /// A ring of 40 m, driven from its first pose to 2 m before that.
+    /// A ring of 40 m, driven from its first pose to 2 m before it.
     fn ring() -> PoseGraph {
         let on_ring = |at: usize| {
             let at = unit_vector(TAU * at as f64 / 20.0) * 40.0 / TAU;
@@ -167,7 +167,7 @@ mod tests {
     fn a_ring_is_open_until_its_ends_are_joined() {
         let mut ring = ring();
         let found = ring.open_loops();
-        // Its ends are 2 m apart; so are their neighbours from them, and all within 6 m count.
+        // Its ends are 2 m apart, as are their neighbours from them; all within 6 m count.
         let pairs: Vec<_> = found.iter().map(|open| (open.older, open.newer)).collect();
         assert_eq!(
             pairs,

@@ -1,15 +1,16 @@
 //! The search for the poses of least cost.
 //!
-//! 1. Gauss-Newton, undamped. Poses that come from odometry are far off, and the first steps from
-//!    there often make it worse before it is good; so the cost may rise for some steps, and the
-//!    best poses are kept (Chamberlain et al. 1982, "watchdog").
-//! 2. Where nothing better was found, on from the best poses with Levenberg-Marquardt, damped until
-//!    the cost falls with each step.
-//! 3. It ends where a step is expected to gain next to nothing: for an undamped step, gᵀ H⁻¹ g. To
-//!    see that, and to take it, the H of the step before will do: no factor is made for the last.
+//! 1. Gauss-Newton, undamped. Poses from odometry are far off, and the first steps often increase
+//!    the cost before it falls; so the cost may rise for some steps, and the best poses are kept
+//!    (Chamberlain et al. 1982, "watchdog").
+//! 2. If nothing better was found, the search continues from the best poses with
+//!    Levenberg-Marquardt, damped until the cost falls with each step.
+//! 3. It ends when a step is expected to gain almost nothing: for an undamped step, gᵀ H⁻¹ g. To
+//!    see this, and to take the step, the H of the previous step is good enough: no factor is made
+//!    for the last.
 //!
-//! Marquardt's damping alone would not do: it scales with the information of an edge, and where
-//! that spans many decades, as in `intel.g2o`, even a little holds some poses fast.
+//! Marquardt's damping alone is not enough: it scales with the information of an edge, and if that
+//! spans many decades, as in `intel.g2o`, even a little damping immobilises some poses.
 
 use std::sync::Arc;
 
@@ -19,29 +20,29 @@ use super::PoseGraph;
 use super::linear::{Gradient, State, Terms};
 use crate::estimation::block_cholesky::{BlockFactor, BlockMatrix, BlockPattern};
 
-/// What came of an optimisation.
+/// The result of an optimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optimization {
-    /// Whether the last step no longer mattered.
+    /// Whether the last step was negligible.
     pub converged: bool,
-    /// Systems of equations that were solved.
+    /// Number of linear systems that were solved.
     pub iterations: usize,
-    /// Σ ρ(χ²) of the poses as they were, and as they are.
+    /// Σ ρ(χ²) of the poses before and after.
     pub cost: [f64; 2],
 }
 
-/// An undamped search may find nothing better for so many steps.
+/// An undamped search may go on for this many steps without finding anything better.
 const PATIENCE: usize = 4;
 /// Damping never falls below this.
 const LEAST_DAMPING: f64 = 1e-10;
-/// The first damping, and the least after a step that made it worse.
+/// The first damping, and the least after a step that increased the cost.
 const RAISED_DAMPING: f64 = 1e-6;
-/// With more damping than this no step leads anywhere.
+/// With more damping than this, no step can make progress.
 const MOST_DAMPING: f64 = 1e8;
 /// An undamped step that is expected to gain less than this part of the cost is the last one.
 const LEAST_EXPECTED: f64 = 1e-6;
-/// Where the last step was expected to gain less than this part of the cost, the next one may be
-/// the last.
+/// If the last step was expected to gain less than this part of the cost, the next one may be the
+/// last.
 const NEAR: f64 = 1e-2;
 /// A damped step that gains less than this part of the cost is the last one.
 const LEAST_GAIN: f64 = 1e-9;
@@ -50,12 +51,12 @@ const LEAST_STEP: f64 = 1e-8;
 
 impl PoseGraph {
     /// Moves the poses to the least cost, in at most `max_iterations` steps; the cost never rises.
-    /// Returns whether the last step no longer mattered.
+    /// Returns whether the last step was negligible.
     pub fn optimize(&mut self, max_iterations: usize) -> bool {
         self.optimize_with_figures(max_iterations).converged
     }
 
-    /// As [`Self::optimize`], and tells what came of it.
+    /// Like [`Self::optimize`], and returns the figures of the optimisation.
     pub fn optimize_with_figures(&mut self, max_iterations: usize) -> Optimization {
         if self.poses.len() < 2 || self.edges.is_empty() {
             return Optimization {
@@ -90,7 +91,7 @@ impl PoseGraph {
                         converged = true;
                         break;
                     }
-                    // No longer better but for rounding; or, undamped, come to rest elsewhere.
+                    // No better except for rounding; or, undamped, converged to another minimum.
                     if damping > 0.0 || cost <= best_cost * (1.0 + LEAST_GAIN) {
                         converged = true;
                         break;
@@ -135,14 +136,14 @@ impl PoseGraph {
     }
 }
 
-/// The equations, and a step that solves them.
+/// The equations, and the step that solves them.
 struct Solver<'a> {
     pattern: &'a BlockPattern,
     terms: &'a Terms<'a>,
     gradient: Gradient,
-    /// Of the same poses as the gradient, where it was made.
+    /// At the same poses as the gradient, if it was computed.
     matrix: Option<BlockMatrix>,
-    /// Of these poses or of earlier ones.
+    /// At these poses or at earlier ones.
     factor: Option<BlockFactor>,
     step: Vec<Vector3<f64>>,
     /// Whether the factor is that of an undamped step that was expected to gain little.
@@ -162,8 +163,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Makes the equations at these poses, without their matrix where the factor at hand may do.
-    /// Returns the cost.
+    /// Computes the equations at these poses, without their matrix if the present factor may be
+    /// good enough. Returns the cost.
     fn linearise(&mut self, states: &[State], damping: f64) -> f64 {
         if self.is_near && damping == 0.0 {
             self.terms.linearise(states, &mut self.gradient, None);
@@ -181,7 +182,7 @@ impl<'a> Solver<'a> {
         self.is_near = false;
     }
 
-    /// Finds the step; `false` where there is none.
+    /// Computes the step; `false` if there is none.
     fn solve(&mut self, states: &[State], damping: f64) -> bool {
         if self.matrix.is_none() {
             self.substitute();
@@ -208,14 +209,14 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// What part of the cost the step is expected to gain, if it is undamped.
+    /// The part of the cost that the step is expected to gain, if it is undamped.
     fn expected_part(&self) -> f64 {
         let pairs = self.step.iter().zip(&self.gradient.by_pose);
         let expected: f64 = pairs.map(|(step, gradient)| step.dot(gradient)).sum();
         expected / self.gradient.cost
     }
 
-    /// The most that it moves a pose by, m and rad.
+    /// The largest change of a pose by the step, m and rad.
     fn largest(&self) -> f64 {
         self.step.iter().map(Vector3::amax).fold(0.0, f64::max)
     }

@@ -1,5 +1,5 @@
-//! A pose graph as bytes. With its pattern: an order of elimination that was found earlier gives
-//! other last bits than one that is found anew.
+//! A pose graph as bytes, including its pattern: an elimination order found earlier gives different
+//! last bits from one that is computed anew.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Truths: consistent motions, composed covariance, a false closure, public graphs.
+//! Ground truths: consistent motions, composed covariance, a false closure, public graphs.
 
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -41,7 +41,7 @@ proptest! {
     }
 }
 
-/// A square walked twice around; motions exact, guesses not.
+/// A square traversed twice; motions exact, initial poses not.
 fn square() -> (PoseGraph, Vec<Pose2>) {
     let truth: Vec<_> = (0..40)
         .scan(Pose2::identity(), |at, i| {
@@ -109,7 +109,7 @@ fn marginal_of_a_chain_is_the_composed_covariance() {
     for i in 0..4 {
         graph.add_pose(at * step);
         graph.add_edge(edge(i, i + 1, step)).unwrap();
-        // First order: the error of the start is carried over, that of the step is turned into the
+        // First order: the error of the start is propagated, that of the step is rotated into the
         // map.
         let end = at * step;
         let (dx, dy) = (end.x() - at.x(), end.y() - at.y());
@@ -150,7 +150,7 @@ fn what_is_not_in_the_graph_has_no_covariance() {
     assert_eq!(graph.marginal(2), None);
 }
 
-/// Graphs of a walk with closures at random; every pose hangs on the first.
+/// Graphs of a walk with random closures; every pose is connected to the first.
 fn graphs() -> impl Strategy<Value = PoseGraph> {
     let steps = proptest::collection::vec((pose(), 0.5..2.0_f64), 1..12);
     let closures =
@@ -182,7 +182,7 @@ fn graphs() -> impl Strategy<Value = PoseGraph> {
     })
 }
 
-/// Coupled, and not the same along all axes.
+/// Correlated, and different along the axes.
 fn information(weight: f64) -> Matrix3<f64> {
     let l = Matrix3::new(3.0 * weight, 0.0, 0.0, 1.0, 2.0, 0.0, -0.5, weight, 4.0);
     l * l.transpose()
@@ -236,7 +236,7 @@ proptest! {
         terms.linearise(&states, &mut alone, None);
         prop_assert_eq!(&alone.by_pose, &found.by_pose, "with the matrix or without");
         prop_assert_eq!(alone.cost, found.cost);
-        // The matrix, by what it solves.
+        // The matrix, tested by what it solves.
         let factor = pattern.factor(sparse, 0.0);
         prop_assert!(factor.is_some());
         let factor = factor.unwrap();
@@ -265,7 +265,7 @@ proptest! {
         prop_assert_eq!(all.len(), count);
         for (to, found) in all.iter().enumerate() {
             prop_assert!((graph.marginal(to).unwrap() - joint(to, to)).amax() < most);
-            // The motion's derivatives by both poses, as differences.
+            // The motion's derivatives with respect to both poses, as differences.
             let motion = |a: &Pose2, b: &Pose2| a.delta_to(b);
             let (a, b) = (graph.poses()[from], graph.poses()[to]);
             let (mut by_a, mut by_b) = (Matrix3::zeros(), Matrix3::zeros());
@@ -355,7 +355,7 @@ fn a_removed_edge_is_forgotten_and_the_others_keep_their_names() {
     assert!(again > kept && again != id, "names are not used twice");
 }
 
-/// A graph that grows and is solved again and again ends where one ends that is solved once.
+/// A graph that grows and is solved repeatedly ends where one ends that is solved once.
 #[test]
 fn a_growing_graph_ends_where_a_whole_one_does() {
     let (whole, truth) = square();
@@ -373,8 +373,8 @@ fn a_growing_graph_ends_where_a_whole_one_does() {
     }
 }
 
-/// The published graphs from the files' own poses, against what g2o ends at (g2o-python 0.0.12, 20
-/// steps of Gauss-Newton).
+/// The published graphs from the files' own poses, compared with the result of g2o (g2o-python
+/// 0.0.12, 20 steps of Gauss-Newton).
 #[test]
 fn public_graphs_end_where_g2o_does() {
     for (name, expected) in [("intel.g2o", 215.830_235), ("m3500.g2o", 137.912_951)] {

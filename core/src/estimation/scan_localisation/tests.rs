@@ -1,4 +1,4 @@
-//! A room with a pillar, seen exactly; and the update against the textbook's, written out.
+//! A room with a pillar, seen exactly; and the update compared with the textbook's, written out.
 
 use nalgebra::{Matrix5, SMatrix, Vector2, Vector5};
 
@@ -22,8 +22,7 @@ fn faces() -> Vec<Segment> {
     all
 }
 
-/// Surfaces seen from `at`: every piece whose free side looks there; what hides what does not
-/// matter.
+/// Surfaces seen from `at`: every piece whose free side faces it; occlusion is ignored.
 fn seen_from(at: &Pose2, faces: &[Segment]) -> Vec<OrientedPoint> {
     let to = at.inverse();
     let pieces = faces.iter().flat_map(|face| pieces(face, 0.04));
@@ -80,7 +79,7 @@ fn a_robot_carried_off_is_found_again() {
         scans += 1;
         assert!(scans < 40, "{:?}", state.pose);
     }
-    // The first window reaches half a metre: it took more than one look.
+    // The first window reaches half a metre: more than one scan was needed.
     assert!(scans > 1, "{scans}");
 }
 
@@ -88,7 +87,7 @@ fn a_robot_carried_off_is_found_again() {
 fn a_scan_of_another_place_moves_nothing_far() {
     let start = Pose2::new(0.0, 0.0, 0.0);
     let (mut localiser, mut state) = begun_at(start, [0.01, 0.01, 0.01]);
-    // Walls as of a star: no three of them fit the room.
+    // Walls in a star shape: no three of them fit the room.
     let strange: Vec<OrientedPoint> = (0..200)
         .map(|i| {
             let angle = 0.4 * f64::from(i);
@@ -120,8 +119,8 @@ fn walls_without_thickness_are_met_from_both_sides() {
 
 #[test]
 fn the_update_is_that_of_a_filter_over_all_five_states() {
-    // A measured pose z with information I, worth less by Q: Kalman's update of (x, y, θ, κ, s)
-    // with R = I⁻¹ + Q.
+    // A measured pose z with information I, reduced by Q: the Kalman update of (x, y, θ, κ, s) with
+    // R = I⁻¹ + Q.
     let (_, mut state) = begun_at(Pose2::new(0.2, -0.1, 0.3), [0.03, 0.02, 0.04]);
     let moved = Odometry {
         motion: Pose2::new(0.5, 0.0, 0.4),
@@ -193,7 +192,7 @@ fn walls_longer_or_farther_than_can_be_held_are_refused_before_memory_is_taken()
     );
     assert!(said(vec![wall(900.0, 0.0)]).unwrap().contains("800"));
     assert!(said(parallel(20, 700.0).collect()).is_none());
-    // As wide as `campus`, and wider: a robot that is lost is looked for all the same.
+    // As wide as `campus`, and wider: a lost robot is still searched for.
     for half in [180.0, 700.0] {
         let around = vec![wall(half, -half), wall(half, half)];
         assert!(

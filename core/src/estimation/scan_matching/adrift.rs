@@ -1,15 +1,14 @@
-//! A robot that comes from who knows where: scans are missing, and what it sees now was not seen
-//! before.
+//! A robot at an unknown place: scans are missing, and what it sees now was not seen before.
 //!
-//! In: what odometry says of the motion since the last scan, and how much of the new one lies on
-//! the running submap. Out: what is not known of the pose beyond what odometry says.
+//! In: the motion since the last scan by odometry, and how much of the new scan lies on the running
+//! submap. Out: the uncertainty of the pose beyond that of odometry.
 //!
-//! 1. Drawn into the running submap, such a scan would be held to what was there before by nothing
-//!    but odometry, and the next submap would take over both: loops that are closed over the old
-//!    part seem to prove the new one. It begins a submap of its own.
-//! 2. Odometry between two scans is the way from one end to the other. In a silence of a minute the
-//!    robot went on at its usual pace, about and back again, and odometry erred on all of that: its
-//!    covariance grows with the way. The error of the heading on the way turns what came after it.
+//! 1. If such a scan were drawn into the running submap, only odometry would tie it to what was
+//!    there before, and the next submap would take over both: loops closed over the old part would
+//!    seem to prove the new one. It therefore begins a submap of its own.
+//! 2. Odometry between two scans gives only the net motion. During a gap of a minute the robot kept
+//!    its usual pace, out and back again, and odometry erred on all of that: its covariance grows
+//!    with the distance driven. The heading error made on the way rotates everything after it.
 
 use nalgebra::Matrix3;
 
@@ -22,15 +21,15 @@ use super::tracking::{OTHER_OVERLAP, is_quiet};
 use crate::geom::{Length, Pose2, pose_cov};
 use crate::robot::Stamp;
 
-/// A motion that is known no better than this, m and rad, must be seen.
+/// A motion with more uncertainty than this, m and rad, must be confirmed by what is seen.
 const ADRIFT_SHIFT: f64 = 0.2;
 const ADRIFT_TURN: f64 = 0.25;
-/// What is not known at most, m and rad: nobody knows where the robot is.
+/// The largest uncertainty, m and rad: the robot may be anywhere.
 const ANYWHERE: [f64; 2] = [50.0, 3.0];
 
 impl ScanMatcher {
-    /// What is not known of the pose beyond the covariance of odometry, where a scan that has much
-    /// to show comes after a motion that is known badly, and little of it lies on the submap.
+    /// The uncertainty of the pose beyond the covariance of odometry, if a scan of many points
+    /// follows a poorly known motion and little of it lies on the submap.
     pub(super) fn adrift(
         &self,
         seen: &Seen,
@@ -38,7 +37,7 @@ impl ScanMatcher {
         agreement: &Agreement,
         stamp: Stamp,
     ) -> Option<Matrix3<f64>> {
-        // Odometry of seconds is rather believed than a new place; of a minute it is not.
+        // After a few seconds odometry is more credible than a new place; after a minute it is not.
         let is_silence = self.seconds_until(stamp) >= LONG_AGO;
         let is_unverified = match is_silence {
             true => agreement.overlap() < OTHER_OVERLAP,
@@ -58,8 +57,8 @@ impl ScanMatcher {
         is_unknown.then_some(unseen)
     }
 
-    /// What odometry does not know of the motion to `lead`, beyond the covariance of the way from
-    /// one end to the other, where it took long.
+    /// The uncertainty of the motion to `lead` beyond the covariance of the net motion, if it took
+    /// long.
     fn unseen(&self, lead: &Guess, stamp: Stamp) -> Matrix3<f64> {
         let seconds = self.seconds_until(stamp);
         let net = self.local.pose.delta_to(&lead.pose);
@@ -84,7 +83,7 @@ impl ScanMatcher {
         pose_cov(shift, turn)
     }
 
-    /// How fast the robot goes and turns on average, m/s and rad/s.
+    /// Average speed and turn rate of the robot, m/s and rad/s.
     fn usual_pace(&self) -> [f64; 2] {
         let (mut way, mut turn, mut seconds) = (0.0, 0.0, 0.0);
         for pair in self.trajectory.windows(2) {

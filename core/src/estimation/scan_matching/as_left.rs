@@ -1,20 +1,22 @@
-//! Whether what a robot sees first in a run is what it saw where it was left.
+//! Whether the robot still stands where it was left: compares what it sees first in a run with what
+//! it saw there.
 //!
-//! In: the first scan and where it was matched, and what was seen last before it. Out: whether it
-//! stands there.
+//! In: the first scan and where it was matched, and what was seen last before it. Out: whether the
+//! robot stands there.
 //!
-//! 1. The scan is held against the map: what stands where the map was seen through has come since.
-//!    The other way round, the last keyframe is held against the scan: what stood where the scan
-//!    sees through has gone. People come or go, and contradict in one of the two; all that crosses
-//!    the way of a robot that was carried contradicts in both. Together, as much must agree as of
-//!    any scan that surely lies where it was matched.
-//! 2. The match finds a pose near by, and holds it by what runs along the way: the walls of an
-//!    aisle agree wherever in it the robot is. So all of what is remembered is searched for a place
-//!    where the scan fits better: that is where the robot was carried.
-//! 3. Where no part of the scan tells how far along the walls it was taken, nothing that it shows
-//!    says that the robot stood still.
+//! 1. The scan is compared with the map: what now stands in space that was seen free has come
+//!    since. Conversely, the last keyframe is compared with the scan: what stood in space that the
+//!    scan sees through has gone. People come or go, and contradict in one of the two comparisons;
+//!    all that differs because the robot was carried contradicts in both. Together, as much must
+//!    agree as for any scan that surely lies where it was matched.
+//! 2. The match finds a pose near by, and surfaces parallel to the motion support it: the walls of
+//!    an aisle agree wherever along it the robot is. So the whole remembered map is searched for a
+//!    place where the scan fits better: that is where the robot was carried.
+//! 3. If no part of the scan constrains the position along the walls, nothing in it shows that the
+//!    robot stood still.
 //!
-//! What was gathered of few beams along a way shows too little for that; it has to lie on the map.
+//! Few beams gathered over a stretch of motion show too little for this test; they only have to lie
+//! on the map.
 
 use std::f64::consts::PI;
 
@@ -29,7 +31,7 @@ use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
 use crate::registration::{Prior, SearchWindow, Verdict, search_and_match};
 
-/// This part of the first scan at least has to lie on what was seen there.
+/// At least this part of the first scan has to lie on what was seen there.
 const LEFT_OVERLAP: f64 = 0.3;
 
 impl ScanMatcher {

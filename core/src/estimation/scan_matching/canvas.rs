@@ -1,16 +1,15 @@
-//! The map that is shown: keyframes drawn into the grid, and redrawn where a closed loop has
-//! moved them.
+//! The map that is shown: keyframes drawn into the grid, and redrawn where a loop closure has moved
+//! them.
 //!
-//! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is made
-//! beside the old one, some keyframes at each scan, and takes its place when it is complete: no
-//! scan has to wait for it. What is drawn of a keyframe is what it surely says
-//! ([`Evidence::certain`]): beams taken as thin and exact clear walls that they meet at a flat
-//! angle.
+//! In: scans that became keyframes, and the poses of the submaps. Out: the grid. A new grid is
+//! drawn beside the old one, some keyframes at each scan, and replaces it when complete: no scan
+//! has to wait for it. Of a keyframe, only what is certain is drawn ([`Evidence::certain`]):
+//! treating beams as thin and exact would clear walls that they meet at a flat angle.
 //!
-//! Where a surface stands, many scans together know better than one. A keyframe's points on
-//! surfaces are moved onto those of its submap, when it is made and once more when the submap is
-//! closed: else the noise of ranges makes walls two cells thick, and a beam behind a wall never
-//! comes to clear the second.
+//! Many scans together know better than one where a surface stands. A keyframe's points on surfaces
+//! are moved onto the surfaces of its submap when it is made, and once more when the submap is
+//! closed. Otherwise range noise makes walls two cells thick, and a beam never gets behind a wall
+//! to clear the second cell.
 
 use nalgebra::Point2;
 
@@ -23,31 +22,30 @@ use crate::points::{Beam, Points};
 use crate::robot::Stamp;
 use crate::snapshot::snapshot;
 
-/// A point is moved onto a surface of its submap that is no farther away than this, m.
+/// A point is moved onto a surface of its submap if it is no farther away than this, m.
 const SETTLES: f64 = 0.1;
 
-/// A grid in the making.
+/// A grid that is being drawn.
 #[derive(Clone, Debug)]
 pub(super) struct Redraw {
     pub(super) grid: Grid,
     pub(super) next: usize,
 }
 
-/// What is drawn, in single precision.
+/// What is drawn of a scan, in single precision.
 #[derive(Clone, Debug)]
 pub(super) struct Keyframe {
     pub(super) submap: usize,
     pub(super) submap_from_robot: Pose2,
-    /// Free ways: from (x, y) to (x, y), robot frame, m.
+    /// Free rays: from (x, y) to (x, y), robot frame, m.
     free: Vec<[[f32; 2]; 2]>,
     /// Points on surfaces, robot frame, m.
     hits: Vec<[f32; 2]>,
 }
 
 impl ScanMatcher {
-    /// Begins to draw the map again if the submaps have moved since it was drawn, or keyframes
-    /// `within` them. Keyframes are moved all the time, and by little: they can wait until submaps
-    /// are.
+    /// Begins to redraw the map if the submaps have moved since it was drawn, or keyframes `within`
+    /// them. Keyframes move all the time, but only by little: they can wait until submaps move.
     pub(super) fn begin_redraw(&mut self, shift: f64, within: bool) {
         let turn = self.config.redraw_turn * shift;
         let moved = self
@@ -65,7 +63,7 @@ impl ScanMatcher {
         }
     }
 
-    /// Draws the whole map anew, into a grid that is empty.
+    /// Redraws the whole map into an empty grid.
     pub(super) fn redraw_at_once(&mut self) {
         for submap in &mut self.submaps {
             submap.drawn_at = submap.map_from_submap;
@@ -99,7 +97,7 @@ impl ScanMatcher {
         }
     }
 
-    /// What is drawn of a scan taken here; `sigmas` as in [`ScanMatcher::update`].
+    /// What is drawn of a scan taken at the current pose; `sigmas` as in [`ScanMatcher::update`].
     pub(super) fn keyframe_of(&self, points: &Points, sigmas: &[f64]) -> Keyframe {
         let heading = self.local.cov[(2, 2)].max(0.0);
         let sigmas: Vec<f64> = sigmas.iter().map(|s| (s * s + heading).sqrt()).collect();
@@ -118,8 +116,8 @@ impl ScanMatcher {
 }
 
 impl Keyframe {
-    /// Moves its points onto the surfaces of its submap, those that were seen often, and from the
-    /// side on which they face it: a thin wall has two.
+    /// Moves its points onto those surfaces of its submap that were seen often and face the same
+    /// side: a thin wall has two sides.
     pub(super) fn settle(&mut self, surfels: &SurfelMap) {
         let at = self.submap_from_robot;
         for hit in &mut self.hits {
@@ -137,12 +135,12 @@ impl Keyframe {
         }
     }
 
-    /// The beams, from the sensor to where they are surely free, in the submap.
+    /// The beams in the submap frame, from the sensor to where they are surely free.
     pub(super) fn rays(&self) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
         self.rays_from(&self.submap_from_robot)
     }
 
-    /// The same with the robot at `at`.
+    /// The same, with the robot at `at`.
     pub(super) fn rays_from(&self, at: &Pose2) -> impl Iterator<Item = [Point2<f64>; 2]> + '_ {
         let at = *at;
         self.free
@@ -150,8 +148,8 @@ impl Keyframe {
             .map(move |way| way.map(|end| at * double(end)))
     }
 
-    /// Its points on surfaces as a scan, each known to `sigma`, m: seen from where its first beam
-    /// began.
+    /// Its points on surfaces as a scan, each with standard deviation `sigma`, m, seen from where
+    /// its first beam began.
     pub(super) fn points(&self, sigma: f64) -> Points {
         let origin = self.free.first().map(|[begin, _]| double(*begin));
         let origin = origin.unwrap_or_default();
@@ -205,7 +203,7 @@ mod tests {
     use crate::points::OrientedPoint;
 
     /// Where points at these x, 2 m to the side of a robot at (1, 0.5) that looks along -y, are
-    /// drawn when the submap has a wall at x = 2, seen `often` from the left.
+    /// drawn if the submap has a wall at x = 2, seen `often` times from the left.
     fn settled(places: &[f64], often: usize) -> Vec<f64> {
         let mut surfels = SurfelMap::new(SurfelConfig::default());
         for _ in 0..often {
@@ -238,7 +236,7 @@ mod tests {
             let found = settled(&[given], 4)[0];
             assert!((found - expected).abs() < 1e-5, "{given}: {found}");
         }
-        // Once seen, it may be anything.
+        // Seen only once, it may be anything.
         assert!((settled(&[2.06], 1)[0] - 2.06).abs() < 1e-5);
     }
 
@@ -251,7 +249,7 @@ mod tests {
                 normal: Vector2::new(-1.0, 0.0),
             }]);
         }
-        // From beyond, the same surface is seen from behind.
+        // From the far side, the same surface is seen from behind.
         let mut keyframe = Keyframe {
             submap: 0,
             submap_from_robot: Pose2::new(3.0, 0.5, 0.0),

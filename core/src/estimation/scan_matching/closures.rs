@@ -1,21 +1,21 @@
-//! Loop closures that wait for proof, and when it is enough.
+//! Loop closures that wait for proof, and the test of whether the proof suffices.
 //!
-//! In: placements of new submaps in old ones, each found in a window as wide as the doubt. Out:
-//! those that are believed.
+//! In: placements of new submaps in old ones, each found in a window as wide as the doubt. Out: the
+//! accepted ones.
 //!
-//! 1. A placement that needed no search is believed at once: it says what was known already, only
-//!    better.
-//! 2. One that was searched for waits. It is believed together with others that agree with it: they
-//!    place other submaps, and the ways between the submaps, old and new, lead to the same relative
-//!    pose.
-//! 3. The proof that is asked for grows with the number of places that were searched: by chance
-//!    something fits somewhere. It grows with its distance from where the way leads, too: where the
-//!    true place was never seen, no rival tells it from one that looks alike. Beyond all that was
-//!    feared of the way nothing is proof.
-//! 4. While rivals put the same submaps elsewhere and are nearly as well proved, none is believed:
-//!    the building looks alike there, and what comes next decides.
-//! 5. What is believed and then not followed by the graph, since the way and other closures hold
-//!    the map elsewhere, waits again.
+//! 1. A placement that needed no search is accepted at once: it only refines what was known
+//!    already.
+//! 2. A placement that was searched for waits. It is accepted together with others that agree with
+//!    it: they place other submaps, and the paths between the submaps, old and new, lead to the
+//!    same relative pose.
+//! 3. The required proof grows with the number of places searched: by chance something fits
+//!    somewhere. It also grows with the distance from where the path predicts the placement: where
+//!    the true place was never seen, no rival distinguishes it from one that looks alike. Beyond
+//!    all uncertainty of the path, no proof is enough.
+//! 4. While rivals place the same submaps elsewhere with nearly as much proof, none is accepted:
+//!    the building looks alike there, and later evidence decides.
+//! 5. A closure that is accepted but not followed by the graph, because the path and other closures
+//!    hold the map elsewhere, waits again.
 //!
 //! Source of step 2: Mangelson et al. (2018), "Pairwise consistent measurement set maximization for
 //! robust multi-robot map merging".
@@ -33,30 +33,30 @@ pub(super) struct Candidate {
     pub(super) old: usize,
     pub(super) new: usize,
     pub(super) closure: Closure,
-    /// What was known of the relative pose before.
+    /// The prior uncertainty of the relative pose.
     pub(super) doubt: Doubt,
     pub(super) record: RecordId,
 }
 
-/// Placements that wait.
+/// Placements that wait for proof.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Waiting {
     list: Vec<Candidate>,
 }
 
-/// What a placement has for itself, in submaps that lie wholly on one another.
+/// The evidence for a placement, in submaps that lie wholly on one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof {
-    /// Of itself and of those that agree with it.
+    /// Of itself and of the placements that agree with it.
     pub evidence: f64,
-    /// What is asked for with its doubt.
+    /// The evidence required at its doubt.
     pub asked: f64,
-    /// Of the best that contradicts it.
+    /// Of the best placement that contradicts it.
     pub rival: f64,
 }
 
 impl Proof {
-    /// Why it is not to be believed; `None` if it is.
+    /// What it lacks to be accepted; `None` if nothing.
     pub(super) fn lacks(&self) -> Option<Delay> {
         if self.asked >= NONE_IS_ENOUGH {
             Some(Delay::BeyondBelief)
@@ -74,60 +74,60 @@ impl Proof {
     }
 }
 
-/// How two placements stand to each other.
+/// How two placements relate to each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Relation {
     Agree,
     Contradict,
-    /// The ways between them are known too badly to say.
+    /// The paths between them are too uncertain to tell.
     Unknown,
 }
 
 /// The error that placements may have themselves, m and rad.
 const PLACED_SHIFT: f64 = 0.08;
 const PLACED_TURN: f64 = 0.015;
-/// Placements that lead apart by more than this, m and rad, do not prove each other, however badly
-/// the ways are known: buildings repeat themselves every few metres.
+/// Placements that differ by more than this, m and rad, do not prove each other, however uncertain
+/// the paths: buildings repeat themselves every few metres.
 const AGREES_SHIFT: f64 = 0.75;
 const AGREES_TURN: f64 = 0.15;
-/// Ways that are known worse than this say nothing, m.
+/// Paths with more uncertainty than this, m, say nothing.
 const MOST_DOUBT: f64 = 3.0;
-/// The evidence that is asked for where hardly anything was searched, in submaps that lie wholly on
-/// one another, ...
+/// The evidence required where hardly anything was searched, in submaps that lie wholly on one
+/// another, ...
 const LEAST_PROOF: f64 = 0.5;
 /// ... and for each e-fold of places.
 const PROOF_FOR_PLACES: f64 = 0.25;
-/// A placement is as far from where it was expected as this, on the mean: degrees of freedom.
+/// The mean χ² distance of a placement from where it was expected: its degrees of freedom.
 pub(super) const FREEDOM: f64 = 3.0;
-/// One true placement in a thousand is farther from where it was expected than this, χ², even where
-/// all that is feared has come true. What fits so far away is another place that looks alike:
-/// in a building that repeats itself more and more of it fits, so no evidence is enough.
+/// One true placement in a thousand is farther from where it was expected than this, χ², even with
+/// the worst drift assumed. What fits so far away is another place that looks alike: in a building
+/// that repeats itself, more and more of it fits, so no evidence is enough.
 const BEYOND_BELIEF: f64 = 16.27;
-/// What is asked for then: more than any map can have, and finite, so that it can be saved.
+/// The evidence required then: more than any map can have, yet finite, so that it can be saved.
 const NONE_IS_ENOUGH: f64 = 1e6;
-/// A window of so small a doubt is one place, m and rad.
+/// A search window of this doubt, m and rad, counts as one place.
 const PLACE_SHIFT: f64 = 0.17;
 const PLACE_TURN: f64 = 0.033;
-/// Rivals must be proved so much less.
+/// The evidence of rivals must be smaller by this factor.
 const LEAD_OVER_RIVALS: f64 = 1.4;
-/// Most placements that wait; the oldest go first.
+/// The most placements that may wait; the oldest are dropped first.
 const MOST_WAITING: usize = 400;
 
-/// What is known of the way between two submaps: the pose of the second in the first, and its
+/// What is known of the path between two submaps: the pose of the second in the first, and its
 /// doubt.
 pub(super) trait Ways {
     fn way(&self, from: usize, to: usize) -> (Pose2, Doubt);
 
-    /// How far a placement is from where the way leads.
+    /// How far a placement is from where the path predicts it.
     fn surprise(&self, placed: &Candidate) -> Surprise;
 }
 
-/// How far a placement is from where the way leads: χ², [`FREEDOM`] degrees of freedom.
+/// How far a placement is from where the path predicts it: χ², [`FREEDOM`] degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Surprise {
-    /// By what is feared of the way.
+    /// By the drift assumed for the path.
     pub(super) by_fear: f64,
-    /// By what loops have shown of it, which is at least as much.
+    /// By the drift that loops have shown; at least as large.
     pub(super) by_loops: f64,
 }
 
@@ -143,7 +143,7 @@ impl Waiting {
         self.list.iter()
     }
 
-    /// Takes over those of another map, of which the submaps and records are numbered from
+    /// Takes over the placements of another map whose submaps and records are numbered from
     /// `submaps` and `records` on.
     pub(super) fn append(&mut self, other: Self, submaps: usize, records: usize) {
         self.list.extend(other.list.into_iter().map(|c| Candidate {
@@ -154,7 +154,7 @@ impl Waiting {
         }));
     }
 
-    /// Keeps those of which both submaps are left, under new `numbers`.
+    /// Keeps placements whose two submaps both remain, under new `numbers`.
     pub(super) fn keep(&mut self, numbers: impl Fn((usize, usize)) -> Option<(usize, usize)>) {
         self.list.retain_mut(|candidate| {
             let kept = numbers((candidate.old, candidate.new));
@@ -171,8 +171,8 @@ impl Waiting {
         }
     }
 
-    /// Takes out the placements that are proved together with one of submap `new`, if they are:
-    /// `proof` times what is asked for.
+    /// Takes out the placements that are proved together with one of submap `new`, if any: those
+    /// with `proof` times the required evidence.
     pub(super) fn take_proved(
         &mut self,
         new: usize,
@@ -199,7 +199,7 @@ impl Waiting {
                 .filter(|&&r| !ways.surprise(&self.list[r]).is_beyond_belief())
                 .map(|&r| self.evidence(&self.sides(r, ways).0))
                 .fold(0.0, f64::max);
-            // Each for its own doubt: those that are known better do not vouch for the others.
+            // Each by its own doubt: placements with less doubt do not vouch for the others.
             let proof_of = |member: usize| Proof {
                 evidence,
                 asked: asked(&self.list[member]),
@@ -226,7 +226,7 @@ impl Waiting {
         taken
     }
 
-    /// Refuses what waits of submaps that were placed elsewhere, and that was believed.
+    /// Refuses waiting placements of submaps that were accepted at another place.
     pub(super) fn refuse_others(&mut self, placed: &[usize], records: &mut Records) {
         self.list.retain(|c| {
             let is_placed = placed.contains(&c.new);
@@ -237,7 +237,7 @@ impl Waiting {
         });
     }
 
-    /// Those that agree with the placement `seed`, itself among them, and those that contradict it.
+    /// The placements that agree with `seed`, itself included, and those that contradict it.
     fn sides(&self, seed: usize, ways: &impl Ways) -> (Vec<usize>, Vec<usize>) {
         let (mut agree, mut contradict) = (vec![seed], vec![]);
         for other in (0..self.list.len()).filter(|&i| i != seed) {
@@ -280,7 +280,7 @@ impl Waiting {
         }
     }
 
-    /// What placements prove together: of each new submap the best.
+    /// What placements prove together: the best one of each new submap counts.
     fn evidence(&self, members: &[usize]) -> f64 {
         let mut best = BTreeMap::new();
         for &member in members {
@@ -296,7 +296,7 @@ fn refused(why: Refusal) -> ClosureFate {
     ClosureFate::Refused { why }
 }
 
-/// The evidence that is asked for with this doubt.
+/// The evidence required at this doubt.
 pub(super) fn places_proof(doubt: &Doubt) -> f64 {
     let along = (doubt.shift / PLACE_SHIFT).max(1.0);
     let about = (doubt.turn / PLACE_TURN).max(1.0);
@@ -304,8 +304,8 @@ pub(super) fn places_proof(doubt: &Doubt) -> f64 {
     LEAST_PROOF + PROOF_FOR_PLACES * libm::log(places)
 }
 
-/// The evidence that is asked for beyond that for a placement so far from where the way leads: it
-/// is less probable by `exp(-χ² / 2)` beforehand.
+/// The additional evidence required for a placement this far from where the path predicts it: its
+/// prior probability is lower by `exp(-χ² / 2)`.
 fn surprise_proof(chi2: f64) -> f64 {
     PROOF_FOR_PLACES * 0.5 * (chi2 - FREEDOM).max(0.0)
 }

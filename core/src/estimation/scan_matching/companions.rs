@@ -1,17 +1,18 @@
-//! Who walks along: where the walls do not say how far the robot went, as down a bare corridor,
-//! people who go with it say that it stands, and all of their points agree.
+//! People who walk along with the robot: where the walls do not tell how far the robot went, as in
+//! a bare corridor, people moving with it suggest that it stands still, and all of their points
+//! agree.
 //!
-//! In: what was seen, and a match that odometry speaks against. Out: the match of the rest, without
-//! what stands alone, if the rest goes with odometry as well as it goes with that match.
+//! In: what was seen, and a match that contradicts odometry. Out: the match of the rest, without
+//! isolated objects, if the rest agrees with odometry as well as with that match.
 //!
-//! 1. A match is surprising that lies farther from where odometry of the last scans leads than a
-//!    bias of wheels would take it. Scan by scan, people carry the robot along by little.
-//! 2. What may walk is narrow, stands before what is seen on both sides of it, and faces the way
-//!    in question. One thing that moves explains the whole surprise, however many points it has.
-//!    Where several speak against odometry, all as one, the wheels have slipped.
-//! 3. The rest decides: where it holds the robot in place, that is where it is. Where it leaves the
-//!    way open and goes with odometry as well, what stands alone has moved, and is left out of pose
-//!    and map.
+//! 1. A match is surprising if it lies farther from where the odometry of the last scans leads than
+//!    a wheel bias could take it. From scan to scan, people pull the robot along only by little.
+//! 2. What may walk is narrow, stands in front of what is seen on both sides of it, and faces the
+//!    direction in question. A single moving object explains the whole surprise, however many
+//!    points it has. If several contradict odometry in unison, the wheels have slipped.
+//! 3. The rest decides: if it holds the robot in place, that is where the robot is. If it leaves
+//!    the direction of travel open and agrees with odometry as well, the isolated objects have
+//!    moved, and are left out of pose and map.
 
 use nalgebra::Vector2;
 
@@ -24,26 +25,26 @@ use crate::geom::{Length, Pose2};
 use crate::points::{Beam, LINK, are_linked};
 use crate::registration::{Verdict, register};
 
-/// A match is surprising beyond this, m, ...
+/// A match is surprising if it is off by more than this, m, ...
 const SURPRISE: f64 = 0.06;
-/// ... and this part of the way.
+/// ... plus this part of the distance travelled.
 const SURPRISE_PART: f64 = 0.25;
-/// What is wider, m, does not walk.
+/// An object wider than this, m, does not walk.
 const WIDEST: f64 = 1.0;
-/// Things of fewer points are not judged.
+/// Objects of fewer points are not judged.
 const FEWEST: usize = 3;
-/// Cosine, squared, between a direction and a normal of what tells how far the robot went that way;
-/// the mean of a thing.
+/// Squared cosine between a direction and surface normals, averaged over an object: above this, the
+/// object tells how far the robot moved in that direction.
 const FACES: f64 = 0.3;
-/// More than this many do not go along at one pace.
+/// More objects than this do not move along at one pace.
 const MOST: usize = 2;
-/// Cosine between the direction that the rest leaves open and the surprise, at least.
+/// The least cosine between the direction that the rest leaves open and the surprise.
 const ALONG: f64 = 0.7;
-/// The rest goes with odometry as well as with the match if it loses no more than this part.
+/// The rest agrees with odometry as well as with the match if it loses no more than this part.
 const AS_WELL: f64 = 0.03;
 
 impl ScanMatcher {
-    /// What was seen without those who walk along, and its match; `None` where nobody seems to.
+    /// What was seen without people walking along, and its match; `None` if nobody seems to.
     pub(super) fn without_companions(
         &self,
         seen: &Seen,
@@ -97,7 +98,7 @@ impl ScanMatcher {
     }
 }
 
-/// Whether what was seen of a thing tells how far the robot went along this direction of its.
+/// Whether what was seen of an object tells how far the robot moved in direction `along`.
 fn faces(seen: &Seen, thing: &[usize], along: Vector2<f64>) -> bool {
     let of_thing = seen.surfaces_of(thing);
     let squares = of_thing.map(|surface| {
@@ -108,7 +109,7 @@ fn faces(seen: &Seen, thing: &[usize], along: Vector2<f64>) -> bool {
     count >= FEWEST && sum > FACES * f64::from(count as u32)
 }
 
-/// The beams, by their places in the list, that end on things that stand alone (step 2).
+/// The beams, as indices into the list, that end on isolated objects (step 2).
 fn things(beams: &[Beam]) -> Vec<Vec<usize>> {
     let is_linked = |&a: &usize, &b: &usize| {
         let (a, b) = (&beams[a], &beams[b]);
@@ -116,8 +117,8 @@ fn things(beams: &[Beam]) -> Vec<Vec<usize>> {
     };
     let all: Vec<usize> = (0..beams.len()).collect();
     let groups: Vec<&[usize]> = all.chunk_by(is_linked).collect();
-    // Things stand before others by more than their own points are apart; what is not seen there
-    // at all may be as near.
+    // Objects stand in front of others by more than the spacing of their own points; where nothing
+    // is seen, something may be just as near.
     let stands_before = |beam: &Beam, other: Option<&Beam>| {
         other.is_some_and(|other| !other.is_hit || beam.range + LINK < other.range)
     };

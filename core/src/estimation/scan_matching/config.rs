@@ -1,4 +1,4 @@
-//! How scan matching works, and why it cannot begin.
+//! Settings of scan matching, and why it may refuse to start.
 
 use super::super::submap::ClosureConfig;
 use crate::bounds::{Bounds, OutOfBounds, check, config};
@@ -88,7 +88,7 @@ impl ScanMatcherConfig {
     /// What [`Self::submap_keyframes`] may be.
     pub const SUBMAP_KEYFRAMES: Bounds = [2.0, 200.0];
 
-    /// Checks the figures.
+    /// Checks all values.
     ///
     /// # Errors   [`ScanMatcherError`], naming the first one out of its bounds.
     pub fn validate(&self) -> Result<(), ScanMatcherError> {
@@ -105,14 +105,14 @@ impl ScanMatcherConfig {
     }
 }
 
-/// Why scan matching cannot begin.
+/// Why scan matching cannot start.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScanMatcherError {
-    /// The grid's figures.
+    /// A grid setting that is not allowed.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// A figure of [`ScanMatcherConfig`] out of its bounds.
+    /// A value of [`ScanMatcherConfig`] that is out of its bounds.
     #[error("scan matching: {0}")]
     Bounds(#[from] OutOfBounds),
 }

@@ -1,21 +1,20 @@
-//! How well submaps are known relative to one another, and how much of what is feared of the way
-//! it has shown.
+//! How well submaps are known relative to one another, and how much of the assumed drift has
+//! actually occurred.
 //!
 //! In: the pose graph, and each loop as it is closed. Out: a [`Doubt`] between any two submaps, and
 //! how far a placement is from where it was expected.
 //!
-//! 1. A way through the graph is known as badly as its edges, and worse: beyond what matching says
-//!    of itself, a submap may err as the one before it did ([`ClosureConfig::drift`] and
+//! 1. A path through the graph is at least as uncertain as its edges: beyond what matching reports,
+//!    a submap may err in the same way as the one before it ([`ClosureConfig::drift`] and
 //!    [`ClosureConfig::drift_turn`]).
-//! 2. Where to look for a loop follows from the variances alone. Whether what is found there can be
-//!    believed follows from the whole covariance: who comes back with the right heading cannot have
+//! 2. The variances alone decide where to look for a loop. Whether what is found there is credible
+//!    depends on the whole covariance: a robot that comes back with the right heading cannot have
 //!    turned much on the way either, and is not far off to the side.
-//! 3. The figures of step 1 are for the worst of robots and buildings. Each loop that is closed
-//!    tells how far its way was off: covariances are scaled by `(PRIOR + Σχ²) / (PRIOR + Σν)`,
-//!    the mean of the posterior of a scale whose prior is worth [`PRIOR`] degrees of freedom, and
-//!    never by more than 1. So a place that looks like one 3 m away is not taken for it by a robot
-//!    that has come back to within a decimetre all day. Windows are not scaled: the next way may
-//!    be worse.
+//! 3. The figures of step 1 are for the worst robots and buildings. Each closed loop shows how far
+//!    its path was off: covariances are scaled by `(PRIOR + Σχ²) / (PRIOR + Σν)`, the posterior
+//!    mean of a scale whose prior is worth [`PRIOR`] degrees of freedom, and never by more than 1.
+//!    So a robot that has come back to within a decimetre all day does not take a place for one 3 m
+//!    away that looks like it. Search windows are not scaled: the next path may be worse.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -29,25 +28,25 @@ use super::{ScanMatcher, carried};
 use crate::geom::{Length, Pose2};
 use crate::snapshot::snapshot;
 
-/// What the figures of the configuration are worth, in degrees of freedom.
+/// The weight of the configured figures, in degrees of freedom.
 const PRIOR: f64 = 3.0;
-/// Covariances are scaled by this at least.
+/// The smallest scale of covariances.
 const LEAST: f64 = 0.1;
-/// A way tells of drift when it leads through this many submaps that follow one another, at least:
-/// neighbours lie well in any case.
+/// A path shows drift only if it leads through at least this many consecutive submaps: neighbours
+/// lie well in any case.
 const LONG: usize = 5;
 
-/// How much of the feared drift loops have shown.
+/// How much of the assumed drift loops have shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Drift {
-    /// Sum of χ² of the ways that were closed.
+    /// Sum of χ² of the paths that were closed.
     squares: f64,
     /// Sum of their degrees of freedom.
     freedom: f64,
 }
 
 impl Drift {
-    /// By what covariances are to be multiplied.
+    /// The factor by which covariances are multiplied.
     fn scale(&self) -> f64 {
         ((PRIOR + self.squares) / (PRIOR + self.freedom)).clamp(LEAST, 1.0)
     }
@@ -59,20 +58,20 @@ snapshot!(
     "no sum of squares"
 );
 
-/// The best ways through the graph from one submap to all.
+/// The best paths through the graph from one submap to all others.
 struct BestWays {
     from: usize,
     doubts: Vec<Doubt>,
-    /// Of each submap, by which edge the way comes there.
+    /// For each submap, the edge by which the path reaches it.
     last: Vec<Option<usize>>,
 }
 
-/// What is known of the way from one submap to another.
+/// What is known of the path from one submap to another.
 #[derive(Clone, Copy, Debug)]
 struct Known {
-    /// Covariance of where the first submap lies as the other sees it, in the axes of the map.
+    /// Covariance of where the first submap lies as seen from the other, in the axes of the map.
     cov: Matrix3<f64>,
-    /// How many submaps the way leads through that follow one another.
+    /// The number of consecutive submaps that the path leads through.
     length: usize,
 }
 
@@ -84,14 +83,14 @@ impl BestWays {
 }
 
 impl Known {
-    /// χ² of an error of the way, 3 degrees of freedom; 0 where nothing is known.
+    /// χ² of an error of the path, 3 degrees of freedom; 0 where nothing is known.
     fn chi2(&self, off: &Vector3<f64>) -> f64 {
         let inverse = self.cov.try_inverse();
         inverse.map_or(0.0, |information| off.dot(&(information * off)))
     }
 }
 
-/// The ways through the pose graph as it is.
+/// The paths through the pose graph as it is.
 pub(super) struct KnownWays<'a> {
     matcher: &'a ScanMatcher,
     ways: RefCell<BTreeMap<usize, BestWays>>,
@@ -105,15 +104,15 @@ impl<'a> KnownWays<'a> {
         }
     }
 
-    /// Asks the ways from a submap, which are looked for once.
+    /// Queries the paths from a submap, which are searched only once.
     fn ask<T>(&self, from: usize, what: impl Fn(&BestWays) -> T) -> T {
         let mut ways = self.ways.borrow_mut();
         let ways = ways.entry(from);
         what(ways.or_insert_with(|| self.matcher.best_ways(from)))
     }
 
-    /// Loops are about to be closed: how far were the ways off that they close? Those that are
-    /// proved together close one way: the longest counts.
+    /// Called before loops are closed: how far off were their paths? Placements that are proved
+    /// together close one path: the longest counts.
     pub(super) fn drift_after(&self, proved: &[Candidate]) -> Drift {
         let way = |c: &Candidate| {
             let known = self.ask(c.new, |ways| self.matcher.known(ways, c.old));
@@ -148,7 +147,7 @@ impl ScanMatcher {
         self.best_ways(from).doubts
     }
 
-    /// χ² of a placement before it is believed; `ways` lead from its new submap.
+    /// χ² of a placement before it is accepted; `ways` start at its new submap.
     fn surprise(&self, ways: &BestWays, placed: &Candidate) -> Surprise {
         let by_fear = self.known(ways, placed.old).chi2(&self.off(placed));
         Surprise {
@@ -157,14 +156,14 @@ impl ScanMatcher {
         }
     }
 
-    /// How far the new submap of a placement is from where it lies so far, in the axes of the map.
+    /// How far a placement moves its new submap from where it lies so far, in the axes of the map.
     fn off(&self, placed: &Candidate) -> Vector3<f64> {
         let poses = self.graph.poses();
         let (old, new) = (poses[placed.old], poses[placed.new]);
         (old * placed.closure.motion).minus(&new)
     }
 
-    /// The ways from submap `from` on which least is feared.
+    /// The paths from submap `from` with the least assumed drift.
     fn best_ways(&self, from: usize) -> BestWays {
         let poses = self.graph.poses();
         let mut edges: Vec<Vec<(usize, usize, [f64; 2])>> = vec![vec![]; poses.len()];
@@ -183,13 +182,13 @@ impl ScanMatcher {
         let mut done = vec![false; poses.len()];
         let here = poses[from].position();
         known[from] = [0.0; 2];
-        // Dijkstra without a heap: a few hundred submaps.
+        // Dijkstra without a heap: there are only a few hundred submaps.
         while let Some(at) = (0..poses.len())
             .filter(|&i| !done[i] && known[i][0].is_finite())
             .min_by(|&a, &b| known[a][0].total_cmp(&known[b][0]))
         {
             done[at] = true;
-            // An error of the heading here moves all that lies at a distance.
+            // A heading error here moves everything at a distance.
             let lever = (poses[at].position() - here).norm_squared();
             for &(next, number, [shift, turn]) in &edges[at] {
                 let way = known[at][0] + shift + turn * lever;
@@ -210,18 +209,18 @@ impl ScanMatcher {
         }
     }
 
-    /// What is feared of the drift on an edge: variances of shift and turn, m² and rad².
+    /// The assumed drift on an edge: variances of shift and turn, m² and rad².
     fn feared(&self, edge: &Edge) -> [f64; 2] {
         if edge.cauchy.is_some() {
             return [0.0; 2];
         }
         let config = &self.config.closure;
-        // Errors of the way add up where a submap errs as the one before it did.
+        // Errors of the distance add up if a submap errs in the same way as the one before it.
         let way = config.drift * edge.motion.position().coords.length();
         [way * way, config.drift_turn * config.drift_turn]
     }
 
-    /// What is known of the whole of one of these ways.
+    /// What is known of the whole of one of these paths.
     fn known(&self, ways: &BestWays, to: usize) -> Known {
         let (poses, edges) = (self.graph.poses(), self.graph.edges());
         let here = poses[ways.from].position();

@@ -1,15 +1,15 @@
-//! What a person has changed on the map: regions that were erased, walls and glass that were drawn.
+//! Changes that a person has made to the map: erased regions, drawn walls and glass.
 //!
-//! In: corners in the map. Out: the grid with the changes, also after it was drawn anew, and the
-//! list of changes to look at. They are a layer over the grid: nothing is matched to them, and
-//! surfaces that were erased still help to find a place.
+//! In: corners in the map. Out: the grid with the changes, also after it is redrawn, and the list
+//! of changes for display. They are a layer over the grid: nothing is matched to them, and erased
+//! surfaces still help to localise.
 //!
-//! 1. A change is kept in the frame of the submap whose middle is nearest: it moves with what it
+//! 1. A change is kept in the frame of the submap whose centre is nearest: it moves with what it
 //!    was drawn over when a loop closes.
-//! 2. A region that is erased is unknown again. What was seen before is gone from it; what is seen
-//!    later is drawn. When the grid is drawn anew it is erased between the same keyframes.
-//! 3. Walls and glass stay occupied, whatever beams say: glass is what they go through. A wall of
-//!    which all corners are erased later goes too.
+//! 2. An erased region is unknown again. What was seen before is removed from it; what is seen
+//!    later is drawn. When the grid is redrawn, the region is erased between the same keyframes.
+//! 3. Walls and glass stay occupied, whatever beams say: beams pass through glass. A wall is
+//!    removed too if all of its corners are erased later.
 
 use nalgebra::Point2;
 
@@ -29,7 +29,7 @@ pub enum EditKind {
     Glass,
 }
 
-/// A change, to look at.
+/// A change, for display.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShownEdit {
     /// What it does.
@@ -38,7 +38,7 @@ pub struct ShownEdit {
     pub corners: Vec<Point2<f64>>,
 }
 
-/// Why the map cannot be changed so.
+/// Why the map cannot be changed in this way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
@@ -50,7 +50,7 @@ pub enum EditError {
         /// How many there have to be.
         least: usize,
     },
-    /// A corner that is nowhere.
+    /// A corner that is not finite or is too far away.
     #[error("a corner is not finite, or farther away than {FARTHEST} m")]
     Nowhere,
 }
@@ -61,7 +61,7 @@ pub(super) struct Edit {
     kind: EditKind,
     pub(super) submap: usize,
     corners: Vec<Point2<f64>>,
-    /// So many keyframes had been drawn.
+    /// The number of keyframes that had been drawn before it.
     pub(super) after: usize,
 }
 
@@ -84,15 +84,15 @@ snapshot!(
     "a change lies too far away"
 );
 
-/// Most corners of a change.
+/// The most corners of a change.
 const MOST_CORNERS: usize = 1000;
-/// Corners lie no farther from the origin than this, m.
+/// Corners must be nearer to the origin than this in x and y, m.
 const FARTHEST: f64 = 10_000.0;
 
 impl ScanMatcher {
     /// Changes the map.
     ///
-    /// # Errors    [`EditError`]; then it stays as it is.
+    /// # Errors    [`EditError`]; the map then stays as it was.
     pub fn edit(&mut self, kind: EditKind, corners: &[Point2<f64>]) -> Result<(), EditError> {
         let least = match kind {
             EditKind::Erase => 3,
@@ -102,7 +102,7 @@ impl ScanMatcher {
             let corners = corners.len();
             return Err(EditError::Corners { corners, least });
         }
-        // NaN is not near either.
+        // NaN fails this test too.
         let is_near = |corner: &Point2<f64>| corner.iter().all(|v| v.abs() < FARTHEST);
         if !corners.iter().all(is_near) {
             return Err(EditError::Nowhere);
@@ -134,7 +134,7 @@ impl ScanMatcher {
         Ok(())
     }
 
-    /// Takes back the last change; `false` where there is none.
+    /// Undoes the last change; `false` if there is none.
     pub fn undo_edit(&mut self) -> bool {
         let is_undone = self.edits.pop().is_some();
         if is_undone {
@@ -143,7 +143,7 @@ impl ScanMatcher {
         is_undone
     }
 
-    /// What was changed and is still there, in the order in which it was.
+    /// The changes that are still there, in the order in which they were made.
     pub fn edits(&self) -> impl ExactSizeIterator<Item = ShownEdit> {
         self.edits.iter().map(|edit| ShownEdit {
             kind: edit.kind,
@@ -151,7 +151,7 @@ impl ScanMatcher {
         })
     }
 
-    /// The submap, of those that are shown, whose middle is nearest.
+    /// The submap, among those shown, whose centre is nearest.
     fn nearest_submap(&self, place: Point2<f64>) -> usize {
         let first = self.unplaced.as_ref().map_or(0, |piece| piece.first);
         let far = |at: &usize| {
@@ -163,13 +163,13 @@ impl ScanMatcher {
             .unwrap_or_default()
     }
 
-    /// Lays walls and glass over the grid again, where a keyframe was drawn over them.
+    /// Lays walls and glass over the grid again after a keyframe was drawn over them.
     pub(super) fn lay_walls(&mut self) {
         lay_walls(&self.edits, &self.submaps, &mut self.grid);
     }
 
-    /// The changes that are left where some submaps are gone: those of a submap that is gone are
-    /// kept in the frame of one that follows. To be called before any is gone.
+    /// Keeps changes when some submaps are removed: those of a removed submap move to the frame of
+    /// one that follows. Call it before any is removed.
     pub(super) fn keep_edits(&mut self, numbers: &[Option<usize>]) {
         let left: Vec<usize> = (0..numbers.len())
             .filter(|&at| numbers[at].is_some())
@@ -196,7 +196,7 @@ impl ScanMatcher {
 }
 
 impl Edit {
-    /// The same in a map that has so many submaps and keyframes before it.
+    /// The same change in a map that has this many submaps and keyframes before it.
     pub(super) fn behind(self, submaps: usize, keyframes: usize) -> Self {
         Self {
             submap: self.submap + submaps,
@@ -205,7 +205,7 @@ impl Edit {
         }
     }
 
-    /// Its corners where it is drawn.
+    /// Its corners, where they are drawn.
     fn placed(&self, submaps: &[Submap]) -> Vec<Point2<f64>> {
         let at = submaps[self.submap].drawn_at;
         self.corners.iter().map(|corner| at * *corner).collect()
@@ -224,7 +224,7 @@ impl Edit {
     }
 }
 
-/// Erases what was erased when so many keyframes had been drawn.
+/// Applies the erasures that were made when this many keyframes had been drawn.
 pub(super) fn erase(edits: &[Edit], submaps: &[Submap], after: usize, grid: &mut Grid) {
     let erased = edits.iter().filter(|edit| edit.kind == EditKind::Erase);
     erased

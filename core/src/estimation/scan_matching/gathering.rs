@@ -1,8 +1,8 @@
-//! Scans of few beams, gathered along a piece of the way until they show surfaces.
+//! Scans of few beams, gathered over a stretch of motion until they show surfaces.
 //!
 //! In: scans whose neighbouring beams lie too far apart to hit one surface, and the odometry
-//! between them. Out: one set of points for some way or turn, in the robot frame at its end, to be
-//! matched like a scan.
+//! between them. Out: one set of points for some distance or rotation, in the robot frame at its
+//! end, to be matched like a scan.
 //!
 //! Source: Latif & Saarinen (2015), "SLAM with sparse sensing"; Zhang et al. (2021),
 //! "Sparse-GSLAM": multiscans.
@@ -19,14 +19,14 @@ use crate::snapshot::snapshot;
 
 /// Neighbouring beams farther apart than this, rad, seldom hit one surface.
 const SPARSE: f64 = 0.08;
-/// Scans are gathered for this way, m, or this turn, rad.
+/// Scans are gathered over this distance, m, or this rotation, rad.
 const WAY: f64 = 0.3;
 const TURN: f64 = 0.4;
-/// A scan is left out that was taken nearer to the last one than this, m and rad.
+/// A scan taken nearer to the last one than this, m and rad, is left out.
 const STILL: f64 = 0.01;
 const STILL_TURN: f64 = 0.01;
 
-/// So many points that were seen before help to tell surfaces.
+/// The number of earlier points that help to detect surfaces.
 const BEFORE: usize = 100;
 
 /// Scans of few beams that wait for more.
@@ -40,7 +40,7 @@ pub(super) struct Gathering {
     turn: f64,
     scans: Vec<Gathered>,
     last: Option<Pose2>,
-    /// What was seen before, in the robot frame at the last match, the newest last.
+    /// Points seen before, in the robot frame at the last match, the newest last.
     before: VecDeque<Point2<f64>>,
     /// When and where scans were taken, in the robot frame at the last match.
     places: Vec<(Stamp, Pose2)>,
@@ -51,7 +51,7 @@ struct Gathered {
     start_from_robot: Pose2,
     points: Points,
     sigmas: Vec<f64>,
-    /// Of what was gathered before it, in parts of what is enough.
+    /// The motion up to it, as a fraction of what is enough.
     gone: f64,
 }
 
@@ -72,12 +72,12 @@ impl Gathering {
         self.is_sparse
     }
 
-    /// Whether the last scan was one of those.
+    /// Whether the last scan was gathered.
     pub(super) fn is_at_work(&self) -> bool {
         self.is_sparse
     }
 
-    /// Takes a scan and the motion since the one before.
+    /// Takes a scan and the motion since the previous one.
     pub(super) fn push(&mut self, points: &Points, sigmas: &[f64], moved: Option<Odometry>) {
         if let Some(moved) = moved {
             self.way += moved.motion.position().coords.length();
@@ -104,23 +104,24 @@ impl Gathering {
         self.places.push((points.stamp, here));
     }
 
-    /// Where the robot is now, in its frame at the last match.
+    /// The current pose in the robot frame at the last match.
     pub(super) fn here(&self) -> Pose2 {
         self.moved
             .map_or_else(Pose2::identity, |moved| moved.motion)
     }
 
-    /// Whether it is enough. The very first scan is: there is to be a map before the robot moves.
+    /// Whether enough was gathered. The very first scan is enough: the robot needs a map before it
+    /// moves.
     pub(super) fn is_enough(&self) -> bool {
         !self.has_begun || self.moved.is_none() || self.way >= WAY || self.turn >= TURN
     }
 
-    /// The way and turn since the last match, in parts of what is enough.
+    /// The distance and rotation since the last match, as a fraction of what is enough.
     fn gone(&self) -> f64 {
         self.way / WAY + self.turn / TURN
     }
 
-    /// Gives what was gathered, and begins anew.
+    /// Returns what was gathered, and starts anew.
     pub(super) fn take(&mut self) -> Option<Complete> {
         let (stamp, _) = *self.places.last()?;
         let end_from_start = self.here().inverse();

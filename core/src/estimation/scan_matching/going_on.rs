@@ -1,21 +1,21 @@
 //! A run that goes on in a map of earlier runs.
 //!
-//! In: a map that was restored, and what is known of where the robot is. Out: a matcher that takes
-//! scans, whose map grows where there was nothing.
+//! In: a restored map, and what is known of where the robot is. Out: a matcher that takes scans,
+//! and whose map grows where there was nothing.
 //!
-//! 1. What newer submaps cover is taken out of the map (`pruning`). The submap of the last run is
-//!    closed and the next one begun. Where the robot is known to
-//!    stand, that one begins there; where it stands as it was left, it is seeded with what was seen
-//!    last, and the first scan has to show that (`as_left`).
-//! 2. Else the robot maps a piece of its own, in a frame of its own, which hangs on the map by an
-//!    edge that says no more than that it lies somewhere in it. So each submap of the piece is
-//!    searched for in the whole map and in all directions, and a place is believed by the proof
-//!    that is asked for with such a doubt (`closures`).
-//! 3. Once a place is proved, the piece is laid there as a whole, rigidly, and the closures become
-//!    edges: from then on it is one map. The optimisation alone would not turn a piece about.
+//! 1. Submaps that newer ones cover are removed from the map (`pruning`). The submap of the last
+//!    run is closed and the next one begun: at the robot's place, if that is known. If the robot
+//!    stands where it was left, that submap is seeded with what was seen last, and the first scan
+//!    has to confirm it (`as_left`).
+//! 2. Otherwise the robot maps a piece of its own in a separate frame. The piece is tied to the map
+//!    by an edge that says only that it lies somewhere in it. So each submap of the piece is
+//!    searched for in the whole map and in all directions, and a place is accepted with the proof
+//!    required at such a doubt (`closures`).
+//! 3. Once a place is proved, the piece is moved there as a whole, rigidly, and the closures become
+//!    edges: from then on it is one map. The optimisation alone would not turn a piece round.
 //!
-//! Until then the grid shows the piece alone, and the estimate stands in its frame: a pilot can go
-//! on, and the map is not spoilt. A piece that was never placed is dropped when the next run
+//! Until then the grid shows the piece alone, and the estimate is given in its frame: a pilot can
+//! go on, and the map is not corrupted. A piece that was never placed is dropped when the next run
 //! begins.
 
 use std::borrow::Cow;
@@ -38,37 +38,37 @@ use crate::robot::Stamp;
 pub enum Start {
     /// The run was paused: it goes on as if it had not been.
     Paused,
-    /// Where it was left; if what it sees is not what it saw there, anywhere.
+    /// Where it was left; if it sees something else there, anywhere.
     #[default]
     Left,
-    /// About here (`map_from_robot`): to half a metre and 17°, one standard deviation.
+    /// Near this pose (`map_from_robot`): to half a metre and 17°, one standard deviation.
     At(Pose2),
-    /// Nothing is known of it.
+    /// Nothing is known.
     Anywhere,
 }
 
-/// What was mapped since a run began of which it is not known where in the map it lies.
+/// What was mapped since the run began, while its place in the map is unknown.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    /// The first of its submaps; all later ones are its own too.
+    /// Its first submap; all later ones belong to it too.
     pub(super) first: usize,
-    /// The grid of the map, while that of the piece is shown; `None` if it has to be drawn anew.
+    /// The grid of the map, while that of the piece is shown; `None` if it has to be redrawn.
     pub(super) aside: Option<Grid>,
 }
 
-/// How well a start is known that somebody tells, m and rad.
+/// Uncertainty of a start given by a person, m and rad.
 const START_SIGMA: f64 = 0.5;
 const START_TURN_SIGMA: f64 = 0.3;
-/// How well it is known that a robot stands where it was left, m and rad.
+/// Uncertainty of a robot that stands where it was left, m and rad.
 const LEFT_SIGMA: f64 = 0.1;
 const LEFT_TURN_SIGMA: f64 = 0.1;
-/// Between runs this time passes, µs.
+/// The time between runs, µs.
 pub(super) const BETWEEN_RUNS: u64 = 1_000_000;
-/// A map is never taken to be smaller than this, m.
+/// A map is never assumed to be smaller than this, m.
 const LEAST_EXTENT: f64 = 5.0;
 
 impl ScanMatcher {
-    /// Goes on in the map that there is.
+    /// Goes on in the existing map.
     pub fn go_on(&mut self, start: Start) {
         if start == Start::Paused {
             return;
@@ -95,14 +95,14 @@ impl ScanMatcher {
         }
     }
 
-    /// Whether it is known where in the map the robot is. It is not while a run that goes on in a
-    /// saved map has not found its place.
+    /// Whether it is known where in the map the robot is. This is not so while a run that goes on
+    /// in a saved map has not found its place.
     #[must_use]
     pub fn is_placed(&self) -> bool {
         self.unplaced.is_none()
     }
 
-    /// What the last run knew that the next one does not.
+    /// Forgets what only the last run could know.
     fn begin_run(&mut self) {
         self.pending = None;
         self.gathering = Gathering::default();
@@ -111,11 +111,11 @@ impl ScanMatcher {
         self.last_keyframe = None;
         self.is_blind = false;
         self.local = PoseEstimate::exact(self.local.pose);
-        // Until the first scan tells by how much.
+        // Set when the first scan tells the shift.
         self.stamp_shift = None;
     }
 
-    /// The points with a stamp behind those of earlier runs.
+    /// The points with a stamp later than those of earlier runs.
     pub(super) fn in_order<'a>(&mut self, points: &'a Points) -> Cow<'a, Points> {
         let trajectory = &self.trajectory;
         let shift = self.stamp_shift.get_or_insert_with(|| {
@@ -133,7 +133,7 @@ impl ScanMatcher {
         }
     }
 
-    /// The last submap, of which nothing is mapped yet, becomes the first of a piece of its own.
+    /// Makes the last submap, in which nothing is mapped yet, the first of a separate piece.
     pub(super) fn begin_piece(&mut self) {
         let cov = pose_cov(self.extent(), PI);
         self.begin_apart(Pose2::identity(), cov);
@@ -153,8 +153,8 @@ impl ScanMatcher {
         self.submap_cov = Matrix3::zeros();
     }
 
-    /// The last submap, of which nothing is mapped yet, begins at `map_from_submap`, which is known
-    /// to `cov`, and takes nothing over.
+    /// Begins the last submap, in which nothing is mapped yet, at `map_from_submap` with covariance
+    /// `cov`; it takes nothing over.
     fn begin_apart(&mut self, map_from_submap: Pose2, cov: Matrix3<f64>) {
         let last = self.submaps.len() - 1;
         self.running = SurfelMap::new(self.config.surfels);
@@ -173,7 +173,7 @@ impl ScanMatcher {
         self.join_loosely(last, cov);
     }
 
-    /// Joins a submap to the one before it where both lie, as well as that is known.
+    /// Joins a submap to the one before it at their current relative pose, with covariance `cov`.
     pub(super) fn join_loosely(&mut self, submap: usize, cov: Matrix3<f64>) {
         let joins = |edge: &Edge| edge.cauchy.is_none() && edge.from.max(edge.to) == submap;
         let edges = self.graph.edge_ids().iter().zip(self.graph.edges());
@@ -196,7 +196,7 @@ impl ScanMatcher {
         });
     }
 
-    /// How far the submaps of the map lie from their middle, m.
+    /// How far the submaps of the map extend from their centre, m.
     pub(super) fn extent(&self) -> f64 {
         let middles: Vec<Point2<f64>> = (self.submaps.iter())
             .filter(|submap| submap.own_keyframes > 0)
@@ -212,7 +212,7 @@ impl ScanMatcher {
         (squares / count).sqrt() + largest.fold(LEAST_EXTENT, f64::max)
     }
 
-    /// The evidence that is asked for of a place of which nothing is known.
+    /// The evidence required for a place of which nothing is known.
     pub(super) fn asked_for_anywhere(&self) -> f64 {
         let doubt = Doubt {
             shift: self.extent(),
@@ -221,7 +221,7 @@ impl ScanMatcher {
         self.config.closure.proof * places_proof(&doubt)
     }
 
-    /// Lays the piece where placements that were proved have it.
+    /// Moves the piece to where the proved placements have it.
     pub(super) fn place_piece(&mut self, proved: &[Candidate]) {
         let Some(first) = self.unplaced.as_ref().map(|piece| piece.first) else {
             return;
@@ -246,7 +246,7 @@ impl ScanMatcher {
         self.show_as_one(first);
     }
 
-    /// The grid of the map, with what the piece has seen.
+    /// Shows the grid of the map together with what the piece has seen.
     fn show_as_one(&mut self, first: usize) {
         let aside = self.unplaced.take().and_then(|piece| piece.aside);
         let Some(mut grid) = aside else {
@@ -263,7 +263,7 @@ impl ScanMatcher {
         self.lay_walls();
     }
 
-    /// Forgets the piece that was never placed.
+    /// Drops a piece that was never placed.
     pub(super) fn drop_piece(&mut self) {
         let Some(Piece { first, aside }) = self.unplaced.take() else {
             return;
@@ -288,7 +288,7 @@ impl ScanMatcher {
         self.keyframes.partition_point(|k| k.submap < first)
     }
 
-    /// How well the running submap is known beside submap `origin`.
+    /// The covariance of the running submap relative to submap `origin`.
     pub(super) fn cov_of_running(&self, origin: usize) -> Option<Matrix3<f64>> {
         let last = self.submaps.len() - 1;
         match origin {

@@ -1,7 +1,7 @@
-//! Scans that the map keeps, and the submaps that they make.
+//! Keyframes, and the submaps that they form.
 //!
-//! In: a scan with its place. Out: the running submap grown, the grid drawn; after some keyframes,
-//! or where a scan does not belong to the submap, a new one.
+//! In: a scan with its pose. Out: the running submap extended and the grid drawn; a new submap
+//! after some keyframes, or if a scan does not belong to the running one.
 
 use nalgebra::{Matrix3, Vector2};
 
@@ -14,27 +14,27 @@ use crate::map::SurfelMap;
 use crate::points::OrientedPoint;
 use crate::registration::Verdict;
 
-/// Cosine between a direction and a degenerate one, below which the former is seen.
+/// A direction is observed if the cosine between it and a degenerate one is below this.
 const SEES: f64 = 0.3;
-/// How much of the covariance of a firm match a keyframe adds to that of the way through its
-/// submap. All scans are matched to the same submap, so that their errors do not add up, but for
-/// what the submap takes over from them: simulated joins err by a tenth of the standard deviation
-/// that the sum of all would give, and a third of it is said of them. What nobody counted is held
-/// by the match before, and what few beams saw by little more: those add all.
+/// The part of a firm match's covariance that a keyframe adds to that of the motion through its
+/// submap. All scans are matched to the same submap, so their errors do not add up, except for what
+/// the submap takes over from them: simulated joins err by a tenth of the standard deviation that
+/// the sum of all would give; a third of it is claimed. Motions that odometry did not count depend
+/// on the match before, and scans of few beams on little more: those add all of it.
 const ADDED: f64 = 0.1;
-/// The same of a scan whose beams were taken one after the other. Its covariance is that of the
-/// robot after the last beam; the points lie better than that, and the submap takes over the
+/// The same for a scan whose beams were taken one after the other. Its covariance is that of the
+/// robot after the last beam; the points are known better than that, and the submap takes over the
 /// points. Simulated joins in `loop` and `parallel` were claimed to 0.02 rad and err by 0.003.
 const ADDED_BY_SWEEP: f64 = 0.03;
-/// A scan that contradicts the submap is not drawn as long as this part of it agrees, ...
+/// A scan that contradicts the submap is not drawn while this part of it agrees, ...
 const WAITING_OVERLAP: f64 = 0.4;
-/// ... scans follow each other within so many distances and turns of keyframes, ...
+/// ... scans follow each other within these multiples of the keyframe distance and turn, ...
 pub(super) const CLOSE: [f64; 2] = [0.5, 1.0];
-/// ... and the last keyframe is within so many.
+/// ... and the last keyframe is within these.
 const LONGEST_WAIT: [f64; 2] = [8.0, 3.0];
 
 impl ScanMatcher {
-    /// Where little of the scan is known already, as behind a door, the map must grow sooner.
+    /// If little of the scan is known already, as behind a door, the map must grow sooner.
     pub(super) fn is_new_place(&self, overlap: f64) -> bool {
         let part = if overlap < self.config.new_below {
             self.config.new_part
@@ -44,24 +44,24 @@ impl ScanMatcher {
         !self.is_keyframe_within([part; 2])
     }
 
-    /// Whether there is a last keyframe, nearer than so many distances and turns of keyframes.
+    /// Whether the last keyframe is within these multiples of the keyframe distance and turn.
     pub(super) fn is_keyframe_within(&self, parts: [f64; 2]) -> bool {
         let here = self.local.pose;
         self.last_keyframe
             .is_some_and(|last| self.is_within(&last.delta_to(&here), parts))
     }
 
-    /// Whether a motion is no longer than so many distances and turns of keyframes.
+    /// Whether a motion is within these multiples of the keyframe distance and turn.
     pub(super) fn is_within(&self, motion: &Pose2, [distances, turns]: [f64; 2]) -> bool {
         motion.position().coords.length() <= distances * self.config.keyframe_distance
             && motion.heading().abs() <= turns * self.config.keyframe_turn
     }
 
-    /// Whether a scan need not be drawn. Where somebody walks by or a door opens, it lies askew,
-    /// and drawn it would hold the next scans there. One of those will do as well, if they follow
-    /// each other closely.
+    /// Whether a scan need not be drawn. If a person walks by or a door opens, the scan is matched
+    /// askew, and once drawn it would hold the next scans there. One of the next scans will do as
+    /// well, if they follow each other closely.
     pub(super) fn can_wait(&self, seen: &Seen, tracked: &Tracked) -> bool {
-        // What leads a scan astray makes it jump: odometry knows better how close they follow.
+        // What misleads a scan makes it jump: odometry knows the spacing better.
         let step = match tracked.is_counted {
             true => Some(seen.motion),
             false => self.motion.speed.map(|(_, motion)| motion),
@@ -72,7 +72,7 @@ impl ScanMatcher {
             && self.is_keyframe_within(LONGEST_WAIT)
     }
 
-    /// Draws a scan into submap and grid. One that does not belong to the running submap begins
+    /// Draws a scan into submap and grid. If it does not belong to the running submap, it begins
     /// another.
     pub(super) fn add_keyframe(&mut self, seen: Seen, tracked: &Tracked) {
         self.learn_odometry(tracked);
@@ -101,8 +101,8 @@ impl ScanMatcher {
         self.keyframes.push(keyframe);
         self.lay_walls();
         self.last_keyframe = Some(at);
-        // Carried on by odometry, the local covariance holds the whole way since the last match
-        // already.
+        // While only odometry carries the pose on, the local covariance already covers the whole
+        // motion since the last match.
         if !self.is_blind {
             let cov = std::mem::take(&mut self.local.cov);
             let is_firm = tracked.is_sure && tracked.is_counted && !self.gathering.is_at_work();
@@ -116,9 +116,10 @@ impl ScanMatcher {
         }
     }
 
-    /// Averages a sweep that is no keyframe into the walls that it falls on: its few beams, known
-    /// worse the earlier they were taken, tell little alone, and only some sweeps are keyframes.
-    /// Scans at one instant were tried: among people they bend more than they sharpen.
+    /// Averages a sweep that is no keyframe into the walls that it hits. Its few beams, less
+    /// certain the earlier they were taken, tell little alone, and only some sweeps are keyframes.
+    /// With scans taken at one instant this was tried too: among people they bend walls more than
+    /// they sharpen them.
     pub(super) fn sharpen_walls(&mut self, seen: &Seen) {
         self.running.sharpen(moved(&seen.surfaces, self.local.pose));
     }
@@ -129,8 +130,8 @@ impl ScanMatcher {
         own >= self.config.submap_keyframes || (own > 0 && way > self.config.submap_reach)
     }
 
-    /// Whether the next submap would take over more than it may. The last two it always does: they
-    /// hold it to the one before.
+    /// Whether the next submap would take over more than it may. It always takes over the last two:
+    /// they tie it to the one before.
     fn is_overlap_too_large(&self) -> bool {
         let Some(first) = self.recent.front() else {
             return false;
@@ -141,7 +142,7 @@ impl ScanMatcher {
         kept > self.config.overlap_keyframes || (kept > 2 && is_far)
     }
 
-    /// Whether the match fixes how far the robot went ahead, and how far aside.
+    /// Whether the match constrains the motion forwards and sideways.
     fn sees(&self, tracked: &Tracked) -> [bool; 2] {
         [Vector2::x(), Vector2::y()].map(|axis| {
             let axis = self.local.pose.rotate(axis);
@@ -160,7 +161,7 @@ impl ScanMatcher {
         self.motion.keyframe(matched, is_sure, sees);
     }
 
-    /// Begins a submap at the present pose; one that `is_loose` takes nothing over from the last.
+    /// Begins a submap at the present pose; if `is_loose`, it takes nothing over from the last.
     pub(super) fn begin_submap(&mut self, is_loose: bool) {
         self.keep_for_refinement();
         if is_loose {
@@ -183,7 +184,7 @@ impl ScanMatcher {
         }
         self.motion.rebase(&new_from_old);
         let free = std::mem::take(&mut self.running_free);
-        // Some may be keyframes of the submap before.
+        // Some of these may be keyframes of the submap before.
         for (keyframe, recent) in self.keyframes.iter().rev().zip(self.recent.iter().rev()) {
             let rays = keyframe.rays_from(&recent.submap_from_robot);
             self.running_free.mark(rays);
@@ -205,8 +206,8 @@ impl ScanMatcher {
     }
 }
 
-/// What a match with this covariance adds to that of the way through its submap: this part of it,
-/// and all of it along what it does not see.
+/// What a match with this covariance adds to that of the motion through its submap: this part of
+/// it, and all of it along the direction that the match does not observe.
 fn added(cov: &Matrix3<f64>, part: f64, verdict: &Verdict) -> Matrix3<f64> {
     let Verdict::Degenerate { direction } = verdict else {
         return cov * part;

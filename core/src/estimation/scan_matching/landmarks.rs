@@ -1,15 +1,15 @@
-//! Corners and round things of a map of submaps: what keyframes show again and again in one place.
+//! Corners and round objects of a map of submaps: what keyframes show repeatedly in one place.
 //!
-//! In: the keyframes, as they were kept to draw the map, and where they lie now. Out:
-//! [`MapLandmark`]s. They are found when somebody asks for them, to save them or to recognise a
-//! place by them; neither pose nor map depends on them, and a scan does not wait for them.
+//! In: the keyframes, as kept for drawing the map, and their current poses. Out: [`MapLandmark`]s.
+//! They are computed on request, to save them or to recognise a place by them; neither pose nor map
+//! depends on them, and no scan waits for them.
 //!
-//! 1. In each keyframe's points on surfaces corners and circles are found ([`find_points`]).
-//! 2. Each is compared with the landmarks of the submap so far, all by one gate
-//!    ([`match_points`]). One that is found again counts once more, and its place becomes the mean
-//!    of both by their information. Any other is a new one.
-//! 3. What no second keyframe shows is none.
-//! 4. Those of the submaps become those of the map in the same way.
+//! 1. Corners and circles are found in each keyframe's points on surfaces ([`find_points`]).
+//! 2. They are compared with the landmarks of the submap so far, all by one gate
+//!    ([`match_points`]). A landmark that is found again gains 1 in confidence, and its position
+//!    becomes the information-weighted mean of both. Any other becomes a new landmark.
+//! 3. What no second keyframe shows is not a landmark.
+//! 4. The landmarks of the submaps become those of the map in the same way.
 //!
 //! Source: Pilch 2016 §3.3 and §3.5.2: a submap keeps landmarks, and their confidence grows by 1
 //! each time they are found again. Pilch gives the new sighting more weight; here covariances
@@ -22,25 +22,25 @@ use crate::association::{PointMatchConfig, match_points};
 use crate::features::{LineConfig, PointFeature, PointFeatureConfig, PointKind, find_points};
 use crate::geom::{Pose2, PoseEstimate};
 
-/// A corner or something round that was found again.
+/// A corner or round object that was found again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapLandmark {
-    /// Where it is, m, in the frame that was asked for.
+    /// Position in the requested frame, m.
     pub position: Point2<f64>,
     /// Covariance of the position in that frame, m².
     pub cov: Matrix2<f64>,
-    /// What it is.
+    /// Its kind.
     pub kind: PointKind,
     /// How often it was found again.
     pub confidence: u32,
 }
 
-/// How well a keyframe's place in its submap is known, m and rad.
+/// Uncertainty of a keyframe's pose in its submap, m and rad.
 const KEYFRAME_SIGMAS: [f64; 3] = [0.02, 0.02, 0.005];
-/// And that of a submap in the map, against others nearby.
+/// Uncertainty of a submap's pose in the map, relative to others nearby, m and rad.
 const SUBMAP_SIGMAS: [f64; 3] = [0.05, 0.05, 0.01];
-/// What two sightings of one corner differ by beside their noise, m: where the legs of a corner
-/// begin depends on where it is seen from.
+/// How much two sightings of one corner differ beside their noise, m: where the legs of a corner
+/// begin depends on the viewpoint.
 const SIGHTING_SIGMA: f64 = 0.02;
 
 impl ScanMatcher {
@@ -53,7 +53,8 @@ impl ScanMatcher {
         self.landmarks_of(&of_submaps)
     }
 
-    /// The same from those of its submaps ([`Self::landmarks_in`]), the first of which are given.
+    /// The same from the landmarks of its submaps ([`Self::landmarks_in`]), of which the first are
+    /// given.
     #[must_use]
     pub fn landmarks_of(&self, of_submaps: &[Vec<MapLandmark>]) -> Vec<MapLandmark> {
         let mut known = Known::default();
@@ -65,14 +66,14 @@ impl ScanMatcher {
         known.found_again()
     }
 
-    /// Where the keyframes of a submap lie in it, in the order of the drive. They move as the map
-    /// is refined, and what is found in them moves along.
+    /// The poses of a submap's keyframes in its frame, in the order of the drive. They move as the
+    /// map is refined, and landmarks found in them move along.
     pub fn keyframes_in(&self, submap: usize) -> impl Iterator<Item = Pose2> {
         let own = self.keyframes.iter().filter(move |k| k.submap == submap);
         own.map(|keyframe| keyframe.submap_from_robot)
     }
 
-    /// Those of one submap alone, in its frame; none where there is no such submap.
+    /// The landmarks of one submap alone, in its frame; none if there is no such submap.
     #[must_use]
     pub fn landmarks_in(&self, submap: usize) -> Vec<MapLandmark> {
         let mut known = Known::default();
@@ -82,7 +83,7 @@ impl ScanMatcher {
         );
         for keyframe in self.keyframes.iter().filter(|k| k.submap == submap) {
             let points = keyframe.points(self.config.matching.sigma);
-            // What a keyframe keeps is finite; where it is not, it shows nothing.
+            // What a keyframe keeps is finite; if it were not, it would show nothing.
             let mut seen = find_points(&points, &[], &lines, &config).unwrap_or_default();
             for point in &mut seen {
                 point.cov += Matrix2::identity() * (SIGHTING_SIGMA * SIGHTING_SIGMA);
@@ -106,7 +107,7 @@ impl MapLandmark {
     }
 }
 
-/// Landmarks so far, in one frame, with how often each was found again.
+/// The landmarks so far, in one frame, with how often each was found again.
 #[derive(Default)]
 struct Known {
     places: Vec<PointFeature>,
@@ -114,8 +115,8 @@ struct Known {
 }
 
 impl Known {
-    /// Takes in what was seen in a frame that lies at `frame_from_seen`, which is known to
-    /// `sigmas`; `again` tells how often each had been found again there.
+    /// Takes in what was seen in a frame that lies at `frame_from_seen`, with uncertainty `sigmas`;
+    /// `again` tells how often each was found again there.
     fn take_in(
         &mut self,
         seen: &[PointFeature],
@@ -171,7 +172,7 @@ fn placed(seen: &PointFeature, frame_from_seen: &Pose2) -> PointFeature {
     }
 }
 
-/// The mean of both, by their information.
+/// The information-weighted mean of both.
 fn merge(known: &mut PointFeature, seen: &PointFeature) {
     let Some(gain) = (known.cov + seen.cov).try_inverse() else {
         return;

@@ -1,4 +1,4 @@
-//! One scan in the running submap: what of odometry's doubt stays after the match.
+//! One scan in the running submap: how much of the odometry's uncertainty remains after the match.
 
 use nalgebra::Matrix3;
 
@@ -6,24 +6,24 @@ use super::{ScanMatcher, Submap};
 use crate::geom::{PoseEstimate, pose_cov, symmetrize};
 use crate::registration::{Registration, Verdict};
 
-/// A submap that begins with nothing has too few surfaces of its own until it holds so many
-/// keyframes. Often it was begun because somebody walked by, who is then a good part of it: down a
-/// corridor nothing else says how far the robot went, and it goes along with them.
+/// A submap that begins with nothing has too few surfaces of its own until it holds this many
+/// keyframes. Often it was begun because a person walked by, who then makes up much of it: in a
+/// corridor nothing else tells how far the robot went, and the match follows the person.
 const FEW_KEYFRAMES: usize = 3;
-/// The part of its floor that odometry has beside those few.
+/// The part of the odometry floor that is used with so few keyframes.
 const OF_FEW: f64 = 0.2;
 
 impl ScanMatcher {
-    /// The matched pose with its covariance: that of the match where the points say something,
-    /// odometry's since the last keyframe where they do not.
+    /// The matched pose with its covariance: that of the match where the points are informative,
+    /// that of odometry since the last keyframe where they are not.
     pub(super) fn corrected(&self, found: &Registration, predicted: &PoseEstimate) -> PoseEstimate {
         let mut floor = self.odometry_floor();
         if let Verdict::Degenerate { direction } = found.verdict {
             let said = &found.information;
             let turn = -(said[(0, 2)] * direction.x + said[(1, 2)] * direction.y);
             let free = direction.push(turn / said[(2, 2)].max(1e-12)).normalize();
-            // Between two scans odometry may err by more than it says, but not always to the same
-            // side.
+            // Between two scans odometry may err by more than it says, but not always in the same
+            // direction.
             let observed = Matrix3::identity() - free * free.transpose();
             floor = observed * floor * observed;
         }
@@ -37,7 +37,7 @@ impl ScanMatcher {
         }
     }
 
-    /// What odometry is not believed better than between two scans.
+    /// The least covariance of odometry between two scans.
     pub(super) fn odometry_floor(&self) -> Matrix3<f64> {
         let config = &self.config;
         let begins = |s: &Submap| s.is_loose && s.own_keyframes < FEW_KEYFRAMES;

@@ -1,9 +1,9 @@
-//! The submaps in the pose graph: joined to the next when one is closed, to earlier ones where they
-//! show the same place.
+//! The submaps in the pose graph: each is joined to the next when it is closed, and to earlier ones
+//! where they show the same place.
 //!
-//! In: closed submaps. Out: edges and, after each that closes a loop, new poses of all submaps. The
-//! comparisons to be made are listed when a submap is closed; the matcher works off one at each
-//! scan.
+//! In: closed submaps. Out: edges and, after each edge that closes a loop, new poses of all
+//! submaps. The comparisons to be made are listed when a submap is closed; the matcher does one of
+//! them at each scan.
 
 use nalgebra::Matrix3;
 
@@ -17,11 +17,11 @@ use super::revocation::{Believed, Contradicted, contradicted, is_overruled};
 use super::{ScanMatcher, carried};
 use crate::geom::{Length, Pose2, pose_cov};
 
-/// After one optimisation, so often at most closures are taken out.
+/// The most times that closures are taken out after one optimisation.
 const MOST_REVOCATIONS: usize = 8;
 
 impl ScanMatcher {
-    /// The edge from a submap to the one that follows it.
+    /// Adds the edge from a submap to the one that follows it.
     pub(super) fn join_to_next(&mut self, old: usize, old_from_new: &Pose2, map_from_new: Pose2) {
         let floor = pose_cov(self.config.submap_sigma, self.config.submap_turn_sigma);
         let cov = self.way_cov + floor;
@@ -65,7 +65,7 @@ impl ScanMatcher {
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        // Where little is known of the way, neighbours show the same: one of them is enough.
+        // If the path is very uncertain, neighbouring submaps show the same: one of them is enough.
         let mut chosen: Vec<usize> = vec![];
         for (_, old) in near {
             let is_wide = doubts[old].shift > self.config.closure.wide;
@@ -113,7 +113,7 @@ impl ScanMatcher {
         }
     }
 
-    /// Believes the placements that are proved by now.
+    /// Accepts the placements that are proved by now.
     pub(super) fn believe_proved(&mut self, new: usize) {
         let mut waiting = std::mem::take(&mut self.waiting);
         let mut records = std::mem::take(&mut self.records);
@@ -127,7 +127,7 @@ impl ScanMatcher {
             self.believe(candidate);
         }
         if !proved.is_empty() {
-            // The way since the last closure is known better by now.
+            // The path since the last closure is known better now.
             self.optimize();
             for between in std::mem::replace(&mut self.last_closed, new)..new {
                 self.plan_comparisons(between);
@@ -167,8 +167,8 @@ impl ScanMatcher {
         self.count_loops();
     }
 
-    /// Notes how far off the ways were that the newest closures close, before the graph follows
-    /// them.
+    /// Records how far off the paths that the newest closures close were, before the graph follows
+    /// the closures.
     fn note_loop_errors(&mut self) {
         if self.newest.is_empty() {
             return;
@@ -188,7 +188,7 @@ impl ScanMatcher {
         }
     }
 
-    /// Takes out what tears the way between neighbours.
+    /// Takes out closures that tear the trajectory between neighbours.
     fn revoke(&mut self) {
         for _ in 0..MOST_REVOCATIONS {
             let closures = self.records.accepted().map(|(_, edge, record)| Believed {
@@ -204,7 +204,7 @@ impl ScanMatcher {
             };
             self.graph = without;
             if edges == newest {
-                // They may yet be proved better than what speaks against them.
+                // They may still be proved better than what contradicts them.
                 for (_, candidate) in std::mem::take(&mut self.newest) {
                     let why = Delay::Tears;
                     self.records
@@ -234,8 +234,8 @@ impl ScanMatcher {
         }
     }
 
-    /// Takes out what the optimised graph does not follow: it would be called a closure, and close
-    /// nothing. What comes later may prove it better.
+    /// Takes out closures that the optimised graph does not follow: they would be called closures,
+    /// and close nothing. Later evidence may prove them better.
     fn put_off_overruled(&mut self) {
         let overruled: Vec<(EdgeId, Candidate)> = (self.records.accepted())
             .filter(|(_, edge, _)| is_overruled(&self.graph, *edge))

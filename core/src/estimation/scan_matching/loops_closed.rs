@@ -1,7 +1,7 @@
 //! Which of the accepted placements close a loop.
 //!
-//! In: where the submaps lie. Out: of each placement, whether the robot had been away between the
-//! two. Neighbours on its way lie well on each other without a loop: what both show was never out
+//! In: where the submaps lie. Out: for each placement, whether the robot had been away in between.
+//! Neighbours on the trajectory lie well on each other without a loop: what both show was never out
 //! of sight.
 
 use nalgebra::{Point2, distance};
@@ -9,10 +9,10 @@ use nalgebra::{Point2, distance};
 use super::ScanMatcher;
 use super::records::{ClosureFate, ClosureRecord};
 
-/// Who was less far away, m, has not come back.
+/// A robot that was less far away than this, m, has not come back.
 const LEAST_AWAY: f64 = 3.0;
 
-/// Where the submaps begin, and how far it is to there along those before, m.
+/// The origins of the submaps, and the distance to each along those before it, m.
 #[derive(Clone, Debug)]
 pub struct LoopsClosed(Vec<(Point2<f64>, f64)>);
 
@@ -26,9 +26,9 @@ impl LoopsClosed {
         Self(way)
     }
 
-    /// Whether a placement is accepted and closes a loop. It does not where the way between its
-    /// submaps is that of neighbours: no longer than twice as far as they are apart, and a few
-    /// metres away and back.
+    /// Whether a placement is accepted and closes a loop. It closes none if its submaps are
+    /// neighbours: if the path between them is no longer than twice their distance apart, plus a
+    /// few metres away and back.
     #[must_use]
     pub fn closes(&self, record: &ClosureRecord) -> bool {
         matches!(record.fate, ClosureFate::Accepted { .. })
@@ -53,7 +53,7 @@ impl ScanMatcher {
         )
     }
 
-    /// Counts them, after submaps or records have changed.
+    /// Counts the closed loops, after submaps or records have changed.
     pub(super) fn count_loops(&mut self) {
         let loops = self.loops_closed();
         let accepted = self.records.iter();
@@ -71,12 +71,12 @@ mod tests {
         let way = [0.0, 4.0, 8.0, 8.0, 8.0, 4.0, 0.0].into_iter();
         let way = way.zip([0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0]);
         let loops = LoopsClosed::along(way.map(|(x, y)| Point2::new(x, y)));
-        // 8 m straight on; 12 m to what is 8.9 m away: neighbours.
+        // 8 m straight on; 12 m to a place that is 8.9 m away: neighbours.
         assert!(!loops.was_away_between(0, 2) && !loops.was_away_between(0, 3));
-        // There and back: by 8 m, by 16 m, and by all of it.
+        // Out and back: by 8 m, by 16 m, and by all of it.
         assert!(loops.was_away_between(2, 4));
         assert!(loops.was_away_between(1, 5) && loops.was_away_between(0, 6));
-        // A submap that is no more closes nothing.
+        // A submap that no longer exists closes nothing.
         assert!(!loops.was_away_between(0, 7));
     }
 }

@@ -1,12 +1,11 @@
-//! Two maps of one building become one.
+//! Merges two maps of one building.
 //!
-//! In: two matchers. Out: one with the map of both, or why it is not proved how they lie to each
-//! other.
+//! In: two matchers. Out: one with the map of both, or why their relative pose is not proved.
 //!
-//! The second map is laid into the first as a piece of which it is not known where it lies
-//! (`going_on`): its submaps are compared with those of the first, in the whole map and in all
-//! directions, and one map is made of them only by proof. So what is believed here is what would be
-//! believed of a robot that drove through the first map and saw what is in the second.
+//! The second map is added to the first as a piece whose place is unknown (`going_on`): its submaps
+//! are compared with those of the first, in the whole map and in all directions, and the two become
+//! one map only with proof. So what is accepted here is what would be accepted for a robot that
+//! drove through the first map and saw what is in the second.
 
 use std::f64::consts::PI;
 
@@ -15,7 +14,7 @@ use super::{Redraw, SavedMap, ScanMatcher};
 use crate::geom::pose_cov;
 use crate::robot::Stamp;
 
-/// Why two maps do not become one.
+/// Why two maps cannot be merged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapMergeError {
@@ -25,7 +24,7 @@ pub enum MapMergeError {
         /// Which: `first` or `second`.
         which: &'static str,
     },
-    /// They have no part in common, or it is not proved which.
+    /// They have no part in common, or it is not proved which part that is.
     #[error(
         "it is not proved where the maps overlap: the best place of the second in the first has \
          evidence {evidence:.1} of {asked:.1} that is asked for, in submaps that lie wholly on \
@@ -34,24 +33,25 @@ pub enum MapMergeError {
     NotProved {
         /// Of the best placement.
         evidence: f64,
-        /// What is asked for.
+        /// The evidence required.
         asked: f64,
-        /// Of the best that contradicts it.
+        /// Of the best placement that contradicts it.
         rival: f64,
     },
 }
 
-/// Two maps that became one.
+/// Two maps merged into one.
 #[derive(Debug)]
 pub struct MergedMaps {
     /// The map, in the frame of the first.
     pub matcher: ScanMatcher,
-    /// What was added to the stamps of the second, µs, so that they follow those of the first.
+    /// Added to the stamps of the second map, µs, so that they follow those of the first.
     pub stamp_shift: u64,
 }
 
 impl MergedMaps {
-    /// To be saved, with the `times` of the first and of the second map ([`SavedMap::times`]).
+    /// The map for saving, with the `times` of the first and of the second map
+    /// ([`SavedMap::times`]).
     #[must_use]
     pub fn saved(&self, times: [&[(Stamp, f64)]; 2]) -> SavedMap {
         let [first, second] = times;
@@ -65,7 +65,7 @@ impl MergedMaps {
 }
 
 impl ScanMatcher {
-    /// Makes one map of this and another.
+    /// Merges this map with another.
     ///
     /// # Errors    [`MapMergeError`].
     pub fn merged(mut self, mut other: Self) -> Result<MergedMaps, MapMergeError> {
@@ -76,7 +76,7 @@ impl ScanMatcher {
                 return Err(MapMergeError::Empty { which });
             }
         }
-        // On the last submap nothing was mapped.
+        // Nothing was mapped in the last submap.
         let last = self.submaps.len() - 1;
         let kept: Vec<bool> = (0..self.submaps.len()).map(|at| at < last).collect();
         self.keep_submaps(&kept);
@@ -88,7 +88,7 @@ impl ScanMatcher {
         if !self.is_placed() {
             return Err(self.best_of_placements(first));
         }
-        // What lies near each other is known by now.
+        // By now it is known which submaps lie near each other.
         self.compare_piece(first);
         self.finish();
         Ok(MergedMaps {
@@ -97,7 +97,7 @@ impl ScanMatcher {
         })
     }
 
-    /// Appends the submaps of another map, as a piece that lies anywhere.
+    /// Appends the submaps of another map, as a piece that may lie anywhere.
     fn take_over(&mut self, other: Self) -> u64 {
         let first = self.submaps.len();
         let last_stamp = self.trajectory.iter().map(|t| t.stamp.0).max();
@@ -137,7 +137,7 @@ impl ScanMatcher {
             first,
             aside: Some(aside),
         });
-        // The second is the one that a run goes on in.
+        // A run would go on in the second map.
         self.running = other.running;
         self.running_free = other.running_free;
         self.local = other.local;

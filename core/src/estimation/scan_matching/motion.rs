@@ -1,17 +1,17 @@
-//! How the odometry of this robot errs, learned while matches are sure.
+//! The odometry errors of this robot, learned from reliable matches.
 //!
-//! In: odometry between keyframes, and what the matches made of it. Out: odometry with its bias
-//! taken out, and with a covariance as large as its errors really are.
+//! In: odometry between keyframes, and the matched motions. Out: odometry with its bias removed,
+//! and with a covariance as large as its errors really are.
 //!
-//! 1. Wheels err by a bias: the way by a part of itself, the turn by a part of itself and by
-//!    something for each metre (unequal wheels). And a sensor that is turned on the robot by a
-//!    little more than is said makes the robot seem to go askew: odometry pulls each match aside,
-//!    and the heading with it, so that key frames a metre apart bend the way by a fifth of a degree
-//!    a metre for a sensor turned by one. The four are a state that wanders slowly, and a Kalman
-//!    filter follows it.
-//! 2. What the bias leaves is noise: the covariance that comes with the odometry is scaled until it
-//!    explains the errors. Noise alone would explain a bias as well, but not help along a corridor,
-//!    where nothing but the wheels tells how far the robot went.
+//! 1. Wheels have a bias: the distance errs by a fraction of itself, the rotation by a fraction of
+//!    itself and by an amount per metre (unequal wheels). And a sensor whose mounting angle is
+//!    slightly wrong makes the robot seem to move askew: odometry pulls each match sideways, and
+//!    the heading with it, so keyframes a metre apart bend the trajectory by a fifth of a degree
+//!    per metre for a sensor turned by one degree. These four are a slowly varying state, estimated
+//!    by a Kalman filter.
+//! 2. What the bias leaves is noise: the covariance given with the odometry is scaled until it
+//!    explains the errors. Noise alone could explain a bias as well, but would not help in a
+//!    corridor, where only the wheels tell how far the robot went.
 //!
 //! Source of the model: Borenstein & Feng (1996), "Measurement and correction of systematic
 //! odometry errors in mobile robots"; Censi et al. (2013), "Simultaneous calibration of odometry
@@ -26,64 +26,63 @@ use crate::geom::{Length, Pose2, symmetrize, wrap};
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
 
-/// The biases: of the way, 1; of the turn for each metre, rad/m; of the turn, 1; and the angle by
-/// which the robot goes askew, rad.
+/// The biases: of the distance, 1; of the rotation per metre, rad/m; of the rotation, 1; and the
+/// angle by which the robot moves askew, rad.
 const WAY: usize = 0;
 const BEND: usize = 1;
 const TURN: usize = 2;
 const ASKEW: usize = 3;
-/// What is known of them beforehand.
+/// Prior standard deviations of the biases.
 const FIRST_SIGMAS: [f64; 4] = [0.05, 0.05, 0.1, 0.02];
-/// How far each wanders with every keyframe.
+/// Random walk of each bias, per keyframe.
 const WANDER: [f64; 4] = [0.001, 0.001, 0.002, 0.0002];
-/// What a match is known to at each end, m and rad.
+/// Uncertainty of a match at each end, m and rad.
 const MATCH_SHIFT: f64 = 0.015;
 const MATCH_TURN: f64 = 0.004;
-/// The covariance that comes with odometry is believed to be wrong by these factors beforehand.
+/// Prior factor on the covariance given with odometry.
 const FIRST_NOISE: f64 = 10.0;
-/// The part that a new error has in what is known of the noise.
+/// The weight of a new error in the noise estimate.
 const NOISE_GAIN: f64 = 0.03;
-/// Noise is never believed smaller or larger than by these factors.
+/// The smallest and the largest factor on the noise.
 const NOISE_BOUNDS: [f64; 2] = [0.1, 30.0];
-/// What is not known of the bias counts as if each motion were one of so many metres with the same
-/// bias. That is much for a short way: a prior that is held to be exact, and is not, harms every
-/// match, and one that is held to be loose harms none that sees walls.
+/// The uncertainty of the bias counts as if each motion were one of this many metres with the same
+/// bias. That is much for a short motion: a prior that is assumed to be exact and is not harms
+/// every match; one that is assumed to be loose harms no match that sees walls.
 const BIAS_LENGTH: f64 = 20.0;
-/// The variance of a direction that a match does not see, m²: it says nothing.
+/// The variance along a direction that a match does not observe, m²: no information.
 const UNSEEN: f64 = 1e6;
-/// An error of more than this many standard deviations is that of a slip, or of a match.
+/// An error of more than this many standard deviations comes from a slip or from a wrong match.
 const MOST_SIGMAS: f64 = 4.0;
 
-/// The part of motions of which odometry is grossly wrong: beforehand, and the least that is
-/// believed.
+/// The fraction of motions in which odometry is grossly wrong: prior, and least value.
 const FIRST_SLIPS: f64 = 0.05;
 const SELDOM: f64 = 0.003;
-/// The part that a new motion has in what is known of it.
+/// The weight of a new motion in this fraction.
 const SLIP_GAIN: f64 = 0.02;
-/// What an e-fold of it is worth, in parts of the points of a scan.
+/// The penalty for each e-fold of it, as a fraction of a scan's points.
 const MISTRUST: f64 = 0.06;
 
-/// An earlier scan, as far as late odometry needs it.
+/// An earlier scan, with what late odometry needs of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Past {
     pub(super) stamp: Stamp,
     pub(super) submap_from_robot: Pose2,
-    /// Odometry, summed since the beginning.
+    /// Odometry, accumulated since the beginning.
     pub(super) odom_from_robot: Pose2,
 }
 
-/// Earlier scans that late odometry may belong to.
+/// The number of earlier scans that late odometry may belong to.
 const PASTS: usize = 8;
 
-/// How the robot moved, by its odometry and by the matches.
+/// The robot's motion, by odometry and by matches.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motion {
     pub(super) model: OdometryModel,
-    /// Odometry as it came, since the last keyframe.
+    /// Raw odometry since the last keyframe.
     since_keyframe: Option<Odometry>,
     /// Whether the last keyframe surely lies where it was matched.
     keyframe_is_sure: bool,
-    /// Odometry without its bias, summed since the beginning.
+    /// Odometry without its bias, accumulated since the beginning.
     pub(super) odom_from_robot: Pose2,
     /// The scans before this one, the newest last.
     pub(super) pasts: VecDeque<Past>,
@@ -93,7 +92,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Takes odometry as it came, and gives it without its bias.
+    /// Takes raw odometry and returns it without its bias.
     pub(super) fn moved(&mut self, odometry: Odometry) -> Odometry {
         self.since_keyframe = Some(match self.since_keyframe {
             Some(so_far) => so_far.then(&odometry),
@@ -104,18 +103,18 @@ impl Motion {
         corrected
     }
 
-    /// What is to be believed of odometry without its bias as the motion since the robot was
-    /// matched at `here`.
+    /// What to believe of bias-free odometry as the motion since the robot was matched at `here`.
     pub(super) fn believed(&mut self, moved: Odometry, here: &Pose2, stamp: Stamp) -> Believed {
         let believed = self.watch.moved(moved, here, &self.pasts, stamp);
         if !matches!(believed, Believed::Counted(counted) if counted.motion == moved.motion) {
-            // Nothing is to be learned from what failed.
+            // Failed odometry teaches nothing.
             (self.since_keyframe, self.keyframe_is_sure) = (None, false);
         }
         believed
     }
 
-    /// Takes the scans before for as far on as odometry counted: somebody held the robot back.
+    /// Moves the previous scans forward to where odometry has them: someone walking along held the
+    /// robot back.
     pub(super) fn follow_odometry(&mut self) {
         let Some(first) = self.pasts.front().copied() else {
             return;
@@ -126,7 +125,7 @@ impl Motion {
         }
     }
 
-    /// Remembers where a scan was placed.
+    /// Records where a scan was placed.
     pub(super) fn remember(&mut self, stamp: Stamp, submap_from_robot: Pose2) {
         if let Some(past) = self.pasts.back() {
             let motion = past.submap_from_robot.delta_to(&submap_from_robot);
@@ -145,7 +144,7 @@ impl Motion {
         }
     }
 
-    /// Another submap runs from here on.
+    /// Another submap is the running one from here on.
     pub(super) fn rebase(&mut self, new_from_old: &Pose2) {
         for past in &mut self.pasts {
             past.submap_from_robot = *new_from_old * past.submap_from_robot;
@@ -153,8 +152,9 @@ impl Motion {
         self.watch.rebase(new_from_old);
     }
 
-    /// A scan becomes a keyframe, so far from the last one by the matches. Odometry is learned from
-    /// it where both are sure; `sees` says whether the match fixes the way ahead, and that aside.
+    /// A scan becomes a keyframe, at motion `matched` from the last one. The odometry model learns
+    /// from it if both are reliable; `sees` says whether the match constrains the motion forwards
+    /// and sideways.
     pub(super) fn keyframe(&mut self, matched: Option<Pose2>, is_sure: bool, sees: [bool; 2]) {
         let was_sure = std::mem::replace(&mut self.keyframe_is_sure, is_sure);
         let odometry = self.since_keyframe.take();
@@ -167,14 +167,14 @@ impl Motion {
     }
 }
 
-/// What is known of the errors of odometry.
+/// What is known of the odometry errors.
 #[derive(Clone, Debug)]
 pub(super) struct OdometryModel {
     bias: Vector4<f64>,
     cov: Matrix4<f64>,
-    /// Factors on the variance of the way and of the turn.
+    /// Factors on the variance of distance and rotation.
     noise: [f64; 2],
-    /// How often it was grossly wrong.
+    /// How often odometry was grossly wrong.
     slips: f64,
 }
 
@@ -191,8 +191,8 @@ impl Default for OdometryModel {
 }
 
 impl OdometryModel {
-    /// The motion without its bias. What it turns more than it says it turns all along the way,
-    /// which ends half as much askew.
+    /// The motion without its bias. The additional rotation is spread evenly over the motion, so
+    /// the displacement is rotated by half of it.
     fn unbiased(&self, raw: &Pose2) -> Pose2 {
         let more = raw.heading() * self.bias[TURN] + raw.x() * self.bias[BEND];
         let askew = Rotation2::new(self.bias[ASKEW] + 0.5 * more);
@@ -220,19 +220,19 @@ impl OdometryModel {
         }
     }
 
-    /// What is to be said against a motion that odometry does not report, in parts of the points of
-    /// a scan: the more, the seldomer odometry was grossly wrong.
+    /// The penalty for a motion that odometry does not report, as a fraction of a scan's points:
+    /// the larger, the more rarely odometry was grossly wrong.
     pub(super) fn mistrust(&self) -> f64 {
         -MISTRUST * libm::log(self.slips.max(SELDOM))
     }
 
-    /// Notes whether odometry was `right` about a motion that is sure by now.
+    /// Records whether odometry was `right` about a motion that is certain by now.
     pub(super) fn note(&mut self, right: bool) {
         self.slips += SLIP_GAIN * (f64::from(!right) - self.slips);
     }
 
-    /// Learns from odometry that should have been `matched`. `sees` says whether the match fixes
-    /// the way ahead, and that aside.
+    /// Learns from odometry that should have been `matched`. `sees` says whether the match
+    /// constrains the motion forwards and sideways.
     pub(super) fn learn(&mut self, odometry: &Odometry, matched: &Pose2, sees: [bool; 2]) {
         for (axis, wander) in WANDER.into_iter().enumerate() {
             self.cov[(axis, axis)] = (self.cov[(axis, axis)] + wander * wander)
@@ -251,7 +251,7 @@ impl OdometryModel {
             Vector3::new(MATCH_SHIFT, MATCH_SHIFT, MATCH_TURN).map(|sigma| 2.0 * sigma * sigma);
         let known = by_bias * self.cov * by_bias.transpose();
         let mut noise = Matrix3::zeros();
-        // The noise aside is taken to be that of the way: learned from the way.
+        // The sideways noise is assumed to be that of the distance, and is learned from it.
         for (axis, factor) in [(0, 0), (1, 0), (2, 1)] {
             if sees.get(axis) == Some(&false) {
                 noise[(axis, axis)] = UNSEEN;
@@ -261,7 +261,7 @@ impl OdometryModel {
             let expected = noise[(axis, axis)] + known[(axis, axis)];
             let square = error[axis] * error[axis];
             let ratio = (square / expected).min(MOST_SIGMAS * MOST_SIGMAS);
-            // A slip says little of the bias.
+            // A slip says little about the bias.
             noise[(axis, axis)] *= ratio.max(1.0);
             if axis != 1 && own[axis] > match_variance[axis] * 0.1 {
                 let noise = &mut self.noise[factor];
@@ -281,7 +281,7 @@ impl OdometryModel {
     }
 }
 
-/// How the motion changes with the biases, to first order in them.
+/// The derivative of the motion with respect to the biases, to first order in them.
 fn by_bias(raw: &Pose2) -> Matrix3x4<f64> {
     let (x, y, turn) = (raw.x(), raw.y(), raw.heading());
     #[rustfmt::skip]
@@ -323,8 +323,8 @@ mod tests {
     use super::*;
     use crate::points::fixture::normal;
 
-    /// Odometry of drives with these biases and errors of way and turn, each with the motion that
-    /// it was.
+    /// Odometry of drives with these biases and with errors of distance and rotation, each with its
+    /// true motion.
     fn drives(bias: [f64; 4], sigma: [f64; 2], seed: u64) -> Vec<(Odometry, Pose2)> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let drive = |_| {
@@ -347,7 +347,7 @@ mod tests {
         (0..400).map(drive).collect()
     }
 
-    /// Where a drive ends that goes and turns evenly, in a hundred small steps that err by a bias.
+    /// Where a drive at constant speed and turn rate ends, in a hundred small steps with a bias.
     fn driven(bias: [f64; 4], way: f64, turn: f64) -> Pose2 {
         const STEPS: usize = 100;
         let (way, turn) = (way / STEPS as f64, turn / STEPS as f64);
@@ -379,7 +379,7 @@ mod tests {
 
     #[test]
     fn a_bent_way_is_not_taken_for_a_turned_sensor() {
-        // A metre at a time, where the bow is deep.
+        // A metre at a time, where the arc is deep.
         let bent = [0.0, -0.12, 0.0, 0.0];
         let mut model = OdometryModel::default();
         for _ in 0..200 {
@@ -404,7 +404,7 @@ mod tests {
         for (way, turn) in [(0.3, 0.0), (0.3, 0.3), (-0.2, 0.2), (1.0, -0.1)] {
             let raw = driven([0.0; 4], way, turn);
             let off = model.unbiased(&raw).delta_to(&driven(bias, way, turn));
-            // Of second order in bias and turn.
+            // Second order in bias and rotation.
             assert!(
                 off.position().coords.length() < 3e-3 * f64::abs(way),
                 "{off:?}"
@@ -450,7 +450,7 @@ mod tests {
                 model.learn(&odometry, &matched, [true; 2]);
             }
             for noise in model.noise {
-                // The newest thirty or so count.
+                // About the newest thirty count.
                 assert!(
                     noise > 0.4 * factor && noise < 2.2 * factor,
                     "{noise} {factor}"
@@ -466,7 +466,7 @@ mod tests {
         for (odometry, matched) in drives(bias, [0.02, 0.01], 1) {
             model.learn(&odometry, &matched, [false, true]);
         }
-        // Next to nothing: how far aside a bow ends says a little of its length.
+        // Almost nothing: how far sideways an arc ends says little about its length.
         assert!(model.cov[(WAY, WAY)].sqrt() > 0.8 * FIRST_SIGMAS[WAY]);
         assert!(model.bias[WAY].abs() < 0.02, "{}", model.bias);
         assert!((model.bias[BEND] - 0.05).abs() < 0.01, "{}", model.bias);

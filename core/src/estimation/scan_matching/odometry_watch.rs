@@ -1,16 +1,17 @@
 //! Odometry that fails: it hangs, catches up, or jumps.
 //!
-//! In: the motions that odometry counts, and where the scans were matched. Out: what is to be
-//! believed of it as the motion since the last match.
+//! In: the motions that odometry counts, and where the scans were matched. Out: how much of it to
+//! believe as the motion since the last match.
 //!
-//! 1. A driver that is late or lost repeats its last figures, to the last digit. So does one of a
-//!    robot that stands; the matches tell which it is. Odometry that hangs says nothing: to believe
-//!    that the robot stands would hold each match back a little, and along a corridor altogether.
-//! 2. What it counts when it catches up began where it began to hang.
-//! 3. No robot is suddenly many times as fast as it was, nor goes farther from where it stood than
+//! 1. A driver that is late or lost repeats its last figures, to the last digit. So does the driver
+//!    of a robot that stands still; the matches tell which it is. Odometry that hangs says nothing:
+//!    to believe that the robot stands would hold each match back a little, and in a corridor
+//!    altogether.
+//! 2. What odometry counts when it catches up began where it began to hang.
+//! 3. No robot is suddenly many times as fast as before, nor goes farther from where it stood than
 //!    a robot can in that time. Such a jump is an error of the counter, or a motion that the
-//!    matches hold already: the robot goes on as before. Where it does not, the jump is still
-//!    tried.
+//!    matches already include: the robot is assumed to go on as before. In case it does not, the
+//!    jump is still tried.
 
 use std::collections::VecDeque;
 
@@ -19,40 +20,40 @@ use crate::geom::{Length, Pose2};
 use crate::robot::{Odometry, Stamp};
 use crate::snapshot::snapshot;
 
-/// A robot that was matched farther than this, m and rad, from where its odometry says that it
-/// stands moves.
+/// A robot that was matched farther than this, m and rad, from where its odometry says it stands is
+/// in fact moving.
 const HANGS_SHIFT: f64 = 0.25;
 const HANGS_TURN: f64 = 0.2;
-/// A way is a jump beyond this, m, ...
+/// A motion is a jump if it is longer than this, m, ...
 const JUMP: f64 = 0.2;
-/// ... and this many times the way at the speed before, ...
+/// ... plus the longest of: this many times the distance at the previous speed, ...
 const FASTER: f64 = 1.5;
-/// ... or that of a robot that starts, m/s, ...
+/// ... the distance at the speed of a robot that starts, m/s, ...
 const START: f64 = 1.5;
-/// ... or this many times the longest of the ways before.
+/// ... and this many times the longest of the previous motions.
 const LONGER: f64 = 2.0;
 
-/// How odometry behaved of late.
+/// How odometry behaved recently.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OdometryWatch {
-    /// When odometry began to count nothing, to the last digit, and where the robot was matched
-    /// last before; in the running submap.
+    /// When odometry began to report no motion at all, to the last digit, and where the robot was
+    /// last matched before that, in the running submap.
     stands_since: Option<(Stamp, Pose2)>,
-    /// Whether the robot was matched clearly elsewhere since.
+    /// Whether the robot has been matched clearly elsewhere since.
     hangs: bool,
 }
 
-/// What is to be believed of odometry as a motion since the last match.
+/// What to believe of odometry as a motion since the last match.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Believed {
-    /// That it is this one.
+    /// It is this motion.
     Counted(Odometry),
-    /// Nothing. It may still be this one, if it counted any.
+    /// Nothing. It may still be this motion, if odometry counted any.
     Failed(Option<Odometry>),
 }
 
 impl Believed {
-    /// The motion, where it is believed.
+    /// The motion, if it is believed.
     pub(super) fn counted(&self) -> Option<&Odometry> {
         match self {
             Self::Counted(odometry) => Some(odometry),
@@ -68,8 +69,8 @@ impl From<Option<Odometry>> for Believed {
 }
 
 impl OdometryWatch {
-    /// Takes odometry without its bias, where the robot was matched last, the scans before, and
-    /// when this one was taken.
+    /// Takes bias-free odometry, where the robot was last matched, the previous scans, and the
+    /// stamp of this one.
     pub(super) fn moved(
         &mut self,
         odometry: Odometry,
@@ -101,7 +102,7 @@ impl OdometryWatch {
         }
     }
 
-    /// Takes where the robot was matched next. Says whether that shows that odometry hangs.
+    /// Takes the next matched pose. Returns whether it shows that odometry hangs.
     pub(super) fn matched(&mut self, last: &Pose2, here: &Pose2) -> bool {
         let Some((since, begin)) = self.stands_since.filter(|_| !self.hangs) else {
             return false;
@@ -111,7 +112,7 @@ impl OdometryWatch {
             off.position().coords.length() > HANGS_SHIFT || off.heading().abs() > HANGS_TURN
         };
         if is_beyond(last) {
-            // Carried off at once.
+            // A jump within one scan: the robot was carried off.
             self.stands_since = Some((since, *here));
         } else {
             self.hangs = is_beyond(&begin);
@@ -119,14 +120,14 @@ impl OdometryWatch {
         self.hangs
     }
 
-    /// Another submap runs from here on.
+    /// Another submap is the running one from here on.
     pub(super) fn rebase(&mut self, new_from_old: &Pose2) {
         let rebased = |(since, begin)| (since, *new_from_old * begin);
         self.stands_since = self.stands_since.map(rebased);
     }
 }
 
-/// What was counted from `begin` as a motion from `here`.
+/// The motion counted from `begin`, as a motion from `here`.
 fn counted_from(begin: &Pose2, odometry: Odometry, here: &Pose2) -> Odometry {
     let here_from_begin = here.delta_to(begin);
     let turned = here_from_begin.rotation();
@@ -137,8 +138,9 @@ fn counted_from(begin: &Pose2, odometry: Odometry, here: &Pose2) -> Odometry {
     }
 }
 
-/// Whether a robot that moved so far would suddenly be many times as fast as it was. Stamps jitter,
-/// and several scans may have one: the way is held against that between other scans too.
+/// Whether a robot with this motion would suddenly be many times as fast as before. Stamps jitter,
+/// and several scans may have the same stamp, so the motion is also compared with those between
+/// other scans.
 fn jumps(motion: &Pose2, pasts: &VecDeque<Past>, stamp: Stamp) -> bool {
     let (Some(first), Some(last)) = (pasts.front(), pasts.back()) else {
         return false;
@@ -158,7 +160,7 @@ fn jumps(motion: &Pose2, pasts: &VecDeque<Past>, stamp: Stamp) -> bool {
     is_too_far(motion, most.max(LONGER * longest))
 }
 
-/// Whether a robot that goes `most` metres cannot have moved so.
+/// Whether a robot that can go `most` metres cannot have made this motion.
 fn is_too_far(motion: &Pose2, most: f64) -> bool {
     motion.position().coords.length() > JUMP + most
 }
@@ -184,7 +186,7 @@ mod tests {
         }
     }
 
-    /// A robot that odometry is heard of, scan by scan.
+    /// A robot whose odometry is reported scan by scan.
     #[derive(Default)]
     struct Robot {
         watch: OdometryWatch,
@@ -194,7 +196,7 @@ mod tests {
     }
 
     impl Robot {
-        /// It moved, and odometry counted something; what is believed of that.
+        /// It moves, and odometry counts something; returns what is believed of that.
         fn moves(&mut self, motion: Pose2, odometry: Pose2) -> Believed {
             let stamp = Stamp(SCAN * (self.pasts.len() as u64 + 1));
             let last = self.here;
@@ -220,7 +222,7 @@ mod tests {
     fn a_robot_that_stands_is_believed_to() {
         let mut robot = Robot::default();
         for number in 0..50 {
-            // As matches scatter.
+            // Scatter like that of matches.
             let jitter = Pose2::new(0.05, -0.05, 0.02);
             let moved = if number % 2 == 0 {
                 jitter
@@ -252,7 +254,8 @@ mod tests {
         let here = robot.here;
         let believed = robot.moves(ahead(STEP), held * ahead(STEP));
         let moved = believed.counted().unwrap();
-        // To where it is, and with the doubt of the whole way, seen along the way at its end.
+        // To where it is, with the uncertainty of the whole motion, as seen along its direction at
+        // the end.
         let off = (here * moved.motion).minus(&robot.here);
         assert!(off.amax() < 1e-12, "{off}");
         let (at_begin, at_end) = (begin.rotation(), here.rotation());

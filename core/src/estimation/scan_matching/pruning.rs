@@ -1,17 +1,17 @@
-//! What newer submaps cover is taken out of the map, so that it grows with the building and not
-//! with the way.
+//! Removes submaps that newer ones cover, so that the map grows with the building, not with the
+//! distance driven.
 //!
-//! In: a map. Out: the map without submaps of which newer ones have all.
+//! In: a map. Out: the map without submaps whose contents newer ones hold completely.
 //!
-//! 1. From the oldest on, a submap is covered if nearly all of its surfaces stand in some newer
-//!    ones, in the same place and facing the same way, and if nearly all that it saw through was
-//!    seen through by newer ones. Several of them: neighbours on a way share half of what they
-//!    hold, and what was seen once may have been seen badly.
-//! 2. Its pose is taken out of the graph. All that it was joined to is joined through it to one of
-//!    its neighbours on the way, unless it is joined to that already: motions follow one another,
-//!    and their covariances add up. The edge to that one is used several times then, so that its
-//!    covariance is counted as often: what comes out is never known better than it was.
-//! 3. Its keyframes and places of the way go with it, and the grid is drawn anew.
+//! 1. Starting with the oldest, a submap is covered if nearly all of its surfaces stand in several
+//!    newer ones, in the same place and facing the same way, and if nearly all space that it saw as
+//!    free was seen as free by newer ones. Several are required because neighbours on a path share
+//!    half of what they hold, and what was seen once may have been seen badly.
+//! 2. Its pose is removed from the graph. Everything joined to it is joined through it to one of
+//!    its neighbours on the trajectory, unless joined to that already: motions are composed, and
+//!    their covariances add up. The edge to that neighbour is then used several times, so its
+//!    covariance is counted as often: the result never claims to be known better than before.
+//! 3. Its keyframes and trajectory poses go with it, and the grid is redrawn.
 //!
 //! Marginalising would join all neighbours to one another, with information that is exact, and
 //! the graph would fill in run by run. A tree through one neighbour keeps it sparse (Kretzschmar &
@@ -27,7 +27,7 @@ use super::super::pose_graph::{Edge, EdgeId};
 use super::{ScanMatcher, Submap};
 use crate::geom::{Length, Pose2, symmetrize};
 
-/// What was taken out of a map.
+/// What was removed from a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pruned {
     /// Submaps.
@@ -36,31 +36,30 @@ pub struct Pruned {
     pub keyframes: usize,
 }
 
-/// So many newer submaps have to hold a surface.
+/// This many newer submaps have to hold a surface.
 const COVERED_BY: u32 = 3;
 /// This part of the surfaces of a submap has to be held.
 const COVERED_SURFACES: f64 = 0.97;
-/// This part of what it saw through has to be.
+/// This part of the free space that it saw has to be held.
 const COVERED_FREE: f64 = 0.97;
-/// Surfaces are the same that fall into one cell of this side, m, or into neighbouring ones ...
+/// Surfaces are the same if they fall into one cell of this side, m, or into neighbouring ones ...
 const CELL: f64 = 0.2;
-/// ... and face into one of so many directions, or neighbouring ones.
+/// ... and face into the same one of this many directions, or into neighbouring ones.
 const DIRECTIONS: i32 = 8;
-/// A closure with less weight than this by its kernel is not followed, and says nothing.
+/// A closure with less kernel weight than this is not followed by the graph, and says nothing.
 const LEAST_WEIGHT: f64 = 0.1;
 
 /// A surface, coarsely: column, row, direction.
 type Key = (i32, i32, i32);
 
 impl ScanMatcher {
-    /// Takes out of the map what newer submaps cover. Only of a map that was finished
-    /// ([`Self::finish`]).
+    /// Removes submaps that newer ones cover. The map must be finished ([`Self::finish`]).
     pub fn prune(&mut self) -> Pruned {
         let count = self.submaps.len();
         let keyframes = self.keyframes.len();
         let held: Vec<Vec<Key>> = self.submaps.iter().map(keys).collect();
-        // How many submaps hold each surface, of those that are newer than the one that is asked
-        // about, or kept.
+        // For each surface, the number of submaps that hold it, among those that are kept or newer
+        // than the one in question.
         let mut holders: BTreeMap<Key, u32> = BTreeMap::new();
         for key in held.iter().flatten() {
             *holders.entry(*key).or_default() += 1;
@@ -89,7 +88,7 @@ impl ScanMatcher {
         }
     }
 
-    /// Whether newer submaps saw through what this one did.
+    /// Whether newer submaps saw as free what this one did.
     fn free_is_held(&self, submap: usize, kept: &[bool]) -> bool {
         let this = &self.submaps[submap];
         let middle = this.map_from_submap * this.closed.centre;
@@ -114,8 +113,8 @@ impl ScanMatcher {
         held as f64 >= COVERED_FREE * free as f64
     }
 
-    /// Joins what submap `submap` is joined to past it: takes away its own edges, and tells the new
-    /// ones; `None` where it is joined to nothing.
+    /// Joins the neighbours of submap `submap` in the graph directly: removes its own edges and
+    /// returns the new ones; `None` if it has no edges.
     pub(super) fn join_past(&mut self, submap: usize) -> Option<Vec<EdgeId>> {
         let ids = self.graph.edge_ids().iter().zip(self.graph.edges());
         let own: Vec<_> = ids
@@ -126,7 +125,7 @@ impl ScanMatcher {
             .filter(|(_, edge)| self.is_followed(edge))
             .filter_map(|(_, edge)| Arm::of(edge, submap))
             .collect();
-        // The way stays one of motions that are believed.
+        // Prefer an edge of the trajectory, so that it stays one of motions that are believed.
         let best = arms.iter().min_by(|a, b| {
             let is_closure = |arm: &Arm| arm.cauchy.is_some();
             let spread = |arm: &Arm| arm.cov.trace();
@@ -168,7 +167,7 @@ impl ScanMatcher {
     }
 }
 
-/// An edge as it is seen from one of its ends, `hub`.
+/// An edge, seen from one of its ends, the `hub`.
 struct Arm {
     end: usize,
     hub_from_end: Pose2,
@@ -199,8 +198,8 @@ impl Arm {
         })
     }
 
-    /// The edge from the end of this arm to that of another, past the hub. This arm is used so
-    /// often.
+    /// The edge from the end of this arm to that of another, bypassing the hub. This arm is used
+    /// `times` times.
     fn joined_to(&self, other: &Self, times: usize) -> Option<Edge> {
         let motion = self.hub_from_end.inverse() * other.hub_from_end;
         // The error at the end of this arm, carried to the end of the motion.
@@ -219,7 +218,7 @@ impl Arm {
             information: if self.end < other.end {
                 information
             } else {
-                // As above, the other way.
+                // As above, in the other direction.
                 let carry = motion.inverse().adjoint();
                 let mut turned = carry.transpose() * information * carry;
                 symmetrize(&mut turned);
@@ -252,7 +251,7 @@ fn keys(submap: &Submap) -> Vec<Key> {
     keys
 }
 
-/// Whether so many submaps as are asked for hold nearly all of these surfaces.
+/// Whether enough submaps hold nearly all of these surfaces.
 fn surfaces_are_held(keys: &[Key], holders: &BTreeMap<Key, u32>) -> bool {
     let around = |(col, row, direction): Key| {
         let steps = [-1, 0, 1];
@@ -263,7 +262,7 @@ fn surfaces_are_held(keys: &[Key], holders: &BTreeMap<Key, u32>) -> bool {
         cells.flat_map(facing)
     };
     let is_held = |key: &&Key| {
-        // The best of the neighbours: sums would count a submap several times.
+        // The maximum over the neighbours: a sum would count a submap several times.
         let most = around(**key).filter_map(|key| holders.get(&key)).max();
         most.is_some_and(|most| *most >= COVERED_BY)
     };

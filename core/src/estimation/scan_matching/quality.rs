@@ -1,8 +1,8 @@
-//! What the map is worth that scan matching has made.
+//! The quality of the map that scan matching has made.
 //!
 //! In: the closed submaps where they lie, and the pose graph. Out: [`MapQuality`]. It takes a
-//! second for an hour's drive, so it is made when somebody asks, and submap by submap where others
-//! wait meanwhile ([`MapJudgement`]).
+//! second for an hour's drive, so it is computed on request, and submap by submap if others are
+//! waiting meanwhile ([`MapJudgement`]).
 
 use std::collections::BTreeMap;
 
@@ -14,15 +14,15 @@ use crate::estimation::submap::Doubt;
 use crate::geom::Length;
 use crate::robot::Stamp;
 
-/// A submap after whose way to the next walls ahead are known worse than this, m, was left by a
-/// robot that was lost.
+/// If walls ahead are known worse than this, m, after the motion from a submap to the next, the
+/// robot was lost there.
 const LOST_SIGMA: f64 = 0.2;
-/// A stretch follows another if no more time lies between them than this part of the shorter one.
+/// One stretch follows another if the time between them is at most this part of the shorter one.
 const MOST_GAP: f64 = 0.5;
 
 impl ScanMatcher {
     /// Whether the map is whole, and where it is torn. What was seen since the last submap was
-    /// closed is left out.
+    /// closed is not included.
     #[must_use]
     pub fn quality(&self) -> MapQuality {
         let mut judgement = self.judgement();
@@ -30,7 +30,7 @@ impl ScanMatcher {
         self.judged(&judgement)
     }
 
-    /// Begins to judge the map as it is now. It may change meanwhile.
+    /// Starts a judgement of the map as it is now. The map may change meanwhile.
     #[must_use]
     pub fn judgement(&self) -> MapJudgement {
         let closed = self.submaps.len().saturating_sub(1);
@@ -41,8 +41,8 @@ impl ScanMatcher {
         MapJudgement::new(places, untied, parted, loops, self.unjudgeable())
     }
 
-    /// The loops that were closed, in the order of time, and how far off their ways were: for each
-    /// submap the longest, for those that are closed together are off alike.
+    /// The closed loops in the order of time, and how far off their paths were: of each submap only
+    /// the longest, because loops closed together are off alike.
     fn closed_loops(&self, count: usize) -> Vec<ClosedLoop> {
         let seen = self.seen(count);
         let mut loops: BTreeMap<usize, ClosedLoop> = BTreeMap::new();
@@ -65,8 +65,8 @@ impl ScanMatcher {
         loops.into_values().collect()
     }
 
-    /// Why nothing can be said of the map, the running submap included: no scan was matched to
-    /// another, so that nothing could contradict.
+    /// Why the map, including the running submap, cannot be judged: no scan was matched to another,
+    /// so nothing could contradict.
     fn unjudgeable(&self) -> Option<Unjudgeable> {
         let closed = self.submaps.iter().map(|submap| &submap.closed);
         let has_surfaces = !self.running.surfels().is_empty()
@@ -82,20 +82,20 @@ impl ScanMatcher {
         }
     }
 
-    /// Judges on, by one submap; `false` when there is none left.
+    /// Continues the judgement by one submap; `false` when none is left.
     pub fn judge_on(&self, judgement: &mut MapJudgement) -> bool {
         let placed = self.placed(judgement);
         let config = &self.config;
         judgement.step(&placed, &config.surfels, &config.matching)
     }
 
-    /// What [`Self::quality`] says, as far as it was judged.
+    /// The result of [`Self::quality`], as far as it was judged.
     #[must_use]
     pub fn judged(&self, judgement: &MapJudgement) -> MapQuality {
         judgement.quality(&self.placed(judgement))
     }
 
-    /// The submaps as they lay when the judgement began; what is in a closed one never changes.
+    /// The submaps as they lay when the judgement began; the contents of a closed one never change.
     fn placed(&self, judgement: &MapJudgement) -> Vec<Placed<'_>> {
         let submaps = self.submaps.iter().zip(&judgement.places);
         submaps
@@ -107,7 +107,7 @@ impl ScanMatcher {
             .collect()
     }
 
-    /// When each of the first submaps was seen, from and to.
+    /// When each of the first `count` submaps was seen, from and to.
     fn seen(&self, count: usize) -> Vec<[Stamp; 2]> {
         let mut seen: Vec<Option<[Stamp; 2]>> = vec![None; count];
         for track in &self.trajectory {
@@ -116,7 +116,7 @@ impl ScanMatcher {
                 *seen = Some([from, track.stamp]);
             }
         }
-        // A submap begins with a scan of its own; without one it lies between its neighbours.
+        // A submap begins with a scan of its own; if it has none, it lies between its neighbours.
         let mut last = [Stamp(0); 2];
         seen.into_iter()
             .map(|seen| {
@@ -126,8 +126,8 @@ impl ScanMatcher {
             .collect()
     }
 
-    /// How far neighbours lie apart that share scans. Where some of the way between them is missing
-    /// (it was pruned, or scans were lost) nothing was drawn that could be apart.
+    /// How far apart neighbours that share scans lie. If part of the path between them is missing
+    /// (pruned, or scans lost), nothing was drawn that could be apart.
     fn parted(&self, count: usize) -> Vec<Parted> {
         let poses = self.graph.poses();
         let seen = self.seen(count);
@@ -148,9 +148,9 @@ impl ScanMatcher {
         parted.collect()
     }
 
-    /// The ways between submaps that no closed loop spans, those on end as one.
+    /// The paths between submaps that no closed loop spans; consecutive ones count as one.
     fn untied(&self, count: usize) -> Vec<Untied> {
-        // Whether the way from each submap to the next is spanned, and known badly.
+        // Whether the path from each submap to the next is spanned, and whether it is known badly.
         let mut spans = vec![0_i32; count + 1];
         let mut is_lost = vec![false; count];
         for edge in self.graph.edges() {

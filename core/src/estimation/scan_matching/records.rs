@@ -1,7 +1,7 @@
 //! What became of each placement of one submap in another.
 //!
-//! In: what was found, and each judgement on it. Out: a [`ClosureRecord`] for whoever asks why a
-//! loop was closed, or was not. Nothing is decided by these records.
+//! In: what was found, and each decision on it. Out: a [`ClosureRecord`] that explains why a loop
+//! was closed or not. Nothing is decided by these records.
 
 use std::collections::BTreeMap;
 
@@ -25,20 +25,21 @@ pub struct ClosureRecord {
     pub motion: Pose2,
     /// Inverse of the covariance of `motion`, as an edge of a pose graph takes it.
     pub information: Matrix3<f64>,
-    /// What was known of `motion` before.
+    /// The prior uncertainty of `motion`.
     pub doubt: Doubt,
     /// Whether it had to be searched for.
     pub is_searched: bool,
-    /// The part of the surfaces of either that lies on those of the other, the larger one.
+    /// The part of the surfaces of one that lies on those of the other; the larger of the two
+    /// parts.
     pub overlap: f64,
-    /// Of the surfaces that are compared, the part that agrees.
+    /// The part of the compared surfaces that agrees.
     pub part: f64,
     /// What it proves by itself, in submaps that lie wholly on one another.
     pub worth: f64,
-    /// What it had for itself when it was judged last; `None` before, and where it needed no
-    /// search: then nothing is asked for.
+    /// Its evidence when it was last judged; `None` before that, and if it needed no search: then
+    /// no proof is required.
     pub proof: Option<Proof>,
-    /// How far off the way was that it closes, when it was accepted; `None` before.
+    /// How far off the path that it closes was, when it was accepted; `None` before.
     pub loop_error: Option<LoopError>,
     /// What became of it.
     pub fate: ClosureFate,
@@ -47,24 +48,24 @@ pub struct ClosureRecord {
 /// What became of a placement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClosureFate {
-    /// It is not believed yet: what comes may prove it.
+    /// Not accepted yet: later evidence may prove it.
     Waiting {
         /// What it waits for.
         why: Delay,
     },
     /// It is an edge of the pose graph.
     Accepted {
-        /// Its name there.
+        /// Its name in the graph.
         edge: EdgeId,
     },
-    /// It is not believed.
+    /// Not accepted.
     Refused {
         /// Why not.
         why: Refusal,
     },
-    /// It was accepted, and is not believed any more: it tore the way.
+    /// It was accepted, and later removed because it tore the trajectory.
     Revoked {
-        /// The submap between which and the next one the way was torn.
+        /// The trajectory was torn between this submap and the next.
         torn: usize,
     },
 }
@@ -72,27 +73,27 @@ pub enum ClosureFate {
 /// Why a placement waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delay {
-    /// It was found just now.
+    /// It was only just found.
     NotJudged,
-    /// Something fits somewhere by chance, in so wide a window.
+    /// In so wide a window, something fits somewhere by chance.
     TooLittleProof,
-    /// It is farther from where the way leads than all that is feared of the way: no proof is
+    /// It is farther from where the path predicts it than all assumed drift allows: no proof is
     /// enough.
     BeyondBelief,
-    /// Another that contradicts it is nearly as well proved.
+    /// Another placement that contradicts it is nearly as well proved.
     Rivals,
-    /// Believed, it would tear the way between submaps that follow each other.
+    /// If accepted, it would tear the trajectory between consecutive submaps.
     Tears,
-    /// Believed, it would not be followed: the way and other closures hold the map elsewhere.
+    /// If accepted, it would not be followed: the path and other closures hold the map elsewhere.
     Overruled,
 }
 
-/// Why a placement is not believed.
+/// Why a placement is not accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Its submap was placed in others, and that was proved.
+    /// Its submap was placed in others, with proof.
     PlacedElsewhere,
-    /// It waited for proof until there was no room for it any more.
+    /// It waited for proof until there was no more room for it.
     NeverProved,
 }
 
@@ -100,8 +101,7 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct RecordId(usize);
 
-/// Records of all that wait and all that were accepted, and of the last that were refused or
-/// revoked.
+/// Records of all waiting and accepted placements, and of the last that were refused or revoked.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
     list: BTreeMap<RecordId, ClosureRecord>,
@@ -109,18 +109,18 @@ pub(super) struct Records {
     changes: u64,
 }
 
-/// Most records of placements that were refused or revoked; the oldest go first.
+/// The most records of refused or revoked placements; the oldest are dropped first.
 const MOST_REFUSED: usize = 400;
 
 impl RecordId {
-    /// The name of a record that was taken over by a map with so many before it.
+    /// The name of a record after it was taken over by a map with `by` records before it.
     pub(super) fn shifted(self, by: usize) -> Self {
         Self(self.0 + by)
     }
 }
 
 impl Records {
-    /// A placement was found.
+    /// Begins the record of a placement that was found.
     pub(super) fn begin(
         &mut self,
         (old, new): (usize, usize),
@@ -150,7 +150,7 @@ impl Records {
         id
     }
 
-    /// Takes a record in again that had gone with its submap.
+    /// Restores a record that was removed with its submap.
     pub(super) fn take_back(&mut self, record: ClosureRecord) {
         self.list.insert(RecordId(self.next), record);
         self.next += 1;
@@ -179,7 +179,7 @@ impl Records {
         self.list.values()
     }
 
-    /// Grows whenever a record does or changes.
+    /// Increases whenever a record is added or changed.
     pub(super) fn changes(&self) -> u64 {
         self.changes
     }
@@ -194,8 +194,8 @@ impl Records {
             })
     }
 
-    /// Takes over the records of another map, of which the submaps and edges are numbered from
-    /// `submaps` and `edges` on; its records are from the number on that is returned.
+    /// Takes over the records of another map whose submaps and edges are numbered from `submaps`
+    /// and `edges` on; its records are numbered from the returned number on.
     pub(super) fn append(&mut self, other: Self, submaps: usize, edges: usize) -> usize {
         let first = self.next;
         for (id, mut record) in other.list {
@@ -213,8 +213,8 @@ impl Records {
         first
     }
 
-    /// Keeps the records of which both submaps are left, under new `numbers`; those of edges that
-    /// are no longer there go too.
+    /// Keeps the records whose two submaps both remain, under new `numbers`; records of edges that
+    /// no longer exist are dropped too.
     pub(super) fn keep(
         &mut self,
         numbers: impl Fn((usize, usize)) -> Option<(usize, usize)>,
@@ -223,7 +223,7 @@ impl Records {
         self.list.retain(|_, record| {
             let is_held = match record.fate {
                 ClosureFate::Accepted { edge } => has_edge(edge),
-                // Where the way was torn is named by a number that is no more.
+                // The number that says where the trajectory was torn is no longer valid.
                 ClosureFate::Revoked { .. } => false,
                 ClosureFate::Waiting { .. } | ClosureFate::Refused { .. } => true,
             };
@@ -260,7 +260,7 @@ impl Records {
 }
 
 impl ClosureRecord {
-    /// The edge that it would be, in a pose graph that believes all errors.
+    /// The edge that it would be in a pose graph without robust kernels.
     pub(super) fn edge(&self) -> Edge {
         Edge {
             from: self.old,

@@ -1,26 +1,26 @@
-//! Keyframes laid anew within their submap, as other submaps have them that show the same place.
+//! Refines the keyframes within their submap, by other submaps that show the same place.
 //!
 //! In: a closed submap, and the loop closures that join it to others. Out: the poses of its
 //! keyframes in it, and of the scans between them.
 //!
 //! A closure moves a submap as a whole. Along a curved wall, or while people walk around the robot,
-//! matching drifts by degrees within one, and no pose graph of submaps takes that out.
+//! matching drifts by degrees within one submap, and no pose graph of submaps corrects that.
 //!
 //! 1. What the keyframes saw is kept for a while, until most loops past their submap are closed.
-//! 2. Each keyframe is then matched by itself to each of the submaps that closures join to its own,
-//!    one keyframe at each scan.
-//! 3. The keyframes of the submap are a chain: each is held to the one before as tracking had it,
-//!    and to where the matches that are sure have it. It is optimised like any pose graph.
-//! 4. Scans between two keyframes go with them.
+//! 2. Each keyframe is then matched by itself to each submap that closures join to its own, one
+//!    keyframe at each scan.
+//! 3. The keyframes of the submap form a chain: each is tied to the previous one as tracking had
+//!    it, and to where the reliable matches have it. The chain is optimised like any pose graph.
+//! 4. Scans between two keyframes move with them.
 //!
-//! The shape that the submap had itself has next to no vote: it drifted. With a vote as heavy as
-//! one match, half of the gain is gone (Intel, Killian).
+//! The shape that the submap itself had gets almost no weight: it drifted. Weighting it like one
+//! match loses half of the gain (Intel, Killian).
 //!
-//! The grid and the way are drawn by these poses. What scans and submaps are matched to stays as it
-//! was made, and so do the closures: what was proved by them is not proved by itself again. A pass
-//! of which the loop is closed only [`WAITS`] submaps later stays as it is: the next one is laid on
-//! it. Nor is the join to the next submap changed, so that the way may jump there by as much as the
-//! last keyframe was moved.
+//! The grid and the trajectory are drawn by these poses. What scans and submaps are matched to
+//! stays unchanged, and so do the closures: what they proved is not proved by itself again. A pass
+//! whose loop is closed more than [`WAITS`] submaps later stays unchanged: the next pass is laid on
+//! it. The join to the next submap is not changed either, so the trajectory may jump there by as
+//! much as the last keyframe was moved.
 
 use nalgebra::Matrix3;
 
@@ -34,44 +34,44 @@ use crate::points::{OrientedPoint, thinned};
 use crate::registration::{Prior, Registration, Verdict, register};
 use crate::snapshot::snapshot;
 
-/// So many submaps are begun before one is refined: until then, more closures are found.
+/// A submap is refined only after this many more were begun: until then, more closures are found.
 const WAITS: usize = 20;
-/// Most submaps that a keyframe is matched to, those that overlap most. More give little, and each
-/// costs an index.
+/// The most submaps that a keyframe is matched to, those with the largest overlap. More bring
+/// little, and each costs an index.
 const MOST_OTHERS: usize = 3;
-/// About so many surfaces of a keyframe are matched, evenly spread.
+/// About this many surfaces of a keyframe are matched, evenly spread.
 const SURFACES: usize = 100;
-/// How far a keyframe may have drifted, m and rad, where it begins to be matched.
+/// How far a keyframe may have drifted when its matching starts, m and rad.
 const DRIFT: [f64; 2] = [0.1, 0.06];
-/// How well tracking knows a keyframe relative to the one before, m and rad.
+/// Uncertainty of a keyframe relative to the previous one by tracking, m and rad.
 const STEP: [f64; 2] = [0.01, 0.006];
-/// A match is never believed better than this, m and rad: the submap that it is matched to drifted
-/// as well.
+/// A match is never believed to be more accurate than this, m and rad: the submap that it is
+/// matched to drifted as well.
 const MATCH: [f64; 2] = [0.015, 0.004];
-/// What a match says at least, 1/m² and 1/rad².
+/// The least information of a match, 1/m² and 1/rad².
 const MIN_INFORMATION: f64 = 0.01;
 /// Scale of the Cauchy kernel of matches, in standard deviations.
 const KERNEL: f64 = 2.0;
 const MOST_ITERATIONS: usize = 20;
 
-/// A closed submap whose keyframes may be laid anew.
+/// A closed submap whose keyframes may be refined.
 #[derive(Clone, Debug)]
 pub(super) struct Unrefined {
     pub(super) submap: usize,
-    /// Of what its last keyframes saw, some, in their order.
+    /// Some of what its last keyframes saw, in their order.
     surfaces: Vec<Vec<OrientedPoint>>,
-    /// Submaps that show the same place, and where it lay in them when it was begun with
+    /// Submaps that show the same place, and where this one lay in them when its refinement began
     /// (`other_from_submap`); empty until then.
     others: Vec<(usize, Pose2)>,
-    /// Of `surfaces`, those that were matched.
+    /// How many of `surfaces` were matched.
     matched: usize,
     places: Vec<Place>,
 }
 
-/// Where a match has a keyframe.
+/// The pose of a keyframe by a match.
 #[derive(Clone, Debug)]
 struct Place {
-    /// Its number among those that were kept.
+    /// Its index among the kept keyframes.
     keyframe: usize,
     submap_from_robot: Pose2,
     /// As an edge of a pose graph takes it.
@@ -92,7 +92,8 @@ snapshot!(Place {
 });
 
 impl Unrefined {
-    /// Whether all that it names is there, in a map in which its submap has so many keyframes.
+    /// Whether everything that it names exists, in a map in which its submap has this many
+    /// keyframes.
     pub(super) fn is_sound(&self, submaps: usize, keyframes: usize) -> bool {
         let count = self.surfaces.len();
         count <= keyframes
@@ -103,7 +104,7 @@ impl Unrefined {
 }
 
 impl ScanMatcher {
-    /// Keeps what the keyframes of the last submap saw, which is being closed.
+    /// Keeps what the keyframes of the last submap, which is being closed, saw.
     pub(super) fn keep_for_refinement(&mut self) {
         let submap = self.submaps.len() - 1;
         let [first, behind] = self.keyframes_of(submap);
@@ -125,8 +126,8 @@ impl ScanMatcher {
         });
     }
 
-    /// Matches up to `count` keyframes of submaps that have waited long enough, or `all`, and lays
-    /// those of a submap anew when all of them are matched.
+    /// Matches up to `count` keyframes of submaps that have waited long enough, or of `all`
+    /// submaps, and refines a submap when all of its keyframes are matched.
     pub(super) fn refine(&mut self, count: usize, all: bool) {
         let waits = if all { 0 } else { WAITS };
         for _ in 0..count {
@@ -151,8 +152,8 @@ impl ScanMatcher {
         }
     }
 
-    /// The submaps that closures join to this one, those first that overlap it most, and where it
-    /// lies in them.
+    /// The submaps that closures join to this one, those with the largest overlap first, and where
+    /// it lies in them.
     fn joined_by_closures(&self, submap: usize) -> Vec<(usize, Pose2)> {
         let accepted = self.records.accepted().map(|(_, _, record)| record);
         let mut closures: Vec<(f64, usize)> = accepted
@@ -174,21 +175,21 @@ impl ScanMatcher {
         others.into_iter().map(with_place).collect()
     }
 
-    /// Of the keyframes of a submap, the first and the one behind the last.
+    /// The index of a submap's first keyframe, and that after its last.
     pub(super) fn keyframes_of(&self, submap: usize) -> [usize; 2] {
         let first = self.keyframes.partition_point(|k| k.submap < submap);
         let behind = self.keyframes.partition_point(|k| k.submap <= submap);
         [first, behind]
     }
 
-    /// Of the scans that were placed in a submap, the first and the one behind the last.
+    /// The index of the first scan that was placed in a submap, and that after its last.
     fn scans_of(&self, submap: usize) -> [usize; 2] {
         let first = self.trajectory.partition_point(|t| t.submap < submap);
         let behind = self.trajectory.partition_point(|t| t.submap <= submap);
         [first, behind]
     }
 
-    /// The scans of which the keyframes of a submap were made: they lie where those do, to the bit.
+    /// The scans from which the keyframes of a submap were made: their poses are equal to the bit.
     fn scans_of_keyframes(&self, submap: usize) -> Vec<Option<usize>> {
         let [mut from, end] = self.scans_of(submap);
         let [first, behind] = self.keyframes_of(submap);
@@ -204,7 +205,7 @@ impl ScanMatcher {
             .collect()
     }
 
-    /// The numbers of the scans that were drawn: the others are in no grid.
+    /// The indices of the scans that were drawn; the others are in no grid.
     pub fn drawn_scans(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.submaps.len())
             .flat_map(|submap| self.scans_of_keyframes(submap).into_iter().flatten())
@@ -219,7 +220,7 @@ impl ScanMatcher {
         };
         let [_, behind] = self.keyframes_of(planned.submap);
         let keyframe = &self.keyframes[behind - planned.surfaces.len() + at];
-        // The submap that others are compared with, too: what they keep is kept.
+        // Ask for the submap that loop closing compares now, so that its indexes are kept.
         let newest = self.submaps.len().saturating_sub(2);
         for (other, other_from_submap) in &planned.others {
             let index = self.indexes.of(*other, newest);
@@ -243,7 +244,7 @@ impl ScanMatcher {
         }
     }
 
-    /// Lays the keyframes of a submap, and the scans between them, where the chain has them.
+    /// Moves the keyframes of a submap, and the scans between them, to where the chain has them.
     fn lay_anew(&mut self, refined: &Unrefined) {
         if refined.places.is_empty() {
             return;
@@ -269,9 +270,9 @@ impl ScanMatcher {
         self.moves += 1;
     }
 
-    /// Moves the scans of a submap with its keyframes: each by what lies between the motions of the
-    /// keyframes before and behind it. Stamps do not tell how far it is on the way: in recordings,
-    /// several scans often have one.
+    /// Moves the scans of a submap with its keyframes: each by interpolation between the motions of
+    /// the keyframes before and after it. Stamps do not tell how far along a scan is: in
+    /// recordings, several scans often have the same stamp.
     fn carry_scans(&mut self, submap: usize, after: &[Pose2]) {
         let of_keyframes = self.scans_of_keyframes(submap).into_iter().zip(after);
         let placed: Vec<(usize, Pose2)> = of_keyframes
@@ -297,15 +298,14 @@ impl ScanMatcher {
                 *scan = *scan * between(&a, &b, part);
             }
         }
-        // To the bit, by which a keyframe knows its scan.
+        // Equal to the bit, because that is how a keyframe finds its scan.
         for (scan, after) in placed {
             self.trajectory[scan].submap_from_robot = after;
         }
     }
 }
 
-/// The poses of keyframes that lie one after the other, where `places` have those from number
-/// `matched_from` on.
+/// The poses of consecutive keyframes, where `places` give those from index `matched_from` on.
 fn chain(poses: &[Pose2], places: &[Place], matched_from: usize) -> Vec<Pose2> {
     let mut graph = PoseGraph::default();
     let origin = graph.add_pose(Pose2::identity());
@@ -356,7 +356,8 @@ fn is_settled(found: &Registration) -> bool {
     )
 }
 
-/// What a match in another submap says of the pose there: the inverse of its covariance.
+/// The information of a match in another submap about the pose there: the inverse of its
+/// covariance.
 fn believed(found: &Registration) -> Matrix3<f64> {
     let least = Matrix3::identity() * MIN_INFORMATION;
     let cov = (found.information + least).try_inverse();
@@ -365,7 +366,7 @@ fn believed(found: &Registration) -> Matrix3<f64> {
         .unwrap_or_else(Matrix3::zeros)
 }
 
-/// This part of the way from one small motion to another.
+/// Interpolates between two small motions.
 fn between(a: &Pose2, b: &Pose2, part: f64) -> Pose2 {
     let on_the_way = |a: f64, b: f64| a + part * (b - a);
     Pose2::new(

@@ -1,16 +1,16 @@
-//! A submap that a person takes out of the map, and puts back.
+//! A submap that a person removes from the map, and puts back.
 //!
 //! In: the number of a submap. Out: the map without what was seen in it. The robot was there all
-//! the same: its way stays, carried by the next submap from where both lie now.
+//! the same: its trajectory stays, attached to the next submap from where both lie now.
 //!
-//! 1. What was put off is done first, so that nothing waits for what is gone.
-//! 2. What the submap was joined to is joined past it, as where newer submaps cover it (`pruning`).
-//! 3. The submap is kept, with all that named it, for as long as the run goes on: it comes back
-//!    where it lay in the next one, with its own joins in place of those past it. What the robot
-//!    saw meanwhile stays. Removals come back in turn, the last one first.
+//! 1. Postponed work is done first, so that nothing waits for what is gone.
+//! 2. The submaps joined to it are joined directly, as when newer submaps cover it (`pruning`).
+//! 3. The submap is kept, with everything that refers to it, for as long as the run goes on. It
+//!    comes back where it lay in the next one, with its own joins in place of those that bypass it.
+//!    What the robot saw meanwhile stays. Removals are undone in turn, the last one first.
 //!
-//! Submaps that follow are numbered anew. Where others are taken out than by hand (`pruning`,
-//! `going_on`), the numbers of what is kept name nothing any more, and it cannot come back.
+//! The submaps after it are renumbered. If submaps are removed other than by hand (`pruning`,
+//! `going_on`), the numbers in what is kept are no longer valid, and it cannot come back.
 
 use std::ops::Range;
 
@@ -20,11 +20,11 @@ use super::records::ClosureRecord;
 use super::{ScanMatcher, Submap};
 use crate::geom::Pose2;
 
-/// Why a submap cannot be taken out.
+/// Why a submap cannot be removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RemovalError {
-    /// There is none of this number.
+    /// There is no submap of this number.
     #[error("there is no submap {submap}: the map has {count}, counted from 0")]
     Missing {
         /// The number.
@@ -32,13 +32,13 @@ pub enum RemovalError {
         /// How many there are.
         count: usize,
     },
-    /// It carries the robot, or another piece of the way.
+    /// The robot is in it, or another piece is attached to it.
     #[error("submap {submap} is still needed: the robot, or what it maps by itself, begins in it")]
     Needed {
         /// The number.
         submap: usize,
     },
-    /// Nothing says how its neighbours lie to each other without it.
+    /// Without it, nothing tells how its neighbours lie to each other.
     #[error("submap {submap} is joined to no other: without it the map has no place")]
     Alone {
         /// The number.
@@ -46,36 +46,36 @@ pub enum RemovalError {
     },
 }
 
-/// Most removals that can be taken back: each keeps a submap with its keyframes.
+/// The most removals that can be undone: each keeps a submap with its keyframes.
 const MOST_KEPT: usize = 16;
 
-/// A submap that was taken out. Numbers of submaps are those of before.
+/// A removed submap. Submap numbers are those from before the removal.
 #[derive(Clone, Debug)]
 pub(super) struct Removal {
     number: usize,
     submap: Submap,
     next_from_submap: Pose2,
     keyframes: Vec<Keyframe>,
-    /// What was seen in it: these places of the way.
+    /// The range of trajectory poses in it.
     scans: Range<usize>,
-    /// Its joins, with what is recorded of those that are closures.
+    /// Its joins, with the records of those that are closures.
     joins: Vec<(EdgeId, Edge, Option<ClosureRecord>)>,
-    /// The joins past it that took their place.
+    /// The joins that bypass it and took their place.
     past: Vec<EdgeId>,
-    /// The pairs that it was compared in, and the doubt of each then.
+    /// The pairs in which it was compared, each with the doubt at that time.
     compared: Vec<((usize, usize), f64)>,
     was_next_loose: bool,
 }
 
 impl ScanMatcher {
-    /// Takes a submap out of the map, with all that was seen in it.
+    /// Removes a submap from the map, with all that was seen in it.
     ///
-    /// # Errors    [`RemovalError`]; then the map stays as it was.
+    /// # Errors    [`RemovalError`]; the map then stays as it was.
     pub fn remove_submap(&mut self, submap: usize) -> Result<(), RemovalError> {
         self.check_removable(submap)?;
         self.compare_all();
         self.refine(usize::MAX, true);
-        // That may have placed what was mapped by itself, and numbered the rest anew.
+        // That may have placed a separate piece, and renumbered the rest.
         self.check_removable(submap)?;
         let mut removal = self.removal_of(submap);
         let past = self.join_past(submap);
@@ -85,7 +85,7 @@ impl ScanMatcher {
         let kept: Vec<bool> = numbers.map(|at| at != submap).collect();
         let mut removals = std::mem::take(&mut self.removals);
         self.keep_submaps(&kept);
-        // One for the submap that is gone, and one for the change.
+        // One for the removed submap, and one for the change.
         self.moves += 2;
         self.redraw_at_once();
         if removals.len() == MOST_KEPT {
@@ -107,7 +107,7 @@ impl ScanMatcher {
         Ok(())
     }
 
-    /// What has to be kept of a submap, to put it back; `past` is not known yet.
+    /// What has to be kept of a submap to put it back; `past` is not known yet.
     fn removal_of(&self, number: usize) -> Removal {
         let submap = self.submaps[number].clone();
         let next = &self.submaps[number + 1];
@@ -142,8 +142,9 @@ impl ScanMatcher {
         }
     }
 
-    /// So many submaps can be taken out, the first ones: not that in which the robot is, nor, while
-    /// it maps a piece by itself, those of the piece and the one that it left the map in.
+    /// How many submaps, counted from the first, can be removed: not the one in which the robot is,
+    /// nor, while it maps a separate piece, those of the piece and the one in which it left the
+    /// map.
     #[must_use]
     pub fn removable(&self) -> usize {
         let count = self.submaps.len();
@@ -151,8 +152,8 @@ impl ScanMatcher {
         behind.saturating_sub(1)
     }
 
-    /// Puts back the submap that was taken out last, and tells its number; `None` where there is
-    /// none that can come back.
+    /// Puts back the submap that was removed last, and returns its number; `None` if none can come
+    /// back.
     pub fn undo_removal(&mut self) -> Option<usize> {
         self.undoable_removal()?;
         self.compare_all();
@@ -181,14 +182,14 @@ impl ScanMatcher {
         for edge in past {
             self.graph.remove_edge(edge);
         }
-        // Under their own names: what was taken out before may have put them there.
+        // Under their own names: an earlier removal may have created them.
         for (id, edge, record) in joins {
             if let (Some(_), Some(record)) = (self.graph.put_back(id, edge), record) {
                 self.records.take_back(record);
             }
         }
         self.count_loops();
-        // What waited for proof is gone: it is found again.
+        // Placements that waited for proof are gone: they are found again.
         let is_closed = |(old, new)| {
             let mut accepted = self.records.accepted();
             accepted.any(|(_, _, record)| (record.old, record.new) == (old, new))
@@ -198,7 +199,7 @@ impl ScanMatcher {
             .partition::<Vec<_>, _>(|(pair, _)| is_closed(*pair));
         self.compared.extend(closed);
         self.jobs.extend(open.into_iter().map(|(pair, _)| pair));
-        // Where later closures have moved what it is joined to, it moves along.
+        // If later closures have moved its neighbours, it moves along.
         self.optimize();
         self.redraw_at_once();
         Some(number)
@@ -210,7 +211,7 @@ impl ScanMatcher {
         self.removals.last().map(|removal| removal.number)
     }
 
-    /// Lays the way through a submap into the next, where both lie now.
+    /// Moves the trajectory through a submap into the next one, as both lie now.
     fn carry_way(&mut self, submap: usize) {
         let [this, next] = [submap, submap + 1].map(|at| self.submaps[at].map_from_submap);
         let next_from_this = next.delta_to(&this);

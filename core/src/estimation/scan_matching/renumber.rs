@@ -1,9 +1,9 @@
-//! A map without some of its submaps, or with one more among them.
+//! Renumbers a map after some of its submaps were removed, or one was inserted.
 //!
-//! In: which submaps are kept, or the one to be let in. Out: the matcher with these, numbered anew;
-//! what named one that is gone is gone with it. Whether the pose graph still hangs together is the
-//! caller's matter, and nothing can be put back that was taken out before ([`super::removal`] sees
-//! to its own).
+//! In: which submaps are kept, or the one to be inserted. Out: the matcher with these, renumbered;
+//! everything that referred to a removed one is removed too. The caller has to see that the pose
+//! graph stays connected. Removals made before can no longer be undone ([`super::removal`] keeps
+//! its own valid).
 
 use std::collections::BTreeMap;
 
@@ -17,8 +17,8 @@ use crate::geom::{Pose2, PoseEstimate};
 use crate::map::SurfelMap;
 
 impl ScanMatcher {
-    /// Keeps the submaps that are `kept`; the running one may go too, and then another has to be
-    /// begun ([`Self::begin_anew_behind`]).
+    /// Keeps the submaps marked in `kept`; if the running one is removed, another has to be begun
+    /// ([`Self::begin_anew_behind`]).
     pub(super) fn keep_submaps(&mut self, kept: &[bool]) {
         let mut next = 0;
         let numbers: Vec<Option<usize>> = (kept.iter())
@@ -49,18 +49,18 @@ impl ScanMatcher {
             number.is_some()
         });
         self.rename_pairs(both);
-        // The last that is left at or before it.
+        // The last remaining one at or before it.
         let before = numbers.iter().take(self.last_closed + 1).flatten();
         self.last_closed = before.last().copied().unwrap_or_default();
         if let Some(piece) = &mut self.unplaced {
             piece.first = numbers.iter().take(piece.first).flatten().count();
         }
-        // Of a drawing that had begun it is not known what of it stays.
+        // It is not known which part of a redraw in progress stays valid.
         self.redraw = None;
     }
 
-    /// Lets in a submap under this number, with what was drawn from it: those from there on are
-    /// numbered higher by one.
+    /// Inserts a submap under this number, with what was drawn from it: the numbers from there on
+    /// increase by one.
     pub(super) fn let_in(&mut self, number: usize, submap: Submap, keyframes: Vec<Keyframe>) {
         let higher = |other: usize| other + usize::from(other >= number);
         self.graph.let_in(number, submap.map_from_submap);
@@ -89,7 +89,7 @@ impl ScanMatcher {
         self.redraw = None;
     }
 
-    /// Gives pairs of submaps their new numbers; what has none is forgotten.
+    /// Gives pairs of submaps their new numbers; pairs without one are dropped.
     fn rename_pairs(&mut self, both: impl Fn((usize, usize)) -> Option<(usize, usize)>) {
         self.jobs = self.jobs.iter().filter_map(|&pair| both(pair)).collect();
         let compared = std::mem::take(&mut self.compared).into_iter();
@@ -105,7 +105,7 @@ impl ScanMatcher {
         self.indexes = Indexes::default();
     }
 
-    /// Begins a submap where the last one lies, on which nothing is known yet.
+    /// Begins a submap where the last one lies, in which nothing is known yet.
     pub(super) fn begin_anew_behind(&mut self) {
         let map_from_submap = self.map_from_running();
         self.running = SurfelMap::new(self.config.surfels);

@@ -1,16 +1,16 @@
-//! Loop closures that later evidence speaks against.
+//! Loop closures that later evidence contradicts.
 //!
-//! In: the pose graph after it was optimised, and its closures. Out: those that are to be taken out
+//! In: the pose graph after it was optimised, and its closures. Out: the closures to be removed
 //! again.
 //!
-//! 1. Two submaps that follow each other share keyframes: how they lie to each other is known to
-//!    centimetres. Where the optimised graph has them apart all the same, closures tear the way,
-//!    and some of them are false.
-//! 2. Which ones is tried: the newest; those that hold a stretch between two tears elsewhere; those
-//!    that pull hardest across a tear, with their neighbours. Without them the graph is optimised
-//!    again.
-//! 3. What leaves the least unexplained is believed: ways still torn, closures taken out, and
-//!    closures that the graph does not follow. Proof is counted once for each submap.
+//! 1. Consecutive submaps share keyframes: their relative pose is known to centimetres. If the
+//!    optimised graph has them apart all the same, closures tear the trajectory, and some of them
+//!    are false.
+//! 2. Candidates are tried in turn: the newest closures; those that hold a stretch between two
+//!    tears elsewhere; those that pull hardest across a tear, with their neighbours. Without them
+//!    the graph is optimised again.
+//! 3. The result that leaves the least unexplained is believed: joins still torn, closures removed,
+//!    and closures that the graph does not follow. Proof is counted once for each submap.
 //!
 //! Source of the idea: Latif, Cadena & Neira (2013), "Robust loop closing over time for pose graph
 //! SLAM".
@@ -19,41 +19,40 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::pose_graph::{Edge, EdgeId, PoseGraph, differs};
 
-/// A closure that is an edge of the graph.
+/// An accepted closure, as an edge of the graph.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Believed {
     pub(super) edge: EdgeId,
-    /// What it proves by itself.
+    /// Its own evidence.
     pub(super) proof: f64,
 }
 
-/// What is to be taken out, and the submap behind which the way was torn.
+/// The closures to be removed, and the submap after which the trajectory was torn.
 #[derive(Clone, Debug)]
 pub(super) struct Contradicted {
     pub(super) edges: Vec<EdgeId>,
     pub(super) torn: usize,
 }
 
-/// A way between neighbours is torn beyond this χ² of 3 degrees of freedom, which is exceeded
-/// once in 60 000 times by chance, ...
+/// A join between neighbours is torn beyond this χ² of 3 degrees of freedom, which is exceeded by
+/// chance once in 60 000 times, ...
 const TORN_CHI2: f64 = 25.0;
 /// ... if it is also off by this, m or rad.
 const TORN_SHIFT: f64 = 0.1;
 const TORN_TURN: f64 = 0.05;
-/// A closure is not followed where the graph is this far from it, m or rad.
+/// A closure is not followed if the graph is this far from it, m or rad.
 const UNFOLLOWED_SHIFT: f64 = 0.25;
 const UNFOLLOWED_TURN: f64 = 0.1;
-/// What a torn way counts for, in submaps that lie wholly on one another.
+/// The weight of a torn join, in submaps that lie wholly on one another.
 const WAY_PROOF: f64 = 5.0;
-/// Closures of which both ends are within so many submaps of each other's are one finding.
+/// Closures both of whose ends are within this many submaps of each other count as one.
 const NEIGHBOURS: usize = 3;
-/// So many of those that pull hardest across a tear are tried.
+/// How many of those that pull hardest across a tear are tried.
 const TRIED: usize = 4;
 
-/// The closures to be taken out of an optimised graph, and the graph without them; `None` where
-/// the way is whole, or where nothing makes it better. `newest` are the closures that were believed
-/// since the way was looked at last; `is_loose` says of a submap whether little is known of the way
-/// to it.
+/// The closures to be removed from an optimised graph, and the graph without them; `None` if the
+/// trajectory is whole, or if no removal improves it. `newest` are the closures accepted since the
+/// last check; `is_loose` tells whether little is known of the motion to a submap.
 pub(super) fn contradicted(
     graph: &PoseGraph,
     closures: impl Iterator<Item = Believed>,
@@ -62,7 +61,7 @@ pub(super) fn contradicted(
     max_iterations: usize,
 ) -> Option<(Contradicted, PoseGraph)> {
     let tears = tears(graph, &is_loose);
-    // Nearly always the way is whole, and that is all.
+    // Nearly always the trajectory is whole, and nothing is left to do.
     let torn = *tears.first()?;
     let state = State {
         proofs: closures.map(|c| (c.edge, c.proof)).collect(),
@@ -84,14 +83,14 @@ pub(super) fn contradicted(
     best.map(|(_, edges, without)| (Contradicted { edges, torn }, without))
 }
 
-/// Whether an optimised graph does not follow a closure: its kernel has let it go.
+/// Whether an optimised graph does not follow a closure: its robust kernel has suppressed it.
 pub(super) fn is_overruled(graph: &PoseGraph, closure: EdgeId) -> bool {
     graph.edge(closure).is_some_and(|edge| {
         is_off(graph, edge, UNFOLLOWED_SHIFT, UNFOLLOWED_TURN) && graph.chi2_of(edge) > TORN_CHI2
     })
 }
 
-/// The submaps behind which the way is torn, rising.
+/// The submaps after which the trajectory is torn, in ascending order.
 fn tears(graph: &PoseGraph, is_loose: impl Fn(usize) -> bool) -> Vec<usize> {
     let ways = graph.edges().iter().filter(|e| e.cauchy.is_none());
     let tears: BTreeSet<usize> = ways
@@ -113,13 +112,13 @@ impl<F: Fn(usize) -> bool> State<F> {
         all.filter(|(id, _)| self.proofs.contains_key(id))
     }
 
-    /// Of each newer submap and what it proves at best.
+    /// Each newer submap, with its best proof.
     fn proofs_of(&self, graph: &PoseGraph, edges: &[EdgeId]) -> Vec<(usize, f64)> {
         let proof = |id: &EdgeId| Some((graph.edge(*id)?.to, *self.proofs.get(id)?));
         edges.iter().filter_map(proof).collect()
     }
 
-    /// What a graph leaves unexplained, with what was `taken` out of it.
+    /// What a graph leaves unexplained, including what was `taken` out of it.
     fn unexplained(&self, graph: &PoseGraph, taken: &[(usize, f64)]) -> f64 {
         let mut best: BTreeMap<usize, f64> = BTreeMap::new();
         let unfollowed: Vec<EdgeId> = self
@@ -192,7 +191,7 @@ mod tests {
     use super::*;
     use crate::geom::Pose2;
 
-    /// Ten submaps out along a corridor, 5 m apart, and ten back beside them.
+    /// Ten submaps along a corridor, 5 m apart, and ten on the way back beside them.
     fn there_and_back() -> (PoseGraph, Vec<Pose2>) {
         let out = (0..10).map(|i| Pose2::new(5.0 * f64::from(i), 0.0, 0.0));
         let back = (0..10).map(|i| Pose2::new(45.0 - 5.0 * f64::from(i), 1.0, 0.0));
@@ -217,8 +216,7 @@ mod tests {
         Matrix3::from_diagonal(&Vector3::from(sigmas).map(|sigma| 1.0 / (sigma * sigma)))
     }
 
-    /// A closure that has the submap that lies beside submap `from` so far ahead of its true
-    /// place, m.
+    /// A closure that places the submap beside submap `from` ahead of its true place by `ahead`, m.
     fn close(graph: &mut PoseGraph, truth: &[Pose2], from: usize, ahead: f64) -> Believed {
         let to = 19 - from;
         let closure = Edge {
@@ -261,7 +259,7 @@ mod tests {
         let (mut graph, truth) = there_and_back();
         let mut closures: Vec<Believed> =
             (5..10).map(|i| close(&mut graph, &truth, i, 0.0)).collect();
-        // A corridor looks the same 2 m on, and the optimiser is made to believe it.
+        // A corridor looks the same 2 m further on, and the optimiser is made to believe it.
         let newest = [3, 4].map(|i| believed_blindly(&mut graph, &truth, i));
         closures.extend(newest);
         let newest = newest.map(|closure| closure.edge);
@@ -281,7 +279,7 @@ mod tests {
         assert!(is_true(&graph, &truth) || tears(&graph, |_| false).is_empty());
     }
 
-    /// A closure that is 2 m off and pulls with all its might.
+    /// A closure that is 2 m off and pulls with its full weight.
     fn believed_blindly(graph: &mut PoseGraph, truth: &[Pose2], from: usize) -> Believed {
         let closure = close(graph, truth, from, 2.0);
         let edge = graph.remove_edge(closure.edge).unwrap();

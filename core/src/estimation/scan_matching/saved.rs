@@ -1,10 +1,10 @@
-//! The whole of a scan matcher as bytes: what is restored goes on as if it had never been stopped,
-//! to the bit.
+//! The whole state of a scan matcher as bytes: a restored matcher continues as if it had never been
+//! stopped, to the bit.
 //!
 //! In: a matcher. Out: its bytes, and from them a matcher that works with the settings of a new
-//! run, or what is wrong and where. What can be made again without a trace is left out, the
-//! indexes of the submaps that were compared or refined last; and what a person could put back; and
-//! how the last scan fitted.
+//! run, or what is wrong and where. Left out are: what can be rebuilt identically (the indexes of
+//! the submaps that were last compared or refined), removals that could be undone, and how well the
+//! last scan fitted.
 
 use super::super::submap::Indexes;
 use super::going_on::Piece;
@@ -31,31 +31,31 @@ snapshot!(TrackPoint {
     submap_from_robot,
 });
 
-/// A map as it was saved, and when it was seen.
+/// A saved map, and when it was seen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SavedMap {
     /// As [`ScanMatcher::save`] wrote it.
     pub state: Vec<u8>,
-    /// Stamps of scans, rising, with the times of their logs, s; as many as are known.
+    /// Stamps of scans, in ascending order, with the times of their logs, s, as far as known.
     pub times: Vec<(Stamp, f64)>,
 }
 
 snapshot!(SavedMap { state, times });
 snapshot!(Piece { first, aside });
 
-/// Why a saved map cannot be taken up.
+/// Why a saved map cannot be restored.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RestoreError {
     /// Its bytes are not those of a map.
     #[error("the saved map is damaged: {0}")]
     Snapshot(#[from] SnapshotError),
-    /// A setting of the run that is to take it up.
+    /// A setting of the new run is wrong.
     #[error(transparent)]
     Matcher(#[from] ScanMatcherError),
 }
 
-/// Writes and reads the fields in one order; a field that is missing here does not compile.
+/// Writes and reads the fields in one order; a field missing here is a compile error.
 macro_rules! fields {
     ($($field:ident),* $(,)?) => {
         fn write_fields(matcher: &ScanMatcher, out: &mut Vec<u8>) {
@@ -116,7 +116,7 @@ fields!(
 );
 
 impl SavedMap {
-    /// The matcher that was saved, with the settings of a new run.
+    /// Restores the saved matcher, with the settings of a new run.
     ///
     /// # Errors    [`RestoreError`]: what is wrong, and where.
     pub fn matcher(&self, config: ScanMatcherConfig) -> Result<ScanMatcher, RestoreError> {
@@ -128,7 +128,7 @@ impl SavedMap {
 }
 
 impl ScanMatcher {
-    /// The map to be saved, with the times of its scans ([`SavedMap::times`]).
+    /// The map for saving, with the times of its scans ([`SavedMap::times`]).
     #[must_use]
     pub fn saved(&self, times: Vec<(Stamp, f64)>) -> SavedMap {
         let mut state = vec![];
@@ -141,8 +141,8 @@ impl ScanMatcher {
         write_fields(self, out);
     }
 
-    /// Takes up a state that was saved, with the settings of a new run: those of maps hold for what
-    /// is made from here on, and a grid of other figures is drawn anew.
+    /// Restores a saved state with the settings of a new run: map settings apply to what is made
+    /// from here on, and a grid with other figures is redrawn.
     ///
     /// # Errors    [`RestoreError`]: what is wrong, and where.
     pub fn restore(from: &mut Reader<'_>, config: ScanMatcherConfig) -> Result<Self, RestoreError> {
@@ -163,7 +163,7 @@ impl ScanMatcher {
         Ok(matcher)
     }
 
-    /// Whether all that names a submap, a keyframe or an edge names one that is there.
+    /// Whether every submap, keyframe and edge that is referred to exists.
     fn check_names(&self, from: &Reader<'_>) -> Result<(), SnapshotError> {
         let count = self.submaps.len();
         let in_order = |(old, new): (usize, usize)| old < new && new < count;
@@ -240,7 +240,7 @@ impl ScanMatcher {
     }
 }
 
-/// Whether these are numbers of `count` submaps, rising.
+/// Whether these are ascending numbers of `count` submaps.
 fn are_in_order(submaps: impl Iterator<Item = usize> + Clone, count: usize) -> bool {
     submaps.clone().all(|submap| submap < count) && submaps.is_sorted()
 }

@@ -1,32 +1,32 @@
-//! What was seen since the last match, and how it is corrected where it took a while.
+//! What was seen since the last match, and its correction if seeing it took time.
 //!
-//! In: the points of a scan, or of several that were gathered, moved to the robot frame at the end
-//! by odometry. Out: the same as the robot saw it if odometry erred by something on the way.
+//! In: the points of a scan, or of several gathered scans, moved by odometry to the robot frame at
+//! the end. Out: the same as the robot saw it if odometry had a given error.
 
 use crate::geom::Pose2;
 use crate::points::{OrientedPoint, Points, oriented_beams, oriented_cloud};
 use crate::registration::{MotionError, Part};
 use nalgebra::Point2;
 
-/// What was seen at about the same time: parts of this share of the motion.
+/// Points within this share of the motion count as seen at the same time.
 const PART: f64 = 1.0 / 32.0;
-/// A scan of which all was seen within this share of the motion is rigid.
+/// A scan seen entirely within this share of the motion is rigid.
 const RIGID: f64 = 1e-3;
 
 /// What was seen since the last match.
 pub(super) struct Seen {
     pub(super) points: Points,
-    /// Of the direction of each beam, rad.
+    /// Standard deviation of each beam's direction, rad.
     pub(super) sigmas: Vec<f64>,
     pub(super) surfaces: Vec<OrientedPoint>,
-    /// The motion since the last match by which the points were moved to its end.
+    /// The motion since the last match, by which the points were moved to its end.
     pub(super) motion: Pose2,
     /// The share of the motion since the last match that was still to come when each beam was
-    /// taken; empty where all were taken at once.
+    /// taken; empty if all were taken at once.
     left: Vec<f64>,
-    /// The same of each surface.
+    /// The same for each surface.
     surfaces_left: Vec<f64>,
-    /// The place of each surface's beam in `points.beams`.
+    /// For each surface, the index of its beam in `points.beams`.
     surface_beams: Vec<usize>,
 }
 
@@ -47,8 +47,8 @@ impl Seen {
         )
     }
 
-    /// What was gathered of scans of few beams, moved to the end of `motion`; what `before` saw
-    /// helps to tell surfaces.
+    /// Scans of few beams that were gathered, moved to the end of `motion`; the points seen
+    /// `before` help to detect surfaces.
     pub(super) fn gathered(
         points: Points,
         sigmas: Vec<f64>,
@@ -82,19 +82,19 @@ impl Seen {
         }
     }
 
-    /// Whether it took a while.
+    /// Whether seeing it took time.
     pub(super) fn is_rolling(&self) -> bool {
         !self.surfaces_left.is_empty()
     }
 
-    /// The surfaces that these beams end on, by their places in the list, which ascend.
+    /// The surfaces on which these beams end; `beams` are ascending indices into the list.
     pub(super) fn surfaces_of(&self, beams: &[usize]) -> impl Iterator<Item = &OrientedPoint> {
         let is_of = |(_, beam): &(&OrientedPoint, &usize)| beams.binary_search(beam).is_ok();
         let of_beams = self.surfaces.iter().zip(&self.surface_beams);
         of_beams.filter(is_of).map(|(surface, _)| surface)
     }
 
-    /// All but what these beams saw, by their places in the list, which ascend.
+    /// All except what these beams saw; `beams` are ascending indices into the list.
     pub(super) fn without(&self, beams: &[usize]) -> Self {
         let keeps = |at: &usize| beams.binary_search(at).is_err();
         let by_beam = |list: &[f64]| kept(list, (0..list.len()).map(|at| keeps(&at)));
@@ -120,7 +120,7 @@ impl Seen {
         }
     }
 
-    /// The surfaces by when they were seen.
+    /// The surfaces, grouped by when they were seen.
     pub(super) fn parts(&self) -> Vec<Part<'_>> {
         let bin = |left: &f64| libm::floor(left / PART);
         let bins = self.surfaces_left.chunk_by(|a, b| bin(a) == bin(b));
@@ -135,7 +135,8 @@ impl Seen {
         .collect()
     }
 
-    /// The surfaces as they were seen if the motion that ended at `end` was wrong by `error`.
+    /// The surfaces as they would have been seen if the motion that ended at `end` had this
+    /// `error`.
     pub(super) fn surfaces_after(&self, end: &Pose2, error: &MotionError) -> Vec<OrientedPoint> {
         let moved = |(surface, left): (&OrientedPoint, &f64)| {
             let by = error.correction(end, *left);
@@ -151,7 +152,7 @@ impl Seen {
             .collect()
     }
 
-    /// Corrects all by the error of the motion that ended at `end`.
+    /// Corrects everything by the error of the motion that ended at `end`.
     pub(super) fn correct(&mut self, end: &Pose2, error: &MotionError) {
         if !self.is_rolling() {
             return;
@@ -163,7 +164,7 @@ impl Seen {
     }
 }
 
-/// Of a list those that are to be kept.
+/// The elements of a list that are to be kept.
 fn kept<T: Copy>(list: &[T], keeps: impl Iterator<Item = bool>) -> Vec<T> {
     let both = list.iter().zip(keeps);
     both.filter_map(|(item, keep)| keep.then_some(*item))

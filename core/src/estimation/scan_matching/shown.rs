@@ -1,5 +1,4 @@
-//! The inside of the map, to look at: submaps, and how far joins and placements are from where
-//! these lie.
+//! The inside of the map, for display: submaps, and the residuals of joins and placements.
 
 use nalgebra::{Matrix3, Point2, Vector2};
 
@@ -9,41 +8,41 @@ use super::ScanMatcher;
 use super::records::ClosureRecord;
 use crate::geom::Pose2;
 
-/// A submap, to look at.
+/// A submap, for display.
 #[derive(Clone, Copy, Debug)]
 pub struct ShownSubmap<'a> {
-    /// Where it lies, as known now.
+    /// Its pose, as known now.
     pub map_from_submap: Pose2,
     /// Number of its own keyframes.
     pub keyframes: usize,
-    /// Whether it is joined to the one before by the motion alone, for the scan that began it did
-    /// not belong to that.
+    /// Whether only the motion joins it to the one before, because the scan that began it did not
+    /// belong to that.
     pub is_loose: bool,
     closed: &'a ClosedSubmap,
 }
 
-/// How far a placement or a join is from where its submaps lie now.
+/// How far a placement or a join is from the current poses of its submaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
-    /// The motion from the place that was found to the present one, in the frame of the former.
+    /// The motion from the pose that was found to the present one, in the frame of the former.
     pub off: Pose2,
-    /// χ² of it: of 3 degrees of freedom if the placement is right and its information honest.
+    /// Its χ², with 3 degrees of freedom if the placement is right and its information honest.
     pub chi2: f64,
     /// Ω, the information of the motion: over x, y (m) and heading (rad) of `off`.
     pub information: Matrix3<f64>,
 }
 
-/// What joins a submap to the one before: the motion measured on the way through that.
+/// What joins a submap to the one before: the motion measured through that one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Join {
-    /// How far the two lie apart from it.
+    /// How far it is from the current poses of the two.
     pub residual: Residual,
-    /// How well it is known: standard deviations.
+    /// Its uncertainty: standard deviations.
     pub doubt: Doubt,
 }
 
 impl ScanMatcher {
-    /// The submaps, in the order in which they were begun; the last one is still being made.
+    /// The submaps in the order in which they were begun; the last one is still being made.
     pub fn submaps(&self) -> impl ExactSizeIterator<Item = ShownSubmap<'_>> {
         self.submaps.iter().map(|submap| ShownSubmap {
             map_from_submap: submap.map_from_submap,
@@ -53,33 +52,33 @@ impl ScanMatcher {
         })
     }
 
-    /// What became of each placement of one submap in another, the oldest first. Of those that were
-    /// refused, the last few hundred.
+    /// What became of each placement of one submap in another, the oldest first. Of refused ones,
+    /// only the last few hundred are kept.
     pub fn closure_records(&self) -> impl Iterator<Item = &ClosureRecord> {
         self.records.iter()
     }
 
-    /// Grows whenever [`Self::submaps`] or [`Self::closure_records`] change.
+    /// Increases whenever [`Self::submaps`] or [`Self::closure_records`] change.
     #[must_use]
     pub fn submaps_version(&self) -> u64 {
         self.records.changes() + self.moves + self.submaps.len() as u64
     }
 
-    /// How far a placement is from where its submaps lie now.
+    /// How far a placement is from the current poses of its submaps.
     #[must_use]
     pub fn residual(&self, record: &ClosureRecord) -> Residual {
         self.residual_of(&record.edge())
     }
 
-    /// Where the robot was at each scan in a submap, in the frame of that, in the order of the
-    /// drive; nothing where there is no such submap.
+    /// The robot's positions at the scans in a submap, in its frame, in the order of the drive;
+    /// none if there is no such submap.
     pub fn way_in(&self, submap: usize) -> impl Iterator<Item = Point2<f64>> {
         let scans = self.scans_in_submaps();
         let own = scans.filter(move |(_, of, _)| *of == submap);
         own.map(|(_, _, pose)| pose.position())
     }
 
-    /// What joins each submap to the one before; `None` where nothing does, as of the first.
+    /// What joins each submap to the one before; `None` if nothing does, as for the first.
     #[must_use]
     pub fn joins(&self) -> Vec<Option<Join>> {
         let mut joins = vec![None; self.submaps.len()];
@@ -108,13 +107,13 @@ impl ScanMatcher {
 }
 
 impl<'a> ShownSubmap<'a> {
-    /// Where it saw surfaces, in its frame; none while it is being made.
+    /// The positions of its surfaces, in its frame; none while it is being made.
     pub fn surfaces(&self) -> impl ExactSizeIterator<Item = Point2<f64>> + use<'a> {
         self.closed.surfaces()
     }
 
-    /// How far its surfaces reach, along the x and the y axis of its frame, m; nothing while it is
-    /// being made.
+    /// The extent of its surfaces along the x and y axes of its frame, m; zero while it is being
+    /// made.
     #[must_use]
     pub fn extent(&self) -> Vector2<f64> {
         let places = || self.surfaces().map(|place| place.coords);

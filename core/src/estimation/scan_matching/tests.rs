@@ -1,4 +1,4 @@
-//! Two laps of a ring with odometry that drifts, and what bad input does.
+//! Two laps of a ring with odometry that drifts, and the effect of bad input.
 
 mod adrift;
 mod companions;
@@ -20,13 +20,14 @@ use crate::points::fixture::{normal, range_to};
 use crate::points::{MotionHistory, PointConfig};
 use crate::robot::Scan;
 
-/// Twice around the ring at 0.1 m and 6° a scan, with odometry that turns 3 % too far and slips:
+/// Twice around the ring at 0.1 m and 6° per scan, with odometry that turns 3 % too far and slips:
 /// the true poses and the matcher.
 fn run(config: ScanMatcherConfig, seed: u64) -> (Vec<Pose2>, Pose2, ScanMatcher) {
     run_with(config, seed, |_, measured| Some(measured))
 }
 
-/// The same with odometry as `heard` of the number of the scan and what was measured.
+/// The same with odometry as changed by `heard`, given the number of the scan and what was
+/// measured.
 fn run_with(
     config: ScanMatcherConfig,
     seed: u64,
@@ -35,7 +36,7 @@ fn run_with(
     run_seeing(config, seed, heard, |scan| scan)
 }
 
-/// The same with a sensor that sees what it `sees` of a scan of 180 beams.
+/// The same with a sensor that `sees` only some of each scan of 180 beams.
 fn run_seeing(
     config: ScanMatcherConfig,
     seed: u64,
@@ -82,14 +83,15 @@ fn two_laps_of_a_ring_come_back_to_where_they_were() {
         }
         assert!(matcher.loop_closures() > 0);
         let estimate = matcher.estimate();
-        // The last scan lies where its keyframe was refined to, the robot where it was tracked.
+        // The last scan lies where its keyframe was moved by refinement, the robot where it was
+        // tracked.
         let off = estimate.pose.minus(poses.last().unwrap());
         assert!(off.amax() < 0.01, "{off}");
         assert!(estimate.cov.cholesky().is_some());
     }
 }
 
-/// As a log of key frames has it: submaps of fifteen of them would span two corridors each.
+/// As in a log of keyframes: submaps of fifteen of them would span two corridors each.
 #[test]
 fn where_scans_are_a_metre_apart_submaps_end_sooner() {
     let config = ScanMatcherConfig::default();
@@ -107,7 +109,7 @@ fn where_scans_are_a_metre_apart_submaps_end_sooner() {
     matcher.finish();
     for (_, submap, submap_from_robot) in matcher.scans_in_submaps() {
         let way = submap_from_robot.position().coords.length();
-        // The scan that is too far begins the next.
+        // The scan that is too far away begins the next submap.
         assert!(way < config.submap_reach + 1.1, "{submap}: {way}");
     }
     let keyframes = matcher.submaps().map(|s| s.keyframes);
@@ -118,7 +120,7 @@ fn where_scans_are_a_metre_apart_submaps_end_sooner() {
         let off = found.minus(truth);
         assert!(off.xy().length() < 0.15, "{off}");
     }
-    // What a submap takes over may be of the two before it. None of them saw through walls.
+    // What a submap takes over may come from the two before it. None of them saw through walls.
     for submap in &matcher.submaps {
         for place in submap.closed.free().places() {
             let place = start * submap.map_from_submap * place;
@@ -216,7 +218,7 @@ fn the_map_shows_walls_once_and_the_corridor_free() {
     }
 }
 
-/// The true frames of the submaps, as the true poses of the scans in them have them.
+/// The true frames of the submaps, derived from the true poses of the scans in them.
 fn true_frames(truth: &[Pose2], matcher: &ScanMatcher) -> Vec<Option<Pose2>> {
     let mut frames = vec![vec![]; matcher.submaps().len()];
     for ((_, submap, submap_from_robot), truth) in matcher.scans_in_submaps().zip(truth) {
@@ -253,12 +255,12 @@ fn joins_of_submaps_err_about_as_much_as_is_said_of_them() {
     }
     assert!(joins > 30.0);
     let nees = squares / joins;
-    // A lidar this good leaves little but the floor: 0.005 rad, where it errs by 0.001.
+    // A lidar this good leaves little but the floor: 0.005 rad, while its error is 0.001.
     assert!(nees.min() > 0.01 && nees.max() < 1.5, "{nees}");
 }
 
-/// The ways round the ring are known about as well as is said, or better: joins are said to be
-/// known to their floor at best.
+/// The paths round the ring are known about as well as claimed, or better: joins are never claimed
+/// to be known better than their floor.
 #[test]
 fn loops_show_how_honest_the_doubts_of_the_way_are() {
     for seed in 0..2 {
@@ -279,7 +281,7 @@ fn loops_show_how_honest_the_doubts_of_the_way_are() {
     }
 }
 
-/// On the second lap something long moves along beside the robot, for a metre and a half.
+/// On the second lap a long object moves along beside the robot, for a metre and a half.
 #[test]
 fn what_moves_along_is_seldom_drawn() {
     const BESIDE: std::ops::Range<u64> = 450..465;
@@ -305,7 +307,7 @@ fn what_moves_along_is_seldom_drawn() {
             let is_of = |k: &Keyframe| k.submap_from_robot == scan.submap_from_robot;
             BESIDE.contains(&number(scan.stamp)) && matcher.keyframes.iter().any(is_of)
         });
-        // Five if none waits; some lie well enough on what is known beside it.
+        // Five if none waits; some agree well enough with what is known beside it.
         let drawn = drawn.count();
         assert!(drawn < 4, "{seed}: {drawn}");
     }
@@ -347,8 +349,8 @@ fn scans_without_a_return_leave_odometry_to_itself_and_its_doubts_grow() {
         );
         let estimate = matcher.estimate();
         assert!((estimate.pose.position() - driven.motion.position()).length() < 1e-9);
-        // Nothing says how this robot's odometry errs: by more than it claims, and all of the way
-        // to the same side.
+        // Nothing tells the matcher this robot's odometry errors: they are larger than claimed, and
+        // always in the same direction.
         let way = 0.1 * f64::from(u32::try_from(i).unwrap() + 1);
         let claimed = driven.cov.diagonal();
         let believed = estimate.cov.diagonal();
@@ -399,7 +401,7 @@ fn sweep_of(walls: &[Segment], begin: &Pose2, motion: &Pose2, stamp: Stamp) -> S
 #[test]
 fn a_lidar_that_turns_slowly_knows_where_it_ends_though_tracks_slip() {
     let walls = ring();
-    // With tracks that slip by a fifth, and with nobody who counts.
+    // With tracks that slip by a fifth, and without odometry.
     for counted in [Some(0.8), None] {
         let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
         let mut history = MotionHistory::new(1.0);
@@ -407,7 +409,8 @@ fn a_lidar_that_turns_slowly_knows_where_it_ends_though_tracks_slip() {
         let (mut pose, mut worst) = (start, 0.0_f64);
         for step in 0..60_u64 {
             let (from, to) = (Stamp(step * 200_000), Stamp((step + 1) * 200_000));
-            // It stands, and then turns to and fro, as a robot does that begins and ends softly.
+            // It stands, and then turns back and forth, starting and stopping smoothly like a
+            // robot.
             let turn = match step {
                 0..5 => 0.0,
                 _ => 0.25 * libm::sin(0.35 * (step - 5) as f64),
@@ -432,18 +435,18 @@ fn a_lidar_that_turns_slowly_knows_where_it_ends_though_tracks_slip() {
                 worst = worst.max(off.abs());
             }
         }
-        // Matched as they are, scans lie half of what slips in a sweep beside it: 25 mrad; without
-        // odometry 125.
+        // If scans are matched as they are, they are off by half of the slip in a sweep: 25 mrad;
+        // without odometry 125.
         assert!(worst < 0.008, "{counted:?}: {worst}");
     }
 }
 
-/// Sweeps of the turn to one side.
+/// Sweeps while turning to one side.
 const TURNS: u64 = 6;
 
-/// How far surfaces of the running submap that were seen often lie beside the walls, root mean
-/// square, how many surfaces there are, and where the robot believes to be, after `scans` that take
-/// `sweep` seconds each. It turns to and fro first, for some keyframes, and then stands.
+/// How far surfaces of the running submap that were seen often are from the walls, root mean
+/// square, how many surfaces there are, and the estimated pose, after `scans` that take `sweep`
+/// seconds each. The robot first turns back and forth for some keyframes, and then stands.
 fn surfaces_of_standing(scans: u64, sweep: f64) -> (f64, usize, Pose2) {
     let walls = ring();
     let start = Pose2::new(-5.0, -4.0, 0.0);
@@ -494,13 +497,13 @@ fn sweeps_that_are_no_keyframes_sharpen_the_walls_and_add_none() {
     let (_, surfels, _) = surfaces_of_standing(2 * TURNS + 2, 0.2);
     let (mean, of_many, early) = surfaces_of_standing(2 * TURNS + 60, 0.2);
     assert_eq!(surfels, of_many);
-    // Scans at one instant sharpen nothing.
+    // Scans taken at one instant sharpen nothing.
     let (of_keyframes, ..) = surfaces_of_standing(2 * TURNS + 60, 0.0);
     assert!(
         mean < 0.9 * of_keyframes,
         "{mean} m, by keyframes alone {of_keyframes} m"
     );
-    // Who stands for long does not wander off with the walls.
+    // A robot that stands for long does not drift away with the walls.
     let (late_mean, _, late) = surfaces_of_standing(1500, 0.2);
     assert!(late_mean < 1.3 * mean, "{late_mean} m after {mean} m");
     assert!(!differs(&early, &late, 0.004, 0.001), "{early:?} {late:?}");

@@ -1,19 +1,19 @@
 //! Where a scan lies in the running submap: several motions are tried, and the one that fits and is
 //! plausible is taken.
 //!
-//! In: the scan's surfaces, what odometry says of the motion, the time. Out: [`Tracked`].
+//! In: the scan's surfaces, the motion by odometry, the time. Out: [`Tracked`].
 //!
-//! 1. The scan is matched from where the likeliest motion leads. Where it surely lies there, that
-//!    is all.
-//! 2. Else it is matched from the other motions too, and where none fits, a window is searched.
-//! 3. Each is weighed against the first: what more agrees with the submap, what less contradicts
-//!    it, and how far it is from what odometry says. Odometry that was seldom wrong is believed
+//! 1. The scan is matched from where the likeliest motion leads. If it surely lies there, that is
+//!    all.
+//! 2. Otherwise it is matched from the other motions too, and if none fits, a window is searched.
+//! 3. Each result is weighed against the first: how much more agrees with the submap, how much less
+//!    contradicts it, and how far it is from odometry. Odometry that was rarely wrong is believed
 //!    longer.
-//! 4. What fits nearly as well elsewhere makes the pose doubtful. Where it may as well lie
-//!    elsewhere, or contradicts the submap at the best of all poses, or the submap says nothing of
-//!    it although the robot was there just now, or it comes from who knows where
-//!    ([`super::adrift`]), the scan does not belong to the running submap: a new one is begun,
-//!    joined as loosely as the pose is known.
+//! 4. If other poses fit nearly as well, the pose is uncertain. The scan does not belong to the
+//!    running submap if it may equally well lie elsewhere; if it contradicts the submap even at the
+//!    best pose; if the submap says nothing about it although the robot was there just now; or if
+//!    the robot comes from an unknown place ([`super::adrift`]). Then a new submap is begun, joined
+//!    as loosely as the pose is known.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -36,25 +36,25 @@ use crate::robot::Stamp;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tracked {
     pub(super) estimate: PoseEstimate,
-    /// The match; `None` where the scan said nothing that can be believed.
+    /// The match; `None` if the scan gave no reliable information.
     pub(super) found: Option<Registration>,
     pub(super) agreement: Agreement,
-    /// Whether it surely lies there.
+    /// Whether the scan surely lies there.
     pub(super) is_sure: bool,
     /// Whether odometry counted the motion.
     pub(super) is_counted: bool,
-    /// Whether it does not belong to the running submap.
+    /// Whether the scan does not belong to the running submap.
     pub(super) is_loose: bool,
-    /// Whether the motion that was believed first is that of the match.
+    /// Whether the match confirms the likeliest motion.
     pub(super) was_right: bool,
-    /// The error of odometry on the way, in the running submap, where what was seen took a while.
+    /// The error of odometry during the scan, in the running submap, if the scan took time.
     pub(super) error: MotionError,
-    /// Whether somebody walked along, so that the scans before may be as far off.
+    /// Whether people walked along, so that the previous scans may be off by as much.
     pub(super) has_companions: bool,
 }
 
 impl Tracked {
-    /// Whether some of the scan lies where the submap has nothing.
+    /// Whether a part of the scan contradicts the submap.
     pub(super) fn contradicts(&self) -> bool {
         self.agreement.part() < SURE_PART
     }
@@ -66,58 +66,61 @@ pub(super) struct Tried {
     pub(super) found: Registration,
     /// See [`Tracked::error`].
     error: MotionError,
-    /// What the submap says of each point.
+    /// What the submap says about each point.
     said: Vec<Says>,
     agreement: Agreement,
-    /// What speaks against the motion, in parts of the scan's points.
+    /// The penalty of the motion, as a fraction of the scan's points.
     cost: f64,
-    /// How much better it is than the first, in parts of the scan's points.
+    /// How much better it is than the first, as a fraction of the scan's points.
     score: f64,
 }
 
-/// A scan of which this part agrees with the submap, ...
+/// If at least this part of a scan agrees with the submap, ...
 const SURE_OVERLAP: f64 = 0.7;
-/// ... and of all that is said of it this part, surely lies where it was matched.
+/// ... and this part of the points that the submap says anything about, it surely lies where it was
+/// matched.
 pub(super) const SURE_PART: f64 = 0.85;
-/// A pose that nobody believed first must put this part of the scan on the submap.
+/// A pose other than the expected one must put this part of the scan on the submap.
 pub(super) const OTHER_OVERLAP: f64 = 0.3;
-/// Motions nearer to each other than this, m and rad, are one: the match pulls in from there.
+/// Motions nearer to each other than this, m and rad, count as one: the match converges from there.
 const SAME_SHIFT: f64 = 0.06;
 const SAME_TURN: f64 = 0.06;
-/// How a point that contradicts counts beside one that agrees.
+/// The weight of a point that contradicts, relative to one that agrees.
 pub(super) const CONTRADICTION: f64 = 2.0;
-/// Of a scan of fewer points than this, what agrees counts as a part of this number: a few points
+/// In a scan of fewer points than this, agreement counts as a part of this number: a few points
 /// agree somewhere by chance.
 pub(super) const FULL_SCAN: f64 = 100.0;
-/// What an unlikely motion costs, in parts of the points, for each e-fold of its squared distance.
+/// The penalty of an unlikely motion for each e-fold of its squared distance, as a fraction of the
+/// points.
 const IMPLAUSIBLE: f64 = 0.02;
-/// Motions of which one is this much better, in parts of the points, are e times as likely.
+/// A motion that is better by this fraction of the points is e times as likely.
 pub(super) const LIKELIER: f64 = 0.05;
-/// A scan that may as well lie this far away, m and rad, does not belong to the submap.
+/// A scan that may equally well lie this far away, m and rad, does not belong to the submap.
 const LOOSE_SHIFT: f64 = 0.15;
 const LOOSE_TURN: f64 = 0.1;
-/// A scan of which less than this part agrees, of all that is said of it, contradicts the submap.
+/// If less than this part of the points that the submap says anything about agrees, the scan
+/// contradicts it.
 const VERIFIED_PART: f64 = 0.5;
-/// Where less than this part of it is spoken of, nothing is said.
+/// If the submap says anything about less than this part of a scan, it says nothing.
 const SPOKEN_OF: f64 = 0.1;
-/// Where the first motion was contradicted, it may be wrong by this, m, by this part of the way,
-/// and by this, rad.
+/// If the first motion was contradicted, it may be wrong by this, m, plus this part of the
+/// distance, and by this, rad.
 const MISLED_SHIFT: f64 = 0.2;
 const MISLED_PART: f64 = 0.2;
 const MISLED_TURN: f64 = 0.2;
-/// A robot whose scan says nothing of a place where it was just now may be as far off as this, m
-/// and rad. It may be farther, but no odometry tells.
+/// If the submap says nothing about a scan at a place where the robot was just now, the pose may be
+/// off by this, m and rad. It may be off by more, but no odometry tells.
 const CARRIED_SHIFT: f64 = 1.0;
 const CARRIED_TURN: f64 = 0.5;
-/// So many distances and turns of keyframes are close to one.
+/// Within these multiples of the keyframe distance and turn, a scan is close to a keyframe.
 const AT_KEYFRAME: [f64; 2] = [1.0, 1.0];
-/// Farther from the match than this, m and rad, a motion was wrong.
+/// A motion farther from the match than this, m and rad, was wrong.
 const RIGHT_SHIFT: f64 = 0.3;
 const RIGHT_TURN: f64 = 0.2;
 
 impl ScanMatcher {
-    /// Places the scan, and takes out of it who walks along. `moved` is what is believed of
-    /// odometry since the last scan.
+    /// Places the scan, and removes people who walk along from it. `moved` is the believed odometry
+    /// since the last scan.
     pub(super) fn track(&self, seen: &mut Seen, moved: &Believed, stamp: Stamp) -> Tracked {
         let guesses = self.guesses(moved, stamp);
         let lead = guesses[0];
@@ -207,20 +210,22 @@ impl ScanMatcher {
         }
     }
 
-    /// Whether the submap would have to speak of a scan after this motion: a keyframe was drawn
-    /// close by. Where it does not, the robot was carried off, or the recording goes on elsewhere.
+    /// Whether the submap should say something about a scan after this motion, because a keyframe
+    /// was drawn close by. If it does not, the robot was carried off, or the recording continues
+    /// elsewhere.
     fn should_know(&self, seen: &Seen, step: &Pose2, counted: bool) -> bool {
         let is_close = !counted || self.is_within(step, CLOSE);
         is_close && self.is_keyframe_within(AT_KEYFRAME) && self.has_much_to_show(seen)
     }
 
-    /// Whether a scan is large enough that the submap should speak of it, if it knows the place.
+    /// Whether a scan is large enough that the submap should say something about it, if it knows
+    /// the place.
     pub(super) fn has_much_to_show(&self, seen: &Seen) -> bool {
         seen.surfaces.len() as f64 >= 0.5 * FULL_SCAN && !self.gathering.is_at_work()
     }
 
-    /// The scan matched from the first motion and, where it does not surely lie there, from the
-    /// others and by a search. The first one stays the first, whatever it is worth.
+    /// The scan matched from the first motion and, if it does not surely lie there, from the others
+    /// and by a search. The first result stays first, however good it is.
     fn tried(&self, seen: &Seen, guesses: &[Guess], counted: bool, stamp: Stamp) -> Vec<Tried> {
         let matched = |guess: &Guess| {
             if seen.is_rolling() {
@@ -266,7 +271,7 @@ impl ScanMatcher {
         others
     }
 
-    /// What took a while, matched from `start` while the error of `guess` is found.
+    /// Points that took time to see, matched from `start` while the error of `guess` is estimated.
     fn rolled(
         &self,
         seen: &Seen,
@@ -287,7 +292,7 @@ impl ScanMatcher {
         }
     }
 
-    /// What a match is worth. Odometry that `counted` the motion is believed before all guesses.
+    /// Rates a match. Odometry that `counted` the motion is believed before all guesses.
     pub(super) fn weighed(
         &self,
         surfaces: &[OrientedPoint],
@@ -324,7 +329,7 @@ impl ScanMatcher {
         }
     }
 
-    /// The best pose in a window that a fast robot does not leave, matched.
+    /// The best pose within a window that a fast robot cannot leave, matched.
     fn search_around(
         &self,
         surfaces: &[OrientedPoint],
@@ -350,23 +355,23 @@ impl Tried {
     }
 }
 
-/// Whether a scan that agrees so with what it was matched to surely lies there.
+/// Whether a scan with this agreement surely lies where it was matched.
 pub(super) fn is_sure(agreement: &Agreement) -> bool {
     agreement.overlap() >= SURE_OVERLAP && agreement.part() >= SURE_PART
 }
 
-/// Whether next to nothing is said of a scan that agrees so.
+/// Whether almost nothing is said about a scan with this agreement.
 pub(super) fn is_quiet(agreement: &Agreement) -> bool {
     agreement.spoken_of() < SPOKEN_OF
 }
 
-/// Whether a motion that led to `pose` was right, where the match is `found`.
+/// Whether a motion that led to `pose` was right, if the match is `found`.
 fn is_right(pose: &Pose2, found: &Pose2) -> bool {
     let off = found.minus(pose);
     off.xy().length() < RIGHT_SHIFT && off.z.abs() < RIGHT_TURN
 }
 
-/// Scores all that were tried beside the first of them.
+/// Scores all results relative to the first.
 fn compare(surfaces: &[OrientedPoint], tried: &mut [Tried]) {
     let Some((first, others)) = tried.split_first_mut() else {
         return;
@@ -377,9 +382,9 @@ fn compare(surfaces: &[OrientedPoint], tried: &mut [Tried]) {
     }
 }
 
-/// How many points more agree with the submap after a motion than after another. A point says which
-/// of two poses is better only if it would leave its surface on the way from one to the other: the
-/// walls of a corridor agree wherever along it the robot is, as far as they were seen already.
+/// How many more points agree with the submap after one motion than after another. A point
+/// distinguishes two poses only if it would leave its surface on the way from one to the other: the
+/// walls of a corridor, as far as they were seen already, agree wherever along it the robot is.
 pub(super) fn gain(surfaces: &[OrientedPoint], before: &Tried, after: &Tried) -> f64 {
     let at = before.found.estimate.pose;
     let way = after.found.estimate.pose.minus(&at);
@@ -388,7 +393,7 @@ pub(super) fn gain(surfaces: &[OrientedPoint], before: &Tried, after: &Tried) ->
     let is_turn = way.z.abs() > 2.0 * SAME_TURN || shift < SAME_SHIFT;
     let leaves = |point: &OrientedPoint| match is_turn {
         true => 1.0,
-        // From walls at 12° to the way nothing is left, from those at 30° all.
+        // Walls at 12° to the motion count nothing, those at 30° fully.
         false => ((point.normal.dot(&along).abs() - 0.2) / 0.3).clamp(0.0, 1.0),
     };
     let value = |says: &Says| match says {
@@ -404,7 +409,7 @@ pub(super) fn gain(surfaces: &[OrientedPoint], before: &Tried, after: &Tried) ->
         .sum()
 }
 
-/// The first of those with the highest score.
+/// The first result with the highest score.
 fn best_of(tried: &[Tried]) -> &Tried {
     let mut best = &tried[0];
     for other in &tried[1..] {
@@ -415,8 +420,8 @@ fn best_of(tried: &[Tried]) -> &Tried {
     best
 }
 
-/// What is not known of the pose since other motions fit nearly as well: the spread of all that
-/// were tried about the best.
+/// The uncertainty of the pose because other motions fit nearly as well: the spread of all results
+/// about the best.
 fn spread(tried: &[Tried], best: &Tried) -> Matrix3<f64> {
     let (mut sum, mut total) = (Matrix3::zeros(), 0.0);
     for other in tried {

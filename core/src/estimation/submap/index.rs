@@ -1,11 +1,10 @@
-//! What a closed submap is looked up by: made when it is first asked for, and kept for those that
-//! are compared again and again.
+//! Lookup structures of a closed submap: built on first use, and kept for submaps that are compared
+//! repeatedly.
 //!
-//! In: a closed submap. Out: the surfel nearest to a place, and the likelihood to search.
+//! In: a closed submap. Out: the surfel nearest to a place, and the likelihood for searches.
 //!
-//! A submap that is closed never changes, and one drive past a place compares the same earlier
-//! submaps with one new one after the other. Kept are those that were used last, as far as
-//! [`MOST_BYTES`] reach.
+//! A closed submap never changes, and while the robot passes a place, the same earlier submaps are
+//! compared with one new submap after the other. Those used last are kept, within [`MOST_BYTES`].
 
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
@@ -16,10 +15,10 @@ use super::ClosedSubmap;
 use crate::map::{FixedSurfels, LikelihoodPyramid, Surfel, SurfelConfig};
 use crate::registration::{SearchConfig, Target};
 
-/// What is kept of all together.
+/// The most memory of all kept indexes together.
 const MOST_BYTES: usize = 16 << 20;
 
-/// The parts of one index that were asked for.
+/// The parts of one index, as far as they were requested.
 #[derive(Debug, Default)]
 pub(in crate::estimation) struct Index {
     surfels: OnceLock<FixedSurfels>,
@@ -34,7 +33,7 @@ impl Index {
     }
 }
 
-/// A closed submap with its index. All searches in it are of one configuration.
+/// A closed submap with its index. All searches in it use one configuration.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimation) struct Indexed<'a> {
     pub(super) submap: &'a ClosedSubmap,
@@ -55,7 +54,7 @@ impl<'a> Indexed<'a> {
         }
     }
 
-    /// Its surfels, to be found by place.
+    /// Its surfels, indexed by place.
     #[inline]
     pub(super) fn map(&self) -> &'a FixedSurfels {
         match self.index.surfels.get() {
@@ -64,7 +63,7 @@ impl<'a> Indexed<'a> {
         }
     }
 
-    /// By itself, so that looking up what is made already needs no call.
+    /// A separate function, so that looking up what is already built needs no call.
     #[cold]
     fn make_map(&self) -> &'a FixedSurfels {
         let made = || self.submap.indexed(self.config).fixed();
@@ -85,7 +84,7 @@ impl Target for Indexed<'_> {
     }
 }
 
-/// The indexes of the submaps that were compared last, by the submap's number.
+/// The indexes of the submaps that were last compared, by submap number.
 #[derive(Clone, Debug, Default)]
 pub(in crate::estimation) struct Indexes {
     kept: Vec<Kept>,
@@ -94,13 +93,13 @@ pub(in crate::estimation) struct Indexes {
 #[derive(Clone, Debug)]
 struct Kept {
     submap: usize,
-    /// The new submap for which it was used last.
+    /// The new submap for which it was last used.
     used_for: usize,
     index: Arc<Index>,
 }
 
 impl Indexes {
-    /// The index of `submap`, to be compared with submap `new` or that itself.
+    /// The index of `submap`, to be compared with submap `new`, or of `new` itself.
     pub(in crate::estimation) fn of(&mut self, submap: usize, new: usize) -> Arc<Index> {
         if let Some(kept) = self.kept.iter_mut().find(|kept| kept.submap == submap) {
             kept.used_for = new;
@@ -116,8 +115,8 @@ impl Indexes {
         index
     }
 
-    /// Drops what was not used lately. If all were, the newest goes: the next submap asks for the
-    /// same again in the same order, and of a queue that is too short it would find none.
+    /// Drops what was not used lately. If all were, the newest is dropped: the next submap needs
+    /// the same ones in the same order, and would find none of them in a queue that is too short.
     fn make_room(&mut self, new: usize) {
         let mut bytes: usize = self.kept.iter().map(|kept| kept.index.bytes()).sum();
         while bytes > MOST_BYTES {

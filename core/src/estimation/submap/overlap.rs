@@ -1,15 +1,15 @@
-//! Two submaps where they lie in the map: whether they agree, and where they would.
+//! Two submaps at their poses in the map: whether they agree, and where they would.
 //!
-//! In: two closed submaps and the pose of one in the other. Out: what one says of the surfaces of
-//! the other ([`Said`]), and another pose at which they would agree, if there is one nearby.
+//! In: two closed submaps and the pose of one in the other. Out: what one says about the surfaces
+//! of the other ([`Said`]), and another pose at which they would agree, if there is one nearby.
 //!
-//! 1. A surface agrees that lies on one of the other that faces the same way; it stands beside
-//!    where that is within reach but not nearer than a wall is thick: a wall that is drawn twice.
-//!    It contradicts where the other saw through the place and all around it, and has no surface
-//!    near. What the other never saw says nothing.
-//! 2. Only surfaces are asked about that were seen again and again, as far as there are such: what
-//!    is seen in glass, and people, are not.
-//! 3. Where little agrees, the other is matched to it from where it lies, and searched for in a
+//! 1. A surface agrees if it lies on one of the other submap that faces the same way. It stands
+//!    beside that surface if it is within reach but farther away than a wall is thick: a wall that
+//!    is drawn twice. It contradicts if the other saw the place and all around it as free, and has
+//!    no surface near. Where the other saw nothing, it says nothing.
+//! 2. Only surfaces that were seen repeatedly are compared, as far as there are such: reflections
+//!    in glass, and people, are not.
+//! 3. If little agrees, the other is matched to it from its present pose, and searched for in a
 //!    window around that.
 
 use nalgebra::{Matrix3, Point2, Vector2};
@@ -24,37 +24,37 @@ use crate::registration::{
     search_and_match,
 };
 
-/// Surfaces that are asked about, at most: evenly chosen ones say the same as all.
+/// The most surfaces that are compared: an even selection says the same as all.
 const MOST_ASKED: usize = 200;
-/// How far is searched for a place where two submaps agree: what is farther off contradicts.
+/// The window searched for a pose at which two submaps agree: what is farther off contradicts.
 const WINDOW: SearchWindow = SearchWindow {
     shift: 1.0,
     turn: 0.15,
 };
-/// What is believed of the pose beforehand, 1/m² and 1/rad²: next to nothing.
+/// The information of the prior pose, 1/m² and 1/rad²: almost none.
 const FLAT: f64 = 0.01;
 
-/// What a submap says of surfaces of another.
+/// What a submap says about the surfaces of another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::estimation) struct Said {
     pub(in crate::estimation) total: usize,
     pub(in crate::estimation) agree: usize,
-    /// Surfaces that stand beside one of the submap, or twice.
+    /// Surfaces that stand beside one of the submap: walls that stand twice.
     pub(in crate::estimation) beside: usize,
     pub(in crate::estimation) contradict: usize,
-    /// Sum of the places of what does not agree, in the submap.
+    /// Sum of the positions of what does not agree, in the submap.
     wrong: Vector2<f64>,
     /// The same of what agrees.
     right: Vector2<f64>,
 }
 
 impl Said {
-    /// Surfaces of which the submap says something.
+    /// Surfaces about which the submap says something.
     pub(in crate::estimation) fn spoken_of(&self) -> usize {
         self.agree + self.beside + self.contradict
     }
 
-    /// Of those, the part that agrees; 1 where nothing is said.
+    /// The part of these that agrees; 1 if there are none.
     pub(in crate::estimation) fn part(&self) -> f64 {
         match self.spoken_of() {
             0 => 1.0,
@@ -62,13 +62,13 @@ impl Said {
         }
     }
 
-    /// The middle of what does not agree, in the submap.
+    /// The centre of what does not agree, in the submap.
     pub(in crate::estimation) fn middle_of_wrong(&self) -> Option<Point2<f64>> {
         let wrong = self.beside + self.contradict;
         (wrong > 0).then(|| Point2::from(self.wrong / wrong as f64))
     }
 
-    /// The middle of what agrees, in the submap.
+    /// The centre of what agrees, in the submap.
     pub(in crate::estimation) fn middle_of_right(&self) -> Option<Point2<f64>> {
         (self.agree > 0).then(|| Point2::from(self.right / self.agree as f64))
     }
@@ -88,7 +88,7 @@ impl<'a> Laid<'a> {
         }
     }
 
-    /// What it says of the surfaces of `other`, which lies at `pose` in it.
+    /// What it says about the surfaces of `other`, which lies at `pose` in it.
     pub(in crate::estimation) fn says_of(&self, other: &ClosedSubmap, pose: &Pose2) -> Said {
         let often = other.often();
         let seen = || other.surfels.iter().filter(|s| s.weight >= often);
@@ -135,8 +135,8 @@ impl<'a> Laid<'a> {
         }
     }
 
-    /// Other poses of `other`, which lies at `pose`, that its surfaces fix in all directions: the
-    /// one that matching leads to and the best within a metre.
+    /// Other poses of `other`, which lies at `pose`, that its surfaces constrain in all directions:
+    /// the one to which matching leads, and the best within a metre.
     pub(in crate::estimation) fn other_poses(
         &self,
         other: &ClosedSubmap,
@@ -159,7 +159,7 @@ impl<'a> Laid<'a> {
     }
 }
 
-/// How a surface stands to a submap.
+/// How a surface relates to a submap.
 enum Stands {
     Agrees,
     Beside,
@@ -168,8 +168,8 @@ enum Stands {
 }
 
 impl ClosedSubmap {
-    /// How often its surfaces were seen that are asked about: the half of them that was seen most,
-    /// or more.
+    /// The number of sightings from which on surfaces are compared: no more than the median, so at
+    /// least half of them are.
     fn often(&self) -> f64 {
         let mut weights: Vec<f64> = self.surfels.iter().map(|s: &Surfel| s.weight).collect();
         let middle = weights.len() / 2;

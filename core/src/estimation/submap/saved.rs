@@ -1,4 +1,4 @@
-//! Closed submaps and what was found of them, as bytes.
+//! Closed submaps, and closures found between them, as bytes.
 
 use super::{ClosedSubmap, Closure, Doubt};
 use crate::snapshot::{Reader, Snapshot, SnapshotError, snapshot};

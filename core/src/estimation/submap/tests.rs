@@ -28,7 +28,7 @@ fn closed(surfels: Vec<Surfel>, rays: &[[Point2<f64>; 2]]) -> ClosedSubmap {
     ClosedSubmap::new(surfels, free)
 }
 
-/// The same submap, begun at another place: `old_from_new` is where.
+/// The same submap, begun at another place, given by `old_from_new`.
 fn begun_at(submap: &ClosedSubmap, middle: Point2<f64>, old_from_new: &Pose2) -> ClosedSubmap {
     let new_from_old = old_from_new.inverse();
     let surfels: Vec<_> = submap
@@ -45,7 +45,7 @@ fn begun_at(submap: &ClosedSubmap, middle: Point2<f64>, old_from_new: &Pose2) ->
     closed(surfels, &rays)
 }
 
-/// A room of 6 m x 4 m with a door in its upper wall; a niche tells its sides apart.
+/// A room of 6 m x 4 m with a door in its upper wall; a niche makes its sides distinguishable.
 const ROOM: [[f64; 4]; 7] = [
     [-3.0, -2.0, 3.0, -2.0],
     [3.0, -2.0, 3.0, 2.0],
@@ -93,7 +93,7 @@ fn the_same_room_is_found_where_it_is_from_near_and_from_far() {
         let error = truth.delta_to(&found.motion);
         assert!(error.position().coords.length() < 0.01, "{error:?}");
         assert!(wrap(error.heading()).abs() < 0.005, "{error:?}");
-        // Never believed better than the configured figures.
+        // Never more certain than the configured figures.
         let cov = found.information.try_inverse().unwrap();
         assert!(
             cov[(0, 0)] >= 0.015 * 0.015 && cov[(2, 2)] >= 0.003 * 0.003,
@@ -133,7 +133,7 @@ fn a_corridor_closes_no_loop_that_had_to_be_searched_for() {
         turn: 0.1,
     };
     assert!(find(&corridor, &corridor, &guess, searched).is_none());
-    // Known to centimetres it does, and tells next to nothing of the way along it.
+    // Known to centimetres it fits, and gives almost no information along the corridor.
     let near = Doubt {
         shift: 0.05,
         turn: 0.01,

@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use super::*;
 use crate::robot::Odometry;
 
-/// A grain of time: odometry comes every second grain, beams and fixes fall on grains.
+/// The unit of time, µs: odometry comes every second grain, beams and fixes fall on grains.
 const GRAIN_MICROS: u64 = 5_000;
 const BEAMS: usize = 9;
 /// Grains from the first beam of a sweep to its last.
@@ -22,16 +22,17 @@ fn smooth(
     smoother.smooth(scan, &history.since_beams(scan), fixes, history)
 }
 
-/// What a robot measures that only turns: odometry by grains, and where walls were recognised.
+/// What a robot that only turns measures: odometry by grains, and where walls were recognised.
 struct Drive {
-    /// Turn and its variance in each grain; both halves of a reading are alike.
+    /// Rotation and its variance in each grain; both halves of a reading are alike.
     turns: Vec<(f64, f64)>,
     /// Grain, heading, variance.
     walls: Vec<(usize, f64, f64)>,
 }
 
 impl Drive {
-    /// All headings given all measurements, by one least-squares problem: the independent truth.
+    /// All headings given all measurements, by one least-squares problem: an independent ground
+    /// truth.
     fn batch(&self) -> (DVector<f64>, DMatrix<f64>) {
         let n = self.turns.len() + 1;
         let (mut information, mut vector) = (DMatrix::zeros(n, n), DVector::zeros(n));
@@ -115,7 +116,7 @@ fn scan_ending_at(grain: usize) -> Scan {
     }
 }
 
-/// A filter over the heading alone, as the smoother expects one to have worked.
+/// A filter over the heading alone, as the smoother expects to have run.
 struct Filter {
     heading: f64,
     variance: f64,

@@ -1,19 +1,19 @@
-//! One match in a scan: a single pair of vectors is taken off the triangle.
+//! One match in a scan: a single pair of vectors is subtracted from the triangle.
 //!
-//! In: the packed triangle and two vectors. Out: P - a aᵀ - b bᵀ, with the bits of the pass that
-//! takes off many vectors.
+//! In: the packed triangle and two vectors. Out: P - a aᵀ - b bᵀ, with the same bits as the pass
+//! that subtracts many vectors.
 //!
-//! 1. Four rows go together along the columns that all of them have, so each number of the vectors
-//!    is read once for four.
-//! 2. With only two vectors their numbers in the four rows stay in registers and nothing needs to
+//! 1. Four rows are processed together along the columns that all of them have, so each number of
+//!    the vectors is read once for four.
+//! 2. With only two vectors, their numbers in the four rows stay in registers and nothing needs to
 //!    be sorted by tiles. The pass over tiles, made for twenty vectors at a time, takes 1.2 times
 //!    as long natively and 1.9 times in WebAssembly at a hundred landmarks.
-//! 3. What is left at the ends of the rows, three numbers at most, follows row by row.
+//! 3. The rest at the ends of the rows, three numbers at most, follows row by row.
 
 use super::ROWS;
 
-/// The pass for the vectors `a` and `b`. Not a closure, because those are not always inlined into
-/// what was compiled for the wider instructions.
+/// The pass for the vectors `a` and `b`. It is not a closure, because closures are not always
+/// inlined into code compiled for the wider instructions.
 pub(super) struct PairPass<'a> {
     pub(super) packed: &'a mut [f64],
     pub(super) a: &'a [f64],
@@ -38,7 +38,7 @@ impl pulp::NullaryFnOnce for PairPass<'_> {
                 (*row, rest) = (elements, next);
                 shared = shared.min(length);
             }
-            // The last rows of the matrix may be fewer.
+            // There may be fewer than four last rows of the matrix.
             if let (&[a0, a1, a2, a3], &[b0, b1, b2, b3]) = (own_a, own_b) {
                 four_rows(&mut rows, [[a0, b0], [a1, b1], [a2, b2], [a3, b3]], a, b);
             } else {

@@ -15,7 +15,7 @@ fn part(alpha: f64, r: f64, from: f64, to: f64) -> LineFeature {
     }
 }
 
-/// A filter that has seen the given lines some times.
+/// A filter that has seen the given lines several times.
 fn knowing(lines: &[LineFeature]) -> EkfSlam {
     let mut slam = EkfSlam::new(EkfConfig {
         confirm_sightings: 1,
@@ -62,7 +62,7 @@ fn merging_is_the_dense_measurement_that_both_are_one() {
         .remove_rows(ROBOT + 2, 2)
         .remove_columns(ROBOT + 2, 2);
     assert!((dense(&slam) - stays).length() < 1e-9);
-    // Both were seen as often as each other: the wall lies between them.
+    // Both were seen equally often: the wall lies between them.
     let merged = line(&slam, 0).alpha();
     assert!(
         merged < alphas[0] && merged > alphas[1],
@@ -84,7 +84,7 @@ fn walls_on_one_line_with_a_door_between_stay_two() {
 
 #[test]
 fn difference_that_is_not_known_well_decides_nothing() {
-    // One sighting each, with a direction that is known to 0.05 rad.
+    // One sighting each, with a direction known to 0.05 rad.
     let mut slam = EkfSlam::new(EkfConfig {
         confirm_sightings: 1,
         ..plain()
@@ -106,7 +106,7 @@ fn difference_that_is_not_known_well_decides_nothing() {
 fn spoilt_double_is_dropped_without_a_trace() {
     let mut slam = knowing(&[part(0.0, 1.0, -2.0, -0.5), part(0.03, 1.03, 0.6, 1.4)]);
     assert_eq!(slam.landmarks.len(), 2);
-    // Counted from its anchor in the middle of what was seen: up to y = 2.25.
+    // Relative to its anchor in the middle of what was seen: up to y = 2.25.
     slam.landmarks[0].extent[1] = 3.5;
     slam.landmarks[0].sightings += 1;
     let before = dense(&slam);

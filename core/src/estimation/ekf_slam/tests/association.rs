@@ -1,4 +1,4 @@
-//! Which landmark a line is taken for, and that the report says why.
+//! Which landmark a line is matched to, and that the report says why.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ fn lines_matched_together_outvote_a_nearer_wrong_wall() {
     let with = |method| {
         let mut config = plain();
         config.association.method = method;
-        // The nearest one is taken, however near the next.
+        // The nearest one is matched, however near the next one is.
         config.association.ambiguity = 0.0;
         config.association.new_gate = 16.0;
         let mut slam = EkfSlam::new(config).unwrap();
@@ -24,7 +24,7 @@ fn lines_matched_together_outvote_a_nearer_wrong_wall() {
         }
         let unsure = Matrix3::from_diagonal(&Vector3::new(0.02, 1e-6, 1e-6));
         slam.predict(&odometry(Pose2::identity(), unsure)).unwrap();
-        // The one that stands nearer to another wall's place than to its own comes first.
+        // The line that is nearer to another wall's place than to its own comes first.
         let seen = [1.3, 1.0, 1.6].map(|r| feature(0.0, r - 0.2));
         let report = slam.update(&seen, &ONCE).unwrap();
         let ids: Vec<_> = report
@@ -122,7 +122,7 @@ fn part(alpha: f64, r: f64, [from, to]: [f64; 2]) -> LineFeature {
     }
 }
 
-/// A filter that has seen the lines so often.
+/// A filter that has seen the lines `times` times.
 fn knowing(lines: &[LineFeature], times: usize) -> EkfSlam {
     let mut slam = EkfSlam::new(plain()).unwrap();
     for _ in 0..times {
@@ -131,8 +131,8 @@ fn knowing(lines: &[LineFeature], times: usize) -> EkfSlam {
     slam
 }
 
-/// In `office` a partition ends between two cupboards whose fronts stand 10 cm apart: seen from
-/// afar the second one lies in the gate of the first, and matched with it bent it by two degrees.
+/// In `office` a partition ends between two cupboards whose fronts are 10 cm apart: seen from afar,
+/// the second one lies in the gate of the first; matched to it, it bent the first by two degrees.
 #[test]
 fn part_beside_a_wall_is_another_one_until_it_is_known_to_be_on_its_line() {
     for (times, gap, is_one) in [(3, 0.1, false), (60, 0.1, true), (3, -0.3, true)] {
@@ -157,8 +157,8 @@ fn part_beside_a_wall_is_another_one_until_it_is_known_to_be_on_its_line() {
 }
 
 /// One sighting in a million lies outside of the gate for new walls and makes a second landmark of
-/// a wall. In 863 000 of `office` some do; that landmark must not take its wall's sightings, half
-/// of which are nearer to it.
+/// a wall. Among 863 000 in `office` some do; that landmark must not take its wall's sightings,
+/// half of which are nearer to it.
 #[test]
 fn landmark_made_by_noise_starves_beside_its_wall() {
     let wall = || part(0.0, 2.0, [-1.0, 1.0]);
@@ -168,7 +168,7 @@ fn landmark_made_by_noise_starves_beside_its_wall() {
     assert_eq!(slam.update(&[spoilt], &ONCE).unwrap().added.len(), 1);
     let ids: Vec<_> = slam.landmarks().map(|l| l.id).collect();
     for _ in 0..=slam.config.patience {
-        // Nearer to the spoilt one than to its own, and in the gate of both.
+        // Nearer to the false landmark than to its own, and in the gate of both.
         let report = slam
             .update(&[part(0.027, 2.0, [-1.0, 1.0])], &ONCE)
             .unwrap();

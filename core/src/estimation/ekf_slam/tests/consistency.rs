@@ -32,8 +32,8 @@ fn average_nees_over_seeds_is_honest_with_first_estimates() {
 
 #[test]
 fn first_estimates_are_more_honest_than_the_textbook_on_a_long_loop() {
-    // 64 m, heading noise of 6.5 degrees per root metre. Neither is honest here: the heading is
-    // lost by more than the linear model bears before the loop closes. This asserts today's
+    // 64 m, heading noise of 6.5 degrees per root metre. Neither is honest here: before the loop
+    // closes, the heading error is larger than the linear model can handle. This asserts today's
     // behaviour.
     let config = plain();
     let first = EkfConfig {
@@ -46,7 +46,7 @@ fn first_estimates_are_more_honest_than_the_textbook_on_a_long_loop() {
     assert!(first < 0.5 * textbook && first < 30.0);
 }
 
-/// By how much the pose is off at the end, m and rad, and how many walls are confirmed.
+/// How far the pose is off at the end, m and rad, and how many walls are confirmed.
 fn ended(run: &Run, seed: u64) -> (f64, f64, usize) {
     let (position, heading) = run.error();
     let confirmed = run.slam.landmarks().filter(|l| l.is_confirmed).count();
@@ -64,7 +64,7 @@ fn loop_is_closed_on_the_walls_it_began_with() {
         let run = drive_ring(EkfConfig::default(), 8.0, 6.0, 2, seed);
         let (position, heading, confirmed) = ended(&run, seed);
         assert!(position < 0.1 && heading < 0.03);
-        // A wall first seen in parts more than `max_gap` apart stays more than one landmark.
+        // A wall first seen in parts more than `max_gap` apart remains several landmarks.
         assert!(confirmed <= run.walls.len() + run.walls.len() / 2);
         assert!(f64::from(run.wrong) < 0.01 * run.nis.1 as f64);
     }
@@ -75,7 +75,7 @@ fn ring_corridor_of_sixty_metres_is_closed() {
     for seed in 0..5 {
         let run = drive_ring(EkfConfig::default(), 20.0, 12.0, 1, seed);
         let (position, heading, _) = ended(&run, seed);
-        // Odometry alone is off by metres; see the test of the NEES on the same loop for what is
+        // Odometry alone is off by metres; the test of the NEES on the same loop explains what is
         // missing.
         assert!(position < 0.7 && heading < 0.1);
     }
@@ -92,7 +92,7 @@ fn covariance_stays_positive_definite_over_a_long_run() {
 #[test]
 fn wall_through_the_origin_of_the_map_does_not_jump() {
     // The start lies on the line of a wall that begins 1 m further on: r changes its sign as the
-    // estimate breathes.
+    // estimate varies.
     let walls = vec![
         Segment::new(Point2::new(1.0, 0.0), Point2::new(4.0, 0.0)),
         Segment::new(Point2::new(5.0, -4.0), Point2::new(5.0, 4.0)),

@@ -10,7 +10,7 @@ use super::{ONCE, dense, feature, plain, point, some_state};
 use crate::features::PointKind;
 use crate::geom::wrap;
 
-/// S = H P Hᵀ + R with whole matrices.
+/// S = H P Hᵀ + R with full matrices.
 fn dense_cov(slam: &EkfSlam, row: usize, by: [&DMatrix<f64>; 2], r: &Matrix2<f64>) -> DMatrix<f64> {
     let p = dense(slam);
     let mut h = DMatrix::zeros(2, p.nrows());
@@ -19,7 +19,7 @@ fn dense_cov(slam: &EkfSlam, row: usize, by: [&DMatrix<f64>; 2], r: &Matrix2<f64
     &h * p * h.transpose() + DMatrix::from_fn(2, 2, |i, j| r[(i, j)])
 }
 
-/// The mean weighed by 1 / S, and its variance, as the textbook writes the mean of two.
+/// The mean weighted by 1 / S, and its variance, by the textbook formula for the mean of two.
 fn mean_of(pairs: [(f64, f64); 2]) -> (f64, f64) {
     let [(a, var_a), (b, var_b)] = pairs;
     let mean = (a * var_b + b * var_a) / (var_a + var_b);

@@ -1,11 +1,11 @@
-//! What no sighting can tell, the filter must not learn: robot and walls may be moved and turned
-//! together.
+//! What no sighting can observe, the filter must not learn: robot and walls may be moved and
+//! rotated together.
 //!
 //! Source: Huang, Mourikis & Roumeliotis (2010), "Observability-based rules for designing
 //! consistent EKF SLAM estimators": the observability matrix of the filter's own Jacobians must
 //! have the three directions of a common motion in its null space. That of the textbook's filter
-//! loses the heading; with lines instead of points it loses the shifts too, for a shift moves each
-//! line along its normal, and that is taken at ever new estimates of α.
+//! loses the heading; with lines instead of points it loses the shifts too, because a shift moves
+//! each line along its normal, which is evaluated at ever new estimates of α.
 
 use nalgebra::{DMatrix, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -25,7 +25,7 @@ fn filter(consistency: Consistency) -> EkfSlam {
     .unwrap()
 }
 
-/// Three walls as the filter expects them, off by up to 3 σ or so, as noise would have it.
+/// Three walls as the filter expects them, off by up to 3 σ or so, as noise might make them.
 fn seen(slam: &EkfSlam, landmark: usize, rng: &mut ChaCha8Rng) -> LineFeature {
     let line = slam.expect(landmark).line;
     let mut off = || rng.random_range(-0.04..0.04_f64);

@@ -51,7 +51,7 @@ fn update_by_a_point_is_the_dense_joseph_form() {
         let before = dense(&slam);
         let n = before.nrows();
         let expected = slam.expect_point(&slam.points[index]);
-        // H by central differences, at the newest estimates, as the textbook has it.
+        // H by central differences, at the newest estimates, as in the textbook.
         let (pose, at) = (slam.pose, slam.points[index].position);
         let z = |p: [f64; 5]| {
             let pose = Pose2::new(p[0], p[1], p[2]);
@@ -165,7 +165,7 @@ fn two_landmarks_of_one_post_become_one() {
     for _ in 0..4 {
         slam.update_with_points(&[], &[post], &ONCE).unwrap();
     }
-    // The same again, as if it had not been recognised.
+    // The same point again, as if it had not been recognised.
     slam.augment_point(&point(Point2::new(2.01, 1.0), POST));
     slam.points[1].sightings = 4;
     let (before, sure) = (slam.points[0].position.x, dense(&slam)[(ROBOT, ROBOT)]);
@@ -178,7 +178,7 @@ fn two_landmarks_of_one_post_become_one() {
     );
     assert!(kept.position.x > before && kept.cov[(0, 0)] < sure);
     assert_eq!(dense(&slam).nrows(), ROBOT + 2);
-    // Two that stand apart stay two.
+    // Two that are apart stay two.
     let beside = point(Point2::new(2.0, 1.3), POST);
     for _ in 0..9 {
         let both = [
@@ -202,7 +202,7 @@ fn confidence_counts_how_often_a_landmark_was_found_again() {
         assert_eq!(slam.landmarks().next().unwrap().confidence(), again);
         assert_eq!(slam.point_landmarks().next().unwrap().confidence(), again);
     }
-    // Not seen, it neither grows nor falls.
+    // If it is not seen, its count neither grows nor falls.
     slam.update_with_points(&[wall], &[], &ONCE).unwrap();
     assert_eq!(slam.point_landmarks().next().unwrap().confidence(), 4);
 }
@@ -292,8 +292,8 @@ fn bad_points_are_named_and_change_nothing() {
     );
 }
 
-/// As with walls; but of a textbook's filter over points only the heading is lost: H by the
-/// robot's place and by the point's is the same but for its sign, wherever it is taken.
+/// As with walls; but in a textbook filter over points only the heading is lost: H with respect to
+/// the robot's position and to the point's differs only in sign, wherever it is evaluated.
 #[test]
 fn observability_matrix_over_points_lacks_three_ranks_with_first_estimates() {
     for (consistency, unobservable) in [(Consistency::FirstEstimates, 3), (Consistency::Plain, 2)] {
@@ -343,7 +343,7 @@ fn observability_matrix_over_points_lacks_three_ranks_with_first_estimates() {
     }
 }
 
-/// What many runs say of the filter's honesty.
+/// The honesty of the filter over many runs.
 struct Honesty {
     /// Mean NEES of the pose at the ends of the runs, 3 is honest.
     pose: f64,
@@ -356,7 +356,7 @@ struct Honesty {
 
 const RUNS: u64 = 60;
 
-/// One lap of a ring with posts beside its way, seed by seed.
+/// One lap of a ring with posts beside the path, for each seed.
 fn honesty(config: EkfConfig, corners: Corners, has_posts: bool) -> Honesty {
     let (w, h) = (8.0, 6.0);
     let start = Pose2::new(-0.5 * w, -0.5 * h, 0.0);
@@ -388,7 +388,7 @@ fn honesty(config: EkfConfig, corners: Corners, has_posts: bool) -> Honesty {
             run.posts = places.collect();
         }
         run.corners = corners;
-        // Little enough that what is not linear does not matter: a heading of 2° per root metre.
+        // Small enough that nonlinearity does not matter: a heading noise of 2° per root metre.
         run.noise = OdometryNoise {
             per_metre: 2.5e-5,
             lateral_per_metre: 1e-5,
@@ -413,7 +413,7 @@ fn honesty(config: EkfConfig, corners: Corners, has_posts: bool) -> Honesty {
     sum
 }
 
-/// 99 % of the mean over the runs of an honest filter.
+/// 99 % interval of the mean over the runs of an honest filter.
 fn bounds(degrees: f64) -> [f64; 2] {
     let n = degrees * RUNS as f64;
     [-2.576, 2.576].map(|sigmas| chi2_quantile(n, sigmas) / RUNS as f64)
@@ -423,7 +423,7 @@ fn is_within(value: f64, [low, high]: [f64; 2]) -> bool {
     (low..=high).contains(&value)
 }
 
-/// That the mean of an NEES of so many degrees of freedom is that of an honest filter.
+/// Asserts that the mean of an NEES with this many degrees of freedom is that of an honest filter.
 #[track_caller]
 fn assert_honest(nees: f64, degrees: f64) {
     let honest = bounds(degrees);
@@ -438,7 +438,7 @@ fn posts_alone_are_honest_over_runs() {
     };
     let found = honesty(config, Corners::None, true);
     assert_honest(found.pose, 3.0);
-    // Points of a run err together, so its mean has the spread of a single one.
+    // Points of a run err together, so their mean has the spread of a single one.
     assert_honest(found.points, 2.0);
     assert!(is_within(found.nis, [1.9, 2.1]), "{}", found.nis);
 }

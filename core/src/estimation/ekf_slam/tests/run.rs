@@ -1,4 +1,4 @@
-//! Runs through known walls, with sightings made straight from the truth.
+//! Runs through known walls, with sightings computed directly from the truth.
 
 use nalgebra::{Vector2, Vector3};
 use rand::SeedableRng;
@@ -12,7 +12,7 @@ use crate::geom::{Length, Line, Segment, sides_of, wrap};
 use crate::points::fixture::normal;
 use crate::robot::{OdometryNoise, Tracks};
 
-/// A run through known walls with sightings made straight from the truth.
+/// A run through known walls with sightings computed directly from the truth.
 pub(super) struct Run {
     pub(super) slam: EkfSlam,
     truth: Pose2,
@@ -20,24 +20,24 @@ pub(super) struct Run {
     pub(super) noise: OdometryNoise,
     rng: ChaCha8Rng,
     range: f64,
-    /// What stands in the world that is round, map frame.
+    /// Round objects in the world, map frame.
     pub(super) posts: Vec<Point2<f64>>,
     /// Whether the corners of neighbouring walls are seen too.
     pub(super) corners: Corners,
-    /// Of each point landmark, where it truly is.
+    /// The true position of each point landmark.
     pub(super) true_points: Vec<(LandmarkId, Point2<f64>)>,
     /// Sum and number of NEES values of the pose.
     pub(super) nees: (f64, u32),
     pub(super) nis: (f64, usize),
-    /// Of each scan.
+    /// For each scan.
     pub(super) innovations: Vec<Innovations>,
-    /// Which wall a landmark is, and how often another one was taken for it.
+    /// Which wall a landmark is, and how often another one was mistaken for it.
     wall_of: Vec<(LandmarkId, usize)>,
     pub(super) wrong: u32,
 }
 
 const WIDTH: f64 = 0.2;
-/// Standard deviation of where a post is seen, along each axis, m.
+/// Standard deviation of the seen position of a post, along each axis, m.
 pub(super) const POST_SIGMA: f64 = 0.02;
 
 /// Which corners a run sees: where the lines of two walls cross, as these were seen.
@@ -105,7 +105,7 @@ impl Run {
         }
     }
 
-    /// Moves by what the odometry says, disturbed as its covariance says, and takes a scan.
+    /// Moves by the odometry plus noise drawn from its covariance, and takes a scan.
     pub(super) fn step(&mut self, tracks: Tracks) {
         let motion = tracks.motion(WIDTH);
         let cov = tracks.covariance(WIDTH, &self.noise) + Matrix3::identity() * 1e-10;
@@ -187,7 +187,8 @@ impl Run {
         seen
     }
 
-    /// Posts within range, and the corners of lines that were seen; where each truly is, map frame.
+    /// Posts within range, and the corners of lines that were seen; each with its true position,
+    /// map frame.
     fn see_points(&mut self, lines: &[LineFeature]) -> Vec<(PointFeature, Point2<f64>)> {
         let robot_from_map = self.truth.inverse();
         let mut seen = vec![];
@@ -265,7 +266,7 @@ pub(super) fn polygon(points: &[(f64, f64)]) -> Vec<Segment> {
 }
 
 /// A ring corridor 2 m wide, centre line 2 * (w + h), around the origin of the world; with niches
-/// so that one can tell where along it the robot is.
+/// that show where along it the robot is.
 pub(super) fn ring(w: f64, h: f64) -> Vec<Segment> {
     let (x, y) = (0.5 * w, 0.5 * h);
     let mut walls = polygon(&[
@@ -319,7 +320,7 @@ impl Run {
     }
 }
 
-/// Where two lines cross, with the covariance that theirs give it by central differences.
+/// Where two lines cross, with the covariance that follows from theirs by central differences.
 fn corner_of(a: &LineFeature, b: &LineFeature, beams: [usize; 2]) -> PointFeature {
     let cross = |by: [f64; 4]| {
         let of = |line: &LineFeature, alpha: f64, r: f64| {

@@ -1,14 +1,14 @@
-//! Placements made by hand: which are believed, and what becomes of the others.
+//! Placements made by hand: which are accepted, and what becomes of the others.
 
 use nalgebra::Matrix3;
 
 use super::*;
 
-/// Submaps every 5 m along a straight way; it is known to 1 % and 0.001 rad a submap. All
-/// placements are as surprising as told.
+/// Submaps every 5 m along a straight path, known to 1 % and 0.001 rad per submap. All placements
+/// are as surprising as given.
 #[derive(Default)]
 struct Straight {
-    /// By what is feared, and by what loops have shown.
+    /// By the assumed drift, and by what loops have shown.
     surprise: [f64; 2],
 }
 
@@ -30,7 +30,7 @@ impl Ways for Straight {
     }
 }
 
-/// Submap `new` placed in `old` by a search that found much in common.
+/// Submap `new` placed in `old` by a search that found a large overlap.
 pub(in super::super) fn found(old: usize, new: usize, motion: Pose2, doubt: Doubt) -> Candidate {
     let closure = Closure {
         motion,
@@ -48,7 +48,7 @@ pub(in super::super) fn found(old: usize, new: usize, motion: Pose2, doubt: Doub
     }
 }
 
-/// Submap `new` beside `old`, so far off to the side.
+/// Submap `new` beside `old`, at this distance to the side.
 fn beside(old: usize, new: usize, y: f64) -> Candidate {
     let doubt = Doubt {
         shift: 30.0,
@@ -57,7 +57,7 @@ fn beside(old: usize, new: usize, y: f64) -> Candidate {
     found(old, new, Pose2::new(0.0, y, 0.0), doubt)
 }
 
-/// What waits after candidates have come, one new submap after the other.
+/// What waits after candidates have arrived, one new submap after the other.
 #[derive(Default)]
 struct Judged {
     waiting: Waiting,
@@ -107,7 +107,7 @@ impl Judged {
         self.waiting.refuse_others(&placed, &mut self.records);
     }
 
-    /// What became of the placement of `new` in `old`, if it was not taken.
+    /// What became of the placement of `new` in `old`, if it was not accepted.
     fn fate(&self, old: usize, new: usize) -> ClosureFate {
         let mut records = self.records.iter();
         let record = records.find(|r| (r.old, r.new) == (old, new)).unwrap();
@@ -134,13 +134,13 @@ fn placements_far_from_where_the_way_leads_wait_for_more_of_them() {
     };
     let surprised = |count, surprise| Judged::surprised(&agreeing(count), surprise);
     let taken = |count, by_loops| surprised(count, [3.0, by_loops]).taken.len();
-    // As far as is to be expected: three of them are enough, as before.
+    // As far as expected: three of them are enough, as before.
     assert_eq!(taken(3, 3.0), 3);
-    // Another four standard deviations ask for e^8 times as much: two more submaps.
+    // Another four standard deviations require e^8 times as much: two more submaps.
     assert_eq!(taken(3, 3.0 + 16.0), 0);
     assert_eq!(taken(5, 3.0 + 16.0), 5);
-    // An aisle that looks like another fits in it all along: beyond what was feared of the way,
-    // however much of it there is, it is another one.
+    // An aisle that looks like another fits it along its whole length: beyond the assumed drift of
+    // the path it is another aisle, however much of it fits.
     let aisle = surprised(30, [17.0; 2]);
     assert_eq!(aisle.taken, []);
     let why = Delay::BeyondBelief;
@@ -160,11 +160,11 @@ fn one_placement_where_little_was_searched_is_believed_alone() {
 
 #[test]
 fn rivals_that_are_as_well_proved_keep_each_other_waiting() {
-    // The same corridor again 20 m on: each new submap fits in either.
+    // The same corridor again 20 m further on: each new submap fits in either.
     let twice = |new: usize| [beside(new - 38, new, 1.0), beside(new - 34, new, 1.0)];
     let alike: Vec<Candidate> = (40..46).flat_map(twice).collect();
     assert_eq!(taken(&alike), []);
-    // What comes after fits in one of them alone.
+    // What comes after fits only in one of them.
     let mut decided = alike.clone();
     decided.extend((46..52).map(|new| beside(new - 38, new, 1.0)));
     let found = taken(&decided);

@@ -1,4 +1,4 @@
-//! What is known of ways, held against ways that were drawn by lot.
+//! What is known of paths, compared with randomly drawn paths.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -10,10 +10,10 @@ use super::*;
 use crate::geom::Length;
 use crate::points::fixture;
 
-/// What matching says of the way through a submap: along, across, and of the turn.
+/// What matching claims for the motion through a submap: along, across, and of the rotation.
 const MEASURED: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// Submaps every 4 m along an arc that ends where it heads back.
+/// Submaps every 4 m along an arc whose end heads back.
 fn arc() -> Vec<Pose2> {
     let step = Pose2::new(4.0, 0.0, 0.25);
     std::iter::successors(Some(Pose2::new(1.0, 2.0, 0.3)), |pose| Some(*pose * step))
@@ -42,7 +42,7 @@ fn matcher_of(poses: &[Pose2]) -> ScanMatcher {
     matcher
 }
 
-/// The last submap placed in the first, so far from where it lies: in the axes of the map.
+/// The last submap placed in the first, off from where it lies by this: in the axes of the map.
 fn placed(matcher: &ScanMatcher, off: Vector3<f64>) -> Candidate {
     let poses = matcher.graph.poses();
     let (old, new) = (0, poses.len() - 1);
@@ -52,12 +52,12 @@ fn placed(matcher: &ScanMatcher, off: Vector3<f64>) -> Candidate {
     found(old, new, motion, matcher.doubts(new)[old])
 }
 
-/// Closes loops, as far as drift is learned from it.
+/// Closes loops, as far as drift is learned from them.
 fn close(matcher: &mut ScanMatcher, proved: &[Candidate]) {
     matcher.drift = KnownWays::of(matcher).drift_after(proved);
 }
 
-/// From the last submap.
+/// The paths from the last submap.
 fn ways(matcher: &ScanMatcher) -> BestWays {
     matcher.best_ways(matcher.graph.poses().len() - 1)
 }
@@ -77,7 +77,7 @@ fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
         for pair in poses.windows(2) {
             let motion = pair[0].delta_to(&pair[1]);
             let way = config.drift * motion.position().coords.length();
-            // At its end, as matching errs: shift and turn there.
+            // At its end, as matching errs: shift and rotation there.
             let error = Pose2::new(
                 normal(MEASURED[0]) + normal(way),
                 normal(MEASURED[1]) + normal(way),
@@ -97,7 +97,7 @@ fn the_covariance_of_a_way_is_that_of_ways_drawn_by_lot() {
     }
 }
 
-/// Who ends off to the side without having turned did not get there by turning.
+/// A robot that ends off to the side without having turned did not get there by turning.
 #[test]
 fn a_shift_that_no_turn_explains_is_more_surprising() {
     let straight: Vec<Pose2> = (0..13)
@@ -115,7 +115,7 @@ fn a_shift_that_no_turn_explains_is_more_surprising() {
     let unexplained = surprise(0.0, 2.0 * shift, 0.0);
     assert!(explained < 6.0, "{explained}");
     assert!(unexplained > 2.0 * explained, "{unexplained}, {explained}");
-    // Along the way no turn helps at all.
+    // Along the path, no rotation helps at all.
     assert!(surprise(2.0 * shift, 0.0, 0.0) > unexplained);
     assert!(surprise(0.0, 0.0, 0.0).abs() < 1e-9);
 }
@@ -128,7 +128,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
     let bad = placed(&matcher, Vector3::new(shift, 0.0, 0.0));
     let good = placed(&matcher, Vector3::new(0.1 * shift, 0.0, 0.0));
     let before = matcher.surprise(&ways, &bad).by_loops;
-    // Of placements that are proved together one counts: they close one way.
+    // Of placements proved together, only one counts: they close one path.
     close(&mut matcher, &[good, good, good]);
     let after_one = matcher.surprise(&ways, &bad).by_loops;
     assert!(
@@ -143,7 +143,7 @@ fn loops_that_close_well_make_the_next_bad_one_more_surprising() {
         (at_most - before / LEAST).abs() < 1e-9,
         "{at_most}, {before}"
     );
-    // Bad ones are feared already.
+    // Large errors are assumed already.
     for _ in 0..10_000 {
         close(&mut matcher, &[bad]);
     }

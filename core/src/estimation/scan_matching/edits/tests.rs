@@ -1,4 +1,4 @@
-//! What a person changes stays changed: while it is drawn on, drawn anew, saved and pruned.
+//! A person's changes persist: while the map is extended, redrawn, saved and pruned.
 
 use super::super::tests::course::{LAP, drive, feed};
 use super::*;
@@ -16,7 +16,7 @@ fn mapped() -> ScanMatcher {
     matcher
 }
 
-/// In the map, which begins in a corner of the building.
+/// Converts to the map frame, which begins in a corner of the building.
 fn map(x: f64, y: f64) -> Point2<f64> {
     Point2::new(x + 5.0, y + 4.0)
 }
@@ -54,7 +54,7 @@ fn what_was_erased_is_gone_until_it_is_seen_again() {
     matcher.redraw_at_once();
     assert_eq!(occupied(&matcher, low, high), 0, "drawn anew");
     assert_eq!(matcher.grid().block_count(), blocks);
-    // Again past it.
+    // Past it once more.
     matcher.go_on(crate::estimation::Start::Left);
     feed(
         &mut matcher,
@@ -104,7 +104,7 @@ fn a_wall_stands_though_beams_go_through_it() {
         let shown: Vec<ShownEdit> = again.edits().collect();
         assert_eq!((shown.len(), shown[0].kind), (1, kind));
         assert!((shown[0].corners[1] - to).length() < 0.15);
-        // Erased with all its corners, it goes.
+        // When erased with all its corners, it is removed.
         let around = [
             Point2::new(from.x - 0.3, from.y - 0.1),
             Point2::new(from.x + 0.3, from.y - 0.1),

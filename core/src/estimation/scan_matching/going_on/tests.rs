@@ -5,8 +5,8 @@ use super::*;
 use crate::estimation::ScanMatcherConfig;
 use crate::geom::Length;
 
-/// The largest distance, m, of places of the way from where they truly are, of the scans from
-/// `first` on, in the frame in which the map began.
+/// The largest distance, m, of trajectory positions from the truth, for the scans from `first` on,
+/// in the frame in which the map began.
 fn worst(matcher: &ScanMatcher, first: usize, steps: &[Step], begin: Pose2) -> f64 {
     let poses: Vec<Pose2> = matcher.trajectory().map(|(_, pose)| pose).collect();
     let pairs = poses[first..].iter().zip(steps);
@@ -114,7 +114,7 @@ fn what_was_seen_elsewhere_is_never_placed_and_dropped_by_the_next_run() {
     let (submaps, places) = (matcher.submaps.len(), matcher.trajectory.len());
     let blocks = matcher.grid().block_count();
     matcher.go_on(Start::Anywhere);
-    // A hall of its own, of which nothing is in the map.
+    // A hall of its own, no part of which is in the map.
     let hall = |at: Pose2| {
         let walls: Vec<_> = [
             (-9.0, -7.0),

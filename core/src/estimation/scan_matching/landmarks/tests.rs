@@ -1,4 +1,4 @@
-//! Landmarks against the corners that the walls truly have.
+//! Landmarks compared with the true corners of the walls.
 
 use nalgebra::Vector2;
 
@@ -37,7 +37,7 @@ fn landmarks_stand_where_walls_have_corners() {
         .collect();
     assert!(often.len() >= 12, "{often:?}");
     let near = often.iter().filter(|off| **off < 0.15).count();
-    // Few are none: where a wall hides another, points of both may look like a corner.
+    // A few are false: where a wall hides another, points of both may look like a corner.
     assert!(near as f64 >= 0.85 * often.len() as f64, "{often:?}");
 }
 
@@ -66,7 +66,7 @@ fn what_is_found_again_is_known_better_and_stands_at_the_mean() {
     for (x, again) in [(3.00, 0), (3.02, 0), (3.01, 4), (3.03, 0)] {
         known.take_in(&[seen(x)], &[again], &frame, &[1e-3; 3]);
     }
-    // Something else, seen once.
+    // Another corner, seen once.
     known.take_in(&[seen(7.0)], &[0], &frame, &[1e-3; 3]);
     let landmarks = known.found_again();
     let [landmark] = &landmarks[..] else {

@@ -16,7 +16,7 @@ fn mapped(steps: &[Step]) -> ScanMatcher {
 
 #[test]
 fn maps_of_two_runs_lie_on_one_another() {
-    // From another corner, turned by a right angle, and the other way round.
+    // From another corner, rotated by a right angle, and in the opposite direction.
     let begin = Pose2::new(-5.0, -4.0, 0.0);
     let first = drive(&LAP, begin, 1);
     let second = drive(&[LAP[0], LAP[3], LAP[2]], Pose2::new(5.0, 4.0, -1.5), 2);

@@ -1,4 +1,4 @@
-//! A building that is driven again and again costs no more memory, and its map stays right.
+//! A building that is driven through repeatedly needs no more memory, and its map stays right.
 
 use nalgebra::Vector3;
 
@@ -62,8 +62,8 @@ fn what_was_driven_once_is_kept() {
     assert_eq!(matcher.prune(), Pruned::default());
 }
 
-/// The covariance of a motion past a pose is that of the two motions together: as the graph itself
-/// has it.
+/// The covariance of a motion past a pose is that of the two motions together: the same as in the
+/// graph.
 #[test]
 fn motions_past_a_pose_are_known_as_well_as_the_graph_says() {
     let turned = |cov: Matrix3<f64>, by: f64| {
@@ -124,7 +124,7 @@ fn motions_past_a_pose_are_known_as_well_as_the_graph_says() {
                 "{cov} {expected}"
             );
         }
-        // Used three times, the first is counted as three times as uncertain.
+        // Used three times, the first counts as three times as uncertain.
         let thrice = a.joined_to(&b, 3).unwrap();
         let once = a.joined_to(&b, 1).unwrap();
         assert!(thrice.information.trace() < once.information.trace());

@@ -1,4 +1,4 @@
-//! Submaps that are bent on purpose, and what must stay as it is.
+//! Submaps that are bent on purpose, and what must stay unchanged.
 
 use super::super::tests::course::{LAP, Step, drive, feed};
 use super::*;
@@ -6,23 +6,24 @@ use crate::estimation::ScanMatcherConfig;
 use crate::geom::Length;
 use crate::snapshot::Reader;
 
-/// Twice around, all submaps but the last closed and none refined; where the robot truly was.
+/// Twice around, with all submaps but the last closed and none refined; and the true poses of the
+/// robot.
 fn two_laps(config: ScanMatcherConfig) -> (ScanMatcher, Vec<Step>) {
     let steps = drive(&[LAP, LAP].concat(), Pose2::new(-5.0, -4.0, 0.0), 2);
     let mut matcher = ScanMatcher::new(config).unwrap();
     feed(&mut matcher, &steps);
-    // None was begun with.
+    // Refinement of none has begun.
     assert!(matcher.unrefined.len() <= WAITS);
     (matcher, steps)
 }
 
-/// A submap to which many closures join others.
+/// A submap to which closures join many others.
 fn closed_best(matcher: &ScanMatcher) -> usize {
     let joined = |submap: &usize| matcher.joined_by_closures(*submap).len();
     (0..matcher.submaps.len()).max_by_key(joined).unwrap()
 }
 
-/// Bends a submap: each keyframe turns it by so much, and its scans with it.
+/// Bends a submap: each keyframe rotates it by `turn`, and its scans with it.
 fn bend(matcher: &mut ScanMatcher, submap: usize, turn: f64) {
     let [first, behind] = matcher.keyframes_of(submap);
     let (mut bent, mut last) = (vec![], None);
@@ -42,8 +43,7 @@ fn bend(matcher: &mut ScanMatcher, submap: usize, turn: f64) {
     }
 }
 
-/// How far the scans of a submap are from where they truly are relative to the one in their middle,
-/// at most: m and rad.
+/// The largest errors of the scans of a submap relative to the one in their middle: m and rad.
 fn off(matcher: &ScanMatcher, submap: usize, steps: &[Step]) -> [f64; 2] {
     let [first, behind] = matcher.scans_of(submap);
     let middle = usize::midpoint(first, behind);
@@ -173,14 +173,14 @@ fn a_chain_goes_where_matches_have_it_and_follows_no_odd_one() {
         // A prior of 0.1 m, against a match of 0.015 m at each keyframe.
         assert!(off.amax() < 0.004, "{off}");
     }
-    // Of the last three keyframes only.
+    // For the last three keyframes only.
     let places: Vec<Place> = (0..3).map(|at| place(at, moved(&poses[5 + at]))).collect();
     let found = chain(&poses, &places, 5);
     assert!((found[7].y() - 0.05).abs() < 0.01, "{:?}", found[7]);
     assert!(found[0].y() < found[4].y(), "{:?}", found[0]);
 }
 
-/// Two keyframes, of which the second is matched: every weight is known, and so is where they go.
+/// Two keyframes, of which the second is matched: with all weights known, so is the result.
 #[test]
 fn a_chain_is_the_mean_by_weight() {
     let poses = along_x(2);
@@ -190,7 +190,7 @@ fn a_chain_is_the_mean_by_weight() {
     let off = (found[1].x() - matched.x()) / MATCH[0];
     let kernel = 1.0 / (1.0 + off * off / (KERNEL * KERNEL));
     let weight = kernel / (MATCH[0] * MATCH[0]);
-    // The first is held by its prior, and the second to the first: springs in a row.
+    // The prior holds the first, and the first holds the second: springs in series.
     let held = drift + 1.0 / (1.0 / drift + 1.0 / step);
     let expected = 0.01 * weight / (weight + held);
     assert!(

@@ -1,4 +1,4 @@
-//! A submap is taken out and put back.
+//! A submap is removed and put back.
 
 use super::super::tests::course::{LAP, Step, drive, feed};
 use nalgebra::Point2;
@@ -29,7 +29,7 @@ fn occupied(matcher: &ScanMatcher) -> usize {
         .count()
 }
 
-/// Does what was put off, and draws the map as one that was changed is drawn.
+/// Does postponed work, and draws the map as a changed map is drawn.
 fn settle(matcher: &mut ScanMatcher) {
     matcher.compare_all();
     matcher.refine(usize::MAX, true);
@@ -64,13 +64,13 @@ fn a_submap_is_gone_with_what_it_drew_and_its_way_stays() {
     );
     assert!(occupied(&matcher) < cells, "what it alone saw is gone");
     assert!(matcher.graph().marginals().is_some(), "one graph");
-    // The way is that of the drive, through what is gone as well.
+    // The trajectory is that of the drive, also through what was removed.
     let after: Vec<Pose2> = matcher.trajectory().map(|(_, pose)| pose).collect();
     assert_eq!(after.len(), steps.len());
     for (a, b) in before.iter().zip(&after) {
         assert!(a.minus(b).amax() < 1e-9, "{a:?} {b:?}");
     }
-    // What is left is a map: it is saved, taken up, and gone on in.
+    // What remains is a valid map: it can be saved, restored, and continued.
     let saved = matcher.saved(vec![]);
     let mut again = saved.matcher(ScanMatcherConfig::default()).unwrap();
     again.go_on(crate::estimation::Start::Left);
@@ -84,7 +84,7 @@ fn a_submap_is_gone_with_what_it_drew_and_its_way_stays() {
     assert!(off.xy().length() < 0.15, "{off}");
 }
 
-/// What is told of a map, and what is drawn of it.
+/// What is reported about a map, and what is drawn of it.
 struct Shape {
     poses: Vec<Pose2>,
     keyframes: Vec<usize>,
@@ -111,7 +111,7 @@ impl Shape {
         }
     }
 
-    /// In what they differ, but for millimetres by which what was put off may move keyframes.
+    /// The differences, ignoring millimetres by which postponed work may move keyframes.
     fn differs(&self, other: &Self) -> Vec<String> {
         let apart = |a: &[Pose2], b: &[Pose2]| {
             let pairs = a.iter().zip(b);
@@ -177,7 +177,7 @@ fn what_was_taken_out_comes_back_in_turn() {
 fn what_was_seen_since_stays_when_a_submap_is_put_back() {
     let (mut matcher, steps) = mapped(3);
     let mut never = matcher.clone();
-    // With a change by hand in front of it, and one behind.
+    // With an edit before it, and one after it.
     let square = |x: f64, y: f64| {
         [(0.0, 0.0), (0.3, 0.0), (0.3, 0.3)].map(|(dx, dy)| Point2::new(x + dx, y + dy))
     };
@@ -200,8 +200,8 @@ fn what_was_seen_since_stays_when_a_submap_is_put_back() {
     let (now, never) = (Shape::of(&matcher), Shape::of(&never));
     assert_eq!(now.way.len(), steps.len() + more.len());
     assert_eq!(now.keyframes.len(), never.keyframes.len());
-    // Nothing is worse known than had it never been taken out, but for centimetres: closures that
-    // were found meanwhile were weighed without it.
+    // All lies as without the removal, except for centimetres: closures found meanwhile were
+    // weighed without the submap.
     for (a, b) in now.way.iter().zip(&never.way) {
         assert!(a.minus(b).xy().length() < 0.05, "{a:?} {b:?}");
     }
@@ -211,7 +211,7 @@ fn what_was_seen_since_stays_when_a_submap_is_put_back() {
         now.cells,
         never.cells
     );
-    // It is a map as any other.
+    // It is a map like any other.
     let saved = matcher.saved(vec![]);
     saved.matcher(ScanMatcherConfig::default()).unwrap();
 }

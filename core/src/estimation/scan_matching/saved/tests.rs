@@ -1,4 +1,4 @@
-//! A run that was saved and restored on the way ends as one without a pause, to the bit.
+//! A run that was saved and restored on the way ends like one without a pause, to the bit.
 
 use super::super::tests::course::{LAP, Step, drive, feed};
 use super::*;
@@ -30,7 +30,7 @@ fn a_run_that_was_paused_ends_with_the_same_bits() {
     feed(&mut whole, &steps);
     let mut paused = ScanMatcher::new(config).unwrap();
     let mut rest = &steps[..];
-    // Also just behind the middle, where loops are being closed and the grid is drawn anew.
+    // Also just after the middle, while loops are being closed and the grid is being redrawn.
     while !rest.is_empty() {
         let (now, later) = rest.split_at(rest.len().min(37));
         feed(&mut paused, now);

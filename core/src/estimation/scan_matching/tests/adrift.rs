@@ -1,11 +1,11 @@
-//! Scans that are missing while the robot drives on.
+//! Scans are missing while the robot drives on.
 
 use super::super::super::map_quality::{MapVerdict, Tear, TearKind};
 use super::course::{Step, feed};
 use super::*;
 
-/// The steps of two laps of the ring, but those from `FROM` to `TO`: nearly half a lap, of which
-/// odometry has only what it made of it in the end.
+/// The steps of two laps of the ring, except those from `FROM` to `TO`: nearly half a lap, of which
+/// odometry gives only the total motion at the end.
 fn two_laps() -> Vec<Step> {
     let start = Pose2::new(-5.0, -4.0, 0.0);
     drive(&[LAP, LAP].concat(), start, 1)
@@ -14,14 +14,14 @@ fn two_laps() -> Vec<Step> {
 const FROM: usize = 140;
 const TO: usize = 290;
 
-/// Drives with that silence, and then so many steps more.
+/// Drives with that gap, and then `after` more steps.
 fn run_with_silence(after: usize) -> (ScanMatcher, Vec<Step>) {
     let mut steps = two_laps();
     let mut odometry = steps[FROM].odometry;
     for step in &steps[FROM + 1..=TO] {
         odometry = odometry.then(&step.odometry);
     }
-    // Somewhere on that way the robot turned by half a radian that no wheel counted.
+    // Somewhere in the gap the robot turned by half a radian that no wheel counted.
     odometry.motion = odometry.motion * Pose2::new(0.9, -0.6, 0.5);
     steps[TO].odometry = odometry;
     steps.truncate(TO.saturating_add(after));
@@ -45,7 +45,7 @@ fn what_comes_after_a_silence_is_held_to_nothing_that_was_before() {
     };
     let tear = quality.tears.iter().find(is_told);
     let tear = tear.unwrap_or_else(|| panic!("{:?} {again:?}", quality.tears));
-    // The odometry of the silence errs by 1.5 m where the robot looks.
+    // The odometry over the gap errs by 1.5 m where the robot looks.
     assert!(tear.off.is_some_and(|off| off > 0.75), "{tear:?}");
 }
 

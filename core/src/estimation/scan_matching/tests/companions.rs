@@ -1,4 +1,4 @@
-//! Down a corridor where nothing but people and things tell how far the robot went.
+//! A corridor where only people and objects tell how far the robot went.
 
 use super::super::seen::Seen;
 use super::*;
@@ -17,7 +17,7 @@ fn corridor(posts: &[f64]) -> Vec<Segment> {
     walls
 }
 
-/// Something 0.4 m wide and 0.3 m deep.
+/// An object 0.4 m wide and 0.3 m deep.
 fn thing(x: f64, y: f64) -> [Segment; 4] {
     let corners = [
         (x, y - 0.2),
@@ -29,9 +29,9 @@ fn thing(x: f64, y: f64) -> [Segment; 4] {
     [0, 1, 2, 3].map(|at| Segment::new(corner(at), corner(at + 1)))
 }
 
-/// How far the robot was put from where it is, along the corridor, m: it stands for a while and
-/// goes on for 60 scans, `step` m after each, and people at these places (x, y) ahead go along with
-/// it. Of each step odometry counts this many times as much.
+/// How far the estimate is off along the corridor, m: the robot stands for a while and goes on for
+/// 60 scans, `step` m after each, and people at these places (x, y) ahead move along with it.
+/// Odometry counts each step multiplied by `counts`.
 fn astray(posts: &[f64], people: &[(f64, f64)], step: f64, counts: impl Fn(usize) -> f64) -> f64 {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
@@ -67,7 +67,7 @@ fn astray(posts: &[f64], people: &[(f64, f64)], step: f64, counts: impl Fn(usize
 fn who_walks_ahead_does_not_hold_the_robot_back() {
     for step in [0.02, 0.05, 0.1] {
         for people in [&[(2.0, 0.0)][..], &[(1.5, 0.5)], &[(2.0, 0.4), (2.5, -0.4)]] {
-            // Believed, they hold it back all the way: 1.2 to 6 m.
+            // If believed, they hold it back all along: 1.2 to 6 m.
             let off = astray(&[], people, step, |_| 1.0);
             assert!(off < 0.05 + 4.0 * step, "{step} {people:?}: {off} m");
         }
@@ -107,7 +107,7 @@ fn without_a_thing_each_surface_keeps_its_beam_and_its_share_of_the_motion() {
     assert_eq!(rest.points.beams.len() + of_thing.len(), points.beams.len());
     assert!(!rest.points.beams.iter().any(is_of_thing));
     assert!(rest.is_rolling());
-    // What is left is found again by its beam, number and place.
+    // Beam, index and position of what remains still match.
     for (at, beam) in rest.points.beams.iter().enumerate() {
         let before = points.beams.iter().position(|other| other == beam).unwrap();
         assert_eq!(rest.sigmas[at], before as f64);

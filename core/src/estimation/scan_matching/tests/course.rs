@@ -27,8 +27,8 @@ pub(in super::super) fn update(matcher: &mut ScanMatcher, points: &Points) {
     matcher.update(points, &vec![points.bearing_sigma; points.beams.len()]);
 }
 
-/// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that tell its sides
-/// apart.
+/// A ring of corridors, 2 m wide, around a block of 8 m x 6 m, with niches that make its sides
+/// distinguishable.
 pub(in super::super) fn ring() -> Vec<Segment> {
     let rectangle = |x0: f64, y0: f64, x1: f64, y1: f64| {
         let c = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)];
@@ -84,7 +84,7 @@ pub(in super::super) fn scan_at(
     }
 }
 
-/// The ring with corridors of other widths, so that nothing in it looks like anything else.
+/// The ring with corridors of different widths, so no two parts of it look alike.
 fn lopsided() -> Vec<Segment> {
     let is_inner = |p: Point2<f64>| p.x.abs() <= 4.0 && p.y.abs() <= 3.0;
     let mut walls = ring();
@@ -105,7 +105,7 @@ fn lopsided() -> Vec<Segment> {
     walls
 }
 
-/// From corner to corner at 0.1 m and 6° a scan, with odometry that turns 3 % too far and slips.
+/// From corner to corner at 0.1 m and 6° per scan, with odometry that turns 3 % too far and slips.
 pub(in super::super) fn drive_along(
     walls: &[Segment],
     corners: &[(f64, f64)],
@@ -154,7 +154,7 @@ pub(in super::super) fn drive_along(
     steps
 }
 
-/// The same in a ring where nothing looks like anything else.
+/// The same in the ring in which no two parts look alike.
 pub(in super::super) fn drive(corners: &[(f64, f64)], from: Pose2, seed: u64) -> Vec<Step> {
     drive_along(&lopsided(), corners, from, seed)
 }

@@ -1,4 +1,4 @@
-//! Odometry that is missing, late, wrong, or fails.
+//! Odometry that is missing, late or wrong, or fails.
 
 use super::*;
 
@@ -13,7 +13,8 @@ fn nobody_counts_the_motion_and_the_ring_closes_all_the_same() {
 
 #[test]
 fn odometry_that_stands_still_and_then_catches_up_is_counted_once() {
-    // Every forty scans it says nothing of eight, and then all at once: turns of up to 0.8 rad.
+    // In every forty scans it reports nothing for eight, and then all at once: turns of up to 0.8
+    // rad.
     let mut held = Pose2::identity();
     let late = move |scan: usize, measured: Pose2| {
         held = held * measured;
@@ -43,7 +44,7 @@ fn wheels_that_err_by_a_tenth_and_pull_to_a_side_do_no_harm() {
     assert!(shift < 0.1 && turn < 0.03, "{shift} m, {turn} rad");
 }
 
-/// The longest way between two scans, other than it was, m.
+/// The largest error of the motion between two scans, m.
 fn worst_step(truth: &[Pose2], matcher: &ScanMatcher) -> f64 {
     let found: Vec<Pose2> = matcher.trajectory().map(|(_, pose)| pose).collect();
     let steps = |poses: &[Pose2]| -> Vec<Pose2> {
@@ -59,7 +60,7 @@ fn worst_step(truth: &[Pose2], matcher: &ScanMatcher) -> f64 {
 
 #[test]
 fn odometry_that_hangs_for_long_does_not_hold_the_robot_back() {
-    // Of every ninety scans fifty: five metres, or two turns into the next corridor.
+    // For fifty of every ninety scans: five metres, or two turns into the next corridor.
     let mut held = Pose2::identity();
     let hangs = move |scan: usize, measured: Pose2| {
         held = held * measured;
@@ -93,7 +94,7 @@ fn odometry_that_jumps_ahead_is_not_followed() {
     }
 }
 
-/// Down a corridor nothing tells how far the robot went but who walks ahead of it, faster than it
+/// In a corridor, only a person tells how far the robot went, walking ahead of it faster than it
 /// drives, just as a submap has begun with nothing.
 #[test]
 fn who_walks_ahead_where_a_submap_begins_hardly_carries_the_robot_along() {

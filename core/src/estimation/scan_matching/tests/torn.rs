@@ -1,4 +1,4 @@
-//! Where a map is said to be torn.
+//! Where a map is reported to be torn.
 
 use super::super::super::map_quality::{MapQuality, MapVerdict, Tear, TearKind, Unjudgeable};
 use super::super::super::pose_graph::Edge;
@@ -13,7 +13,7 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
     let good = matcher.quality();
     assert_eq!(good.verdict, MapVerdict::Good, "{:?}", good.tears);
     assert!(good.agreement.unwrap() > 0.8, "{:?}", good.agreement);
-    // No submap lies far from where the one before was left.
+    // No submap lies far from where the previous one ended.
     let joins = matcher.joins();
     assert_eq!((joins.len(), joins[0]), (matcher.submaps.len(), None));
     for (at, join) in joins.iter().enumerate().skip(1) {
@@ -27,7 +27,7 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
             .filter(|edge| edge.cauchy.is_none())
             .find(|edge| edge.to == at);
         let edge = edge.unwrap();
-        // The same by the plain form: what is left of the motion, against its covariance.
+        // The same in the plain form: the residual of the motion, against its covariance.
         let poses = matcher.graph.poses();
         let present = poses[at - 1].inverse() * poses[at];
         let off = edge.motion.inverse() * present;
@@ -39,7 +39,7 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
         assert!((doubt.shift * doubt.shift - cov[(0, 0)] - cov[(1, 1)]).abs() < 1e-12);
         assert!((doubt.turn * doubt.turn - cov[(2, 2)]).abs() < 1e-12);
     }
-    // The last submaps are held where they do not lie.
+    // Wrong edges hold the last submaps at wrong poses.
     let last = matcher.submaps.len() - 1;
     let poses = matcher.graph.poses().to_vec();
     for new in last - 3..last {
@@ -67,8 +67,8 @@ fn a_map_is_called_torn_where_a_wrong_edge_tore_it_and_good_without() {
     assert!(told, "{:?} {begun:?}", torn.tears);
 }
 
-/// A robot that is carried into a hall, of whose walls the ring says nothing, while wheels tell
-/// that it drove on: or a recording of two buildings.
+/// A robot is carried into a hall that shares no walls with the ring, while its wheels report that
+/// it drove on: or a recording of two buildings.
 #[test]
 fn a_map_that_goes_on_in_another_building_is_torn_where_that_begins() {
     const CARRIED: usize = 120;
@@ -97,8 +97,8 @@ fn a_map_that_goes_on_in_another_building_is_torn_where_that_begins() {
     }
 }
 
-/// What is said of the map of these scans of a robot that stands in the ring, as its odometry says;
-/// of those that are not `seen` nothing came back.
+/// The verdict on the map from these scans of a robot that stands in the ring, as its odometry
+/// says; scans that are not `seen` have no returns.
 fn standing(seen: &[bool]) -> (MapVerdict, Option<Unjudgeable>) {
     let mut matcher = ScanMatcher::new(ScanMatcherConfig::default()).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(1);
