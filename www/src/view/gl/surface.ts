@@ -63,7 +63,7 @@ class GlSurface implements Surface {
   }
 
   copyTo(context: OffscreenCanvasRenderingContext2D, camera: Camera): void {
-    // The picture on the screen is no longer available.
+    // The browser may have cleared the drawing buffer since: draw again.
     this.#shown = "";
     this.show(camera);
     context.drawImage(this.canvas, 0, 0);
