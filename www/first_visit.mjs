@@ -19,8 +19,7 @@ const opened = { inspect: { kind: "inspect", on: true, matrix: true }, rooms: { 
 const shut = { kind: "inspect", on: false, matrix: false };
 const fields = ["distance", "likelihood", "room", null].map((name) => ({ kind: "field", name }));
 
-/** Each visit runs to its end or for `until` seconds; `said` lists the commands with their
-    seconds. */
+/** Each runs to its end, or for `until` seconds; `said` lists the commands with their seconds. */
 const visits = [
   { setup: { ...setup, world: "loop", method: "scan-matching" }, said: [[0, [{ kind: "wheels", on: true }]]] },
   { setup: { ...setup, world: "office", method: "line-ekf" }, said: [] },

@@ -17,8 +17,7 @@ test('a click on the map sends the robot there', { tag: '@phone' }, async ({ lab
   const status = await lab.status();
   expect(Math.hypot(status.truthX - goal.x, status.truthY - goal.y), 'the true pose is at the goal').toBeLessThan(0.2);
   expect(status.contacts).toBe(0);
-  // The run came to rest there. A command to the robot means that it should move, so the run goes
-  // on.
+  // The run came to rest there. A command means that the robot should move: the run goes on.
   await lab.pointAt(0, 0, hasTouch);
   await lab.watch((s) => Math.hypot(s.truthX, s.truthY), 'it drives back').toBeLessThan(0.3);
 });

@@ -28,8 +28,7 @@ export async function pressAt(page: Page, id: string, key = 'Enter'): Promise<vo
   await page.keyboard.press(key);
 }
 
-/** Puts a thumb on the middle of `control`, pushes it by (x, y) px until `isEnough`, and lifts
-    it. */
+/** Holds a thumb on the middle of `control`, pushes by (x, y) px until `isEnough`, and lifts. */
 export async function pushUntil(control: Locator, [x, y]: readonly [number, number], isEnough: () => Promise<void>): Promise<void> {
   await expect(control).toBeVisible();
   const box = (await control.boundingBox())!;

@@ -50,8 +50,7 @@ const WRONGS: readonly { what: string; isHopeless: boolean; spoil: (good: Buffer
   { what: 'bytes that are no text', isHopeless: false, spoil: (good) => Buffer.concat([good.subarray(0, good.length >> 1), Buffer.from([0xff, 0xfe, 0, 0xc3]), good.subarray(good.length >> 1)]) },
 ];
 
-/** What the page made of a file: whether it was refused in words, or opened as a run or pose
-    graph. */
+/** Whether the page refused a file in words, or opened it as a run or pose graph. */
 async function answer(lab: Lab, name: string): Promise<'refused' | 'opened'> {
   let made: 'refused' | 'opened' | null = null;
   await expect.poll(async () => {

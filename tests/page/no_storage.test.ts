@@ -5,8 +5,7 @@ import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 
-/** From the next load on, every attempt to store something fails, and with `isDenied` also every
-    attempt to read. */
+/** From the next load on, every attempt to store fails, and with `isDenied` also to read. */
 const withoutStorage = (page: Page, isDenied: boolean): Promise<unknown> => page.addInitScript((isDenied) => {
   const refuse = (name: string) => (): never => {
     throw new DOMException('no room', name);

@@ -1,5 +1,4 @@
-// A robot that is not a disc: its rectangle fits through doors that its circumscribed disc does
-// not.
+// A robot that is not a disc: its rectangle fits through doors that its outer disc does not.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 

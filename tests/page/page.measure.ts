@@ -34,8 +34,7 @@ const SIMULATED = 3600;
 /** And by the clock, minutes. */
 const MINUTES = Number(process.env.SLAMLAB_MINUTES ?? 2);
 
-/** The figures measured so far. They are in a file, because a failed test takes its process with
-    it. */
+/** The figures so far, in a file, because a failed test takes its process with it. */
 const FILE = process.env.SLAMLAB_FIGURES ?? join(tmpdir(), `slamlab-page-${process.ppid}.json`);
 const measured = (): readonly Figure[] => (existsSync(FILE) ? (JSON.parse(readFileSync(FILE, 'utf8')) as { figures: Figure[] }).figures : []);
 /** The number of figures of a complete measurement. */
@@ -75,8 +74,7 @@ test('the first picture and the map come in time', async ({ browser, baseURL }) 
   atMost('map', quantile(counted.map(({ map }) => map), 0.5), 'ms', 1500);
 });
 
-/** ms from the navigation to the first picture, and to the first with a map, with nothing in the
-    cache. */
+/** ms from the navigation to the first picture, and to the first of a map, with an empty cache. */
 async function opened(browser: Browser, url: string): Promise<{ picture: number; map: number }> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   const page = await context.newPage();

@@ -118,8 +118,7 @@ test('the marks say nothing while their layer is off', async ({ lab }) => {
   const [{ place }] = (await quality(lab))!.tears as [Quality['tears'][number]];
   await lab.show('layers');
   await lab.at('layer-torn').uncheck();
-  // A loop closure there would be described instead, and its card would move the map under the
-  // pointer.
+  // The card of a loop closure there would move the map under the pointer.
   await lab.at('layer-closures').uncheck();
   await lab.stillCamera();
   await lab.pointAt(...place, false);

@@ -1,5 +1,4 @@
-// A test of a robot behind a bridge of its own, with its token, in a folder that is deleted
-// afterwards.
+// A test of a robot behind a bridge of its own, with its token, in a temporary folder.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';

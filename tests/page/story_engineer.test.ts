@@ -33,8 +33,7 @@ test('an engineer opens a log, looks back, asks again and takes the result away'
   const again = await lab.status();
   expect(Math.hypot(again.x - end.x, again.y - end.y), 'it ends there, too').toBeLessThan(0.2);
 
-  // Taken away: the trajectory for tools that compare trajectories, the map for those that drive in
-  // it.
+  // Taken away: the trajectory for tools that compare such, the map for those that drive in it.
   const coming = page.waitForEvent('download');
   await lab.save('map', 'tum');
   const files = [...await filesIn(await coming)];

@@ -29,8 +29,7 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await page.keyboard.press('Enter');
   await expect.poll(async () => (await lab.state()).setup.world).toBe('arena');
   await lab.watch((s) => s.scans, 'the run begins').toBeGreaterThan(1);
-  // At a person's pace: at ten times that speed it would be at the cross, and done, before the next
-  // key.
+  // At a person's pace: ten times as fast, it would arrive before the next key.
   await lab.speed('1');
 
   // By hand: it goes while the key is down.

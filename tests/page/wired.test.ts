@@ -61,8 +61,7 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   const isBack = async () => (await lab.bridge())?.devices.every((device) => device.state === 'sending');
   await expect.poll(isBack, { ...PATIENCE, message: 'it is found again' }).toBe(true);
   expect((await lab.bridge())?.battery, 'it talks').toBeGreaterThan(0);
-  // Long enough for a command that outlived the disconnection to arrive: the page sends 20 a
-  // second.
+  // Long enough for a command that outlived the cut to arrive: the page sends 20 a second.
   for await (const { moves } of robot.during(2)) expect(moves, 'nothing moves before somebody arms it').toBe(false);
   expect((await robot.facts()).pose).toEqual(pose);
   expect(await disarmed()).toBe(true);

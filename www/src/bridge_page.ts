@@ -3,8 +3,7 @@
 /** A bridge's default port. */
 const PORT = "8080";
 
-/** The whole address, with the token behind its `#` if there is one; null if the text is no
-    address. */
+/** The whole address, with the token behind its `#` if there is one; null if it is none. */
 export function pageOf(typed: string): string | null {
   const text = typed.trim();
   const hasScheme = /^[a-z][a-z0-9+.-]*:\/\//i.test(text);

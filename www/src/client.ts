@@ -188,8 +188,7 @@ export class Client {
     else this.#wake();
   }
 
-  /** Applies settings to this run and those that follow; a setting that acts only on a restart
-      waits for one. */
+  /** Applies settings to this run and later ones; what acts only on a restart waits for one. */
   configure(settings: SettingValues): void {
     const { store } = this;
     store.set("settings", { setup: { ...store.setup, settings } });
@@ -281,8 +280,7 @@ export class Client {
     this.#wake();
   }
 
-  /** Opens or shuts a door of the simulated world. The door moves with the next step, so a paused
-      run goes on. */
+  /** Opens or shuts a door of the world. It moves with the next step, so a paused run goes on. */
   setDoor(index: number, open: boolean): void {
     this.send({ kind: "door", index, open });
     this.#wake();
@@ -366,8 +364,7 @@ export class Client {
     if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
-  /** Repeats the experiment of a link: up to a moment, s, as fast as possible, or at its own
-      speed. */
+  /** Repeats the experiment of a link: up to a moment, s, at once, or at its own speed. */
   follow(link: string, until: number | null = null): void {
     this.store.set("run", { loading: "the experiment" });
     this.#until = until;
@@ -379,8 +376,7 @@ export class Client {
     this.send({ kind: "link", setup: this.store.started });
   }
 
-  /** Starts the present run again from its beginning, with the given method or the one that it
-      had. */
+  /** Starts the present run again, with the given method or the one that it had. */
   again(method?: MethodName): void {
     const { store } = this;
     if (store.source === "bridge" && this.robot.again(method ?? store.method)) return;
@@ -393,8 +389,7 @@ export class Client {
     return this.#run !== 0;
   }
 
-  /** Reports that a request cannot be met; the run that begins instead does not clear the
-      message. */
+  /** Reports a request that cannot be met; the run that begins instead keeps the message. */
   refuse(text: string): void {
     if (this.#run === 0) this.#skipped = text;
     else this.warn(text);

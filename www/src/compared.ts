@@ -44,8 +44,7 @@ export function apart(a: Float32Array, b: Float32Array): { rms: number; most: nu
   return { rms: count > 0 ? Math.sqrt(squares / count) : NaN, most: count > 0 ? most : NaN };
 }
 
-/** A number of a trail, interpolated at a time between two of its points; `next` is the second
-    one. */
+/** A number of a trail at a time between two of its points; `next` is the second one. */
 function mix(trail: Float32Array, next: number, place: number, time: number): number {
   const last = next - TRAIL_STRIDE;
   const [from, to] = [trail[last + TRAIL.time] ?? NaN, trail[next + TRAIL.time] ?? NaN];

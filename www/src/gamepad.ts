@@ -23,8 +23,7 @@ export interface GamepadActions {
 const DEAD = 0.15;
 /** Smaller changes are not sent. */
 const STEP = 0.02;
-/** Buttons that stop, by the numbers of the standard layout: B (or circle), and the right
-    trigger. */
+/** Buttons that stop, numbered as in the standard layout: B (or circle), the right trigger. */
 const STOPS = [1, 7] as const;
 
 export function startGamepad(actions: GamepadActions): void {

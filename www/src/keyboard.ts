@@ -3,8 +3,7 @@
 export interface KeyActions {
   drive(forward: number, turn: number): void;
   stop(): void;
-  /** Esc closes what is open. Returns whether that was its only purpose, so that nothing is
-      stopped. */
+  /** Esc closes what is open. Returns whether that was its only purpose: nothing is stopped. */
   escape(): boolean;
   /** Whether there is a robot to steer; otherwise the letters for driving are free for keys that
       act once. */

@@ -1,5 +1,4 @@
-// What the page has to know of its screen. Media queries of the style sheets use the same
-// conditions.
+// What the page needs to know of its screen. Style sheets use the same media queries.
 
 /** A phone, or an equally narrow window, where panels are sheets over the map. The list reports
     changes. */

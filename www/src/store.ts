@@ -81,8 +81,7 @@ export interface LoadedMap {
   readonly picture: LoadedMapPicture;
   /** Whether it is drawn. */
   readonly shown: boolean;
-  /** Where it lies in the map of this run; null while that is not known, for the reason in
-      `error`. */
+  /** Where it lies in the map of this run; null while unknown: see `error`. */
   readonly alignment: MapAlignment | PathPlace | null;
   /** Only for poses over time, which consist of a path alone. */
   readonly path: Omit<PosePathPicture, "way"> | null;

@@ -96,8 +96,7 @@ export function choices(): Choices {
   }
 }
 
-/** Forgets choices that the module of this build does not accept. Returns whether there were
-    any. */
+/** Forgets choices that this build does not accept. Returns whether there were any. */
 export function forgetChoices(): boolean {
   const had = Object.keys(choices()).length > 0;
   ifAllowed(() => localStorage.removeItem(CHOICES));

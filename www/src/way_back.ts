@@ -9,8 +9,7 @@ import { titleOf } from "./worlds.js";
 
 /** Nobody misses a shorter run, s. */
 export const LEAST_SECONDS = 20;
-/** How long the last run is offered, wall milliseconds: those who wanted another one see its
-    map. */
+/** How long the last run is offered, wall milliseconds: who wanted a new one sees its map. */
 const OFFERED_MILLIS = 20_000;
 
 /** How far a run came, s, and the link that repeats it. */

@@ -162,8 +162,7 @@ function simulated(act: (run: Run) => void): void {
   if (player.run?.kind === "sim") command(act);
 }
 
-/** `null` if there is none: no link can describe what a person did, or the world in it is too
-    large. */
+/** `null` if no link can describe what a person did, or the world in it is too large. */
 function linkOf({ module }: Run, setup: Setup): string | null {
   try {
     return module.link(setup);

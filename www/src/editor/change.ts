@@ -7,8 +7,7 @@ import { tidy } from "./snap.js";
 /** The least thickness of anything, m. */
 const LEAST = 0.02;
 
-/** A handle that can be dragged: a corner, a point of a path, a radius, or the turn of the
-    whole. */
+/** A handle to drag: a corner, a point of a path, a radius, or the turn of the whole. */
 export interface Handle { readonly at: Point; readonly what: "corner" | "radius" | "turn"; readonly index: number }
 
 const tidyPoint = ([x, y]: Point): Point => [tidy(x), tidy(y)];
@@ -79,8 +78,7 @@ export function handlesOf(part: Part, arm: number): Handle[] {
   }
 }
 
-/** The part with a handle dragged to a place. `step`: turns snap to multiples of it, rad; 0: no
-    snapping. */
+/** The part with a handle dragged to a place. `step`: turns snap to multiples, rad; 0: no snap. */
 export function dragged(part: Part, handle: Handle, to: Point, step: number): Part {
   const angleTo = (centre: Point): number => {
     const angle = Math.atan2(to[1] - centre[1], to[0] - centre[0]);

@@ -80,8 +80,7 @@ function part<K extends Part["kind"]>(kind: K, value: Extract<Part, { kind: K }>
   return value === undefined ? null : ({ kind, value } as Part);
 }
 
-/** The drawing with one more part, and the reference to it. Start and goal replace the existing
-    ones. */
+/** With one more part, and the reference to it. Start and goal replace the existing ones. */
 export function added(drawing: Drawing, { kind, value }: Part): [Drawing, PartRef] {
   switch (kind) {
     case "start": return [{ ...drawing, start: value }, { kind }];

@@ -41,8 +41,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   client!: Client;
   onClose: () => void = () => {};
   readonly #model = new EditorModel();
-  /** The number of the last check that was requested, and the file, if that check is of a file to
-      be opened. */
+  /** The number of the last requested check, and the file to be opened, if it is of one. */
   #number = 0;
   #opening: { number: number; name: string; text: string; skipped: readonly string[] } | null = null;
   /** What to do when that file is opened, or refused. */
@@ -84,8 +83,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     takeDrops(this, (files) => void this.client.files.openAll(files));
   }
 
-  /** Opens the first drawing. Until it is there nothing can be drawn, because it would be
-      overwritten. */
+  /** Opens the first drawing. Nothing can be drawn before, or it would be lost. */
   #openFirst(): void {
     const kept = ifAllowed(() => localStorage.getItem(KEPT));
     const linked = isSharedWorld(location.hash) ? location.hash : null;
@@ -278,8 +276,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     else this.client.send({ kind: "world-file", world });
   }
 
-  /** Whether the walls have a gap. Judged on the drawing as last checked, so not while something is
-      moved. */
+  /** Whether the walls have a gap, by the last check: not while something is moved. */
   #isOpen(): boolean {
     const drawing = this.#checked;
     if (!drawing) return false;

@@ -220,8 +220,7 @@ export class EditorModel {
     this.notify();
   }
 
-  /** The pointer moves during a press, from where it began to where it is. Returns whether that
-      moves the view. */
+  /** A press moves, from where it began to where it is. Returns whether that moves the view. */
   drag(from: Point, to: Point, scale: number): boolean {
     this.#held ??= this.#grab(from, scale);
     const held = this.#held;

@@ -8,8 +8,7 @@ const MOST_STEPS = 500;
 export class Past {
   #steps: Drawing[];
   #at = 0;
-  /** The gesture that the newest step belongs to: dragging a corner is one step, not one for each
-      move. */
+  /** The gesture of the newest step: dragging a corner is one step, not one for each move. */
   #gesture: string | null = null;
 
   constructor(first: Drawing) {

@@ -95,8 +95,7 @@ function candidates({ candidates: all }: Sighting): string {
 
 const AXES = [["turned to the right by", "turned to the left by"], ["nearer by", "farther by"]] as const;
 
-/** What would change this match: the nearest values on either side, of its direction and its
-    distance. */
+/** What would change this match: the nearest values on either side, direction and distance. */
 function flips({ flips: rows, decision }: Sighting): TemplateResult {
   if (decision !== "matched") return html``;
   const at = (row: number, place: number): number => rows[row * FLIP_STRIDE + place] ?? NaN;

@@ -199,8 +199,7 @@ export class SlamRace extends SlamDialog {
     this.requestUpdate();
   }
 
-  /** Chooses a setting. For a switch or a choice, its value becomes at once one other than the
-      present. */
+  /** Chooses a setting; the value of a switch or a choice changes at once. */
   #take(key: string): void {
     this.#key = key;
     this.#text = "";

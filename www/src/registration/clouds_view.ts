@@ -18,8 +18,7 @@ const NOTCH = Math.PI / 60;
 const SPACING = 0.05;
 /** The view of an empty drawing, m. */
 const SHEET: Box = { minX: -4, minY: -2.5, maxX: 4, maxY: 2.5 };
-/** Distance of the handle from the middle of the moving cloud, and how near a press has to be,
-    pixels. */
+/** Distance of the handle from the cloud's middle, and how near a press has to be, pixels. */
 const ARM = 74;
 const REACH = 24;
 

@@ -34,8 +34,7 @@ export function coloursOf(probe: HTMLElement): Colours {
   return { fixed: of("map-truth"), moving: of("map-estimate"), pull: of("map-walls"), width: of("map-path"), line: of("line"), ink: of("ink"), warn: of("warn") };
 }
 
-/** Sizes a canvas to its shown size, clears it, and returns a brush whose camera shows all of
-    `box`. */
+/** Sizes and clears a canvas, and returns a brush whose camera shows all of `box`. */
 export function prepare(canvas: HTMLCanvasElement, box: Box, colours: Colours, camera: Camera): Brush | null {
   const context = canvas.getContext("2d");
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -119,8 +118,7 @@ export function drawPulls({ context, camera, colours }: Brush, rows: Float32Arra
   context.globalAlpha = 1;
 }
 
-/** The search range of a method at some of the points: circles of one standard deviation, or
-    cells. */
+/** The search range at some of the points: circles of one standard deviation, or cells. */
 export function drawWidths({ context, camera, colours }: Brush, points: Float64Array, pose: Pose, width: number, isCell: boolean): void {
   const every = Math.max(1, Math.ceil(points.length / 2 / MOST_WIDTHS));
   const size = width * camera.scale;

@@ -121,8 +121,7 @@ export class LabModel {
     this.run();
   }
 
-  /** Runs the chosen methods from the present start: at once, or after the run that is under
-      way. */
+  /** Runs the chosen methods from the present start: at once, or after the present run. */
   run(): void {
     const { fixed, moving, truth } = this.clouds;
     if (fixed.length === 0 || moving.length === 0 || this.shown.size === 0) return this.#change({ found: [], advice: null, correspondences: new Map() });

@@ -9,8 +9,7 @@ export type LabCommand =
   | { kind: "pair"; name: string }
   /** A list of points in a file, for one of the two clouds. */
   | { kind: "file"; name: string; bytes: ArrayBuffer; role: Role }
-  /** The clouds that later messages refer to; `areScans` if a sensor stood at the origin of
-      each. */
+  /** The clouds of later messages; `areScans` if a sensor stood at the origin of each. */
   | { kind: "clouds"; fixed: Float64Array; moving: Float64Array; areScans: boolean }
   /** Runs all these methods from one start; `truth` is the right pose, if it is known. */
   | { kind: "register"; start: Pose; methods: readonly string[]; truth: Pose | null }

@@ -59,8 +59,7 @@ export class Changes {
     if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y, s.submap, s.time]);
   }
 
-  /** `version` grows with whatever may change scan and lines; `isLast` marks the final state of a
-      run. */
+  /** `version` grows with whatever may change scan and lines; `isLast`: the run has ended. */
   take(version: number, isLast: boolean): Change {
     const { module } = this;
     const { generation } = this.#grid;

@@ -10,8 +10,7 @@ export class GoingOn {
   #name = "";
   /** Where in the map the robot is when a run begins. */
   #start: MapStart = { from: "left" };
-  /** Whether the present run, if it is by scan matching, began in the map: then the run contains
-      more. */
+  /** Whether the present run, if by scan matching, began in the map, and so contains more. */
   #isBegun = false;
 
   /** The run, in the saved map if its method can go on in one. */

@@ -12,8 +12,7 @@ export class Pace {
   speed = 1;
   /** Wall ms and source s from which both are counted. */
   #anchor = { wall: 0, time: 0 };
-  /** Start of the present measuring interval, and the pace in the last one: source seconds per wall
-      second. */
+  /** Start of the measuring interval, and the last pace: source seconds per wall second. */
   #last = { wall: 0, time: 0, factor: NaN };
 
   get factor(): number {

@@ -74,8 +74,7 @@ export class SlamGallery extends SlamDialog {
     void openExample(this.store, this.client);
   }
 
-  /** Experiments have addresses of their own that can be passed on; the page reacts to the
-      address. */
+  /** Experiments have addresses that can be passed on; the page reacts to the address. */
   #begin(each: Exhibit): void {
     this.#clear();
     if (location.hash === addressOf(each)) exhibit(this.store, this.client, each);

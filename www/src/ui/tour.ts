@@ -57,8 +57,7 @@ export class SlamTour extends SlamElement {
   /** How far that moved the map, m. */
   #moved = 0;
   #time = 0;
-  /** Whether the map by odometry alone was shown automatically, because the visitor stayed at the
-      first step. */
+  /** Whether the map by odometry was shown by itself, because the first step took long. */
   #isShown = false;
 
   override connectedCallback(): void {
@@ -142,8 +141,7 @@ export class SlamTour extends SlamElement {
     return html`<p>Once it comes round to where it began, its doubt falls at once, and the whole way between is put straight. Watch the ellipse: it is soon there.</p>`;
   }
 
-  /** Hands the robot back. Steering slows the run to real time; the tour continues at its own
-      speed. */
+  /** Hands the robot back. Steering was in real time; the tour has a speed of its own. */
   #letGo(): void {
     this.client.setSpeed(SPEED);
     this.client.explore();

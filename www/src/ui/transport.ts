@@ -114,8 +114,7 @@ export class SlamTransport extends SlamElement {
     this.client.setSpeed(speed);
   }
 
-  /** Who drives a real robot. It takes the place of the time controls, because a real robot's time
-      cannot be controlled. */
+  /** Who drives a real robot, in place of the time controls, which it cannot have. */
   #lease(): TemplateResult {
     const { bridge } = this.store;
     const drives = bridge?.armed ?? false;

@@ -38,8 +38,7 @@ import { placeWords } from "./words.js";
 /** Rate of the camera's approach to its target: it covers 1 - e^-rate of the way in a second. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
-/** Interval for redrawing the record sheet while a run goes on, and while the map glides,
-    milliseconds. */
+/** Milliseconds between redraws of the record sheet: during a run, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
 /** Longest wait for an idle page before the map is drawn with WebGL2, milliseconds. */

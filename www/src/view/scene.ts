@@ -113,8 +113,7 @@ export class Scene {
     return bent;
   }
 
-  /** The part of the trail driven in a submap moves with it. Recordings send their whole trail
-      anew. */
+  /** The trail of a submap moves with it. Recordings send their whole trail anew. */
   #bend(change: SubmapsChange, wall: number): number {
     for (const { submap, by } of change.renumbered) this.#renumber(submap, by);
     const before = change.renumbered.length > 0 ? EMPTY : this.submaps.poses;

@@ -17,13 +17,11 @@ export interface Wanted {
   /** Identifies the contents; a change may wait for this long, milliseconds. */
   readonly content?: string;
   readonly wait?: number;
-  /** Where the contents differ from those last drawn, requested when the sheet is drawn; null:
-      anywhere. */
+  /** Where the contents differ from those drawn, asked when it is drawn; null: anywhere. */
   readonly within?: () => Box | null;
 }
 
-/** View and contents that it shows (empty if nothing), when it was drawn, and how long that took,
-    milliseconds. */
+/** View and contents (empty if none), when it was drawn, and how long that took, milliseconds. */
 interface Drawn { readonly view: string; readonly content: string; readonly at: number; readonly took: number }
 
 const NOTHING: Drawn = { view: "", content: "", at: -Infinity, took: 0 };

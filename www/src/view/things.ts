@@ -42,8 +42,7 @@ export type Thing =
     users, who have only the cross. */
 export const REACH = isTouched() ? 18 : 9;
 export const KEY_REACH = 40;
-/** The same for things that a click acts on, and for the end of a beam: they lie on other
-    things. */
+/** The same for what a click acts on, and for a beam's end: they lie on other things. */
 const ACTS = 10;
 /** Pixels within which a click that would send the robot applies to a line instead: the map is full
     of lines, whose normal reach is wider than what is seen. */

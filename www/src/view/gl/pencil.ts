@@ -254,8 +254,7 @@ export class GlPencil extends State implements Pencil, Bulk {
     this.#addBox(x, y, x1 - x, y1 - y, x3 - x, y3 - y, colour);
   }
 
-  /** A box, given by a corner and two sides: a segment along the middle, as wide as the second
-      side. */
+  /** A box by a corner and two sides: a segment along the middle, as wide as the second side. */
   #addBox(x: number, y: number, ux: number, uy: number, vx: number, vy: number, colour: number): void {
     const { camera } = this;
     const reach = Math.hypot(ux, uy) + Math.hypot(vx, vy) + BESIDE;

@@ -62,8 +62,7 @@ export class GlRenderer {
     return shapes.fault ?? squares.fault ?? tiles.fault;
   }
 
-  /** Changes when recorded sheets refer to dropped texts or dashes, and have to be recorded
-      again. */
+  /** Changes when texts or dashes were dropped: sheets have to be recorded again. */
   get generation(): number {
     return this.atlas.generation + this.dashes.generation;
   }

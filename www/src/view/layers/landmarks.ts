@@ -10,8 +10,7 @@ import { ellipseOf } from "./robot.js";
 
 /** In the order of the module. */
 const KINDS = ["wall", "corner", "post"] as const satisfies readonly LandmarkName[];
-/** Radius of the circle of a landmark seen once, and the increase for ten times as often, CSS
-    pixels. */
+/** Radius of a landmark seen once, and the increase for ten times as often, CSS pixels. */
 const LEAST = 3;
 const GROWTH = 7;
 /** Largest radius on a small view of a large map, m. */
