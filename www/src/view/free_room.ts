@@ -9,7 +9,7 @@ import type { Camera } from "./camera.js";
 const LEAST_SCALED = 140;
 /** A story stands beside the map from this width on, CSS pixels. */
 const LEAST_BESIDE = 960;
-/** Height of a card with a name alone, which leaves the map its room, CSS pixels. */
+/** A card up to this height shows a name alone, and leaves the map its room, CSS pixels. */
 const LEAST_TOLD = 130;
 /** Width of the buttons at the right of a phone's map, CSS pixels. */
 const TOOLS = 58;
