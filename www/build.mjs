@@ -1,10 +1,10 @@
-// Bundles the page into dist/: main.js, and what is loaded when it is asked for; the workers;
-// offline_worker.js, which keeps all of it for when there is no server (without --watch);
-// style.css, fonts, icons, the wasm modules and index.html. `node build.mjs` once;
-// `node build.mjs --watch` again at every change. The module must stand in pkg/ (cargo xtask run
-// makes it).
+// Bundles the page into dist/: main.js and the parts that are loaded on demand; the workers;
+// offline_worker.js, which keeps all of it for use without a server (not with --watch); style.css,
+// fonts, icons, the wasm modules and index.html. `node build.mjs` builds once;
+// `node build.mjs --watch` again after every change. The module must be in pkg/ (cargo xtask run
+// puts it there).
 //
-// | bundle | comes when |
+// | bundle | loaded when |
 // |---|---|
 // | plotter.js | the first plot is seen |
 // | panels.js | the tab of filter, paths or settings is chosen, or the fold of maps opened |
@@ -16,12 +16,12 @@
 // | registration.js, editor.js | the lab or the world editor is opened |
 // | saving.js | somebody wants to save something |
 // | archive.js | a ZIP archive is opened |
-// | files.js | a file of others is opened |
+// | files.js | a file in a foreign format is opened |
 // | svg_context.js | the view is saved as a drawing |
 // | language.js | the help is opened, where the language is chosen |
-// | words_hu.js … | another language than English is chosen |
+// | words_hu.js … | a language other than English is chosen |
 // | fleet.js | fleet.html is opened: all robots behind a router |
-// | gl.js | there is a graphics card to draw the map with |
+// | gl.js | a graphics card is available to draw the map |
 
 import { createHash } from "node:crypto";
 import { copyFile, cp, mkdir, readdir, readFile, rm, stat } from "node:fs/promises";
@@ -30,7 +30,7 @@ import * as esbuild from "esbuild";
 
 const here = new URL("./", import.meta.url);
 const at = (path) => new URL(path, here).pathname;
-/** Hexadecimal digits of a hash: by chance two contents never share so many. */
+/** Hexadecimal digits kept of a hash: too many for two contents to share them by chance. */
 const HASH_DIGITS = 16;
 const exists = (path) => stat(path).then(() => true, () => false);
 
@@ -43,7 +43,7 @@ if (!(await exists(glue))) {
 await rm(at("dist"), { recursive: true, force: true });
 await mkdir(at("dist"), { recursive: true });
 
-// A component that brings a library's style sheet wants its text, for its own shadow root.
+// A component imports a library's style sheet as text, for its own shadow root.
 const sheetAsText = {
   name: "sheet-as-text",
   setup(build) {
@@ -84,7 +84,7 @@ const statics = async () => {
     const name = `slamlab_${module}_bg.wasm`;
     await copyFile(at(`pkg/${name}`), at(`dist/${name}`));
   }
-  // In two parts, where it was split.
+  // Two parts, if the module was split.
   if (await exists(at("pkg/split"))) await cp(at("pkg/split"), at("dist"), { recursive: true });
 };
 
@@ -97,8 +97,8 @@ if (process.argv.includes("--watch")) {
   await bundleOfflineWorker();
 }
 
-/** The service worker, which knows by name and content all that the page may load. With --watch
-    there is none: what was just changed is to be seen. */
+/** The service worker, which knows the name and content hash of every file that the page may load.
+    There is none with --watch, so that changes show at once. */
 async function bundleOfflineWorker() {
   const names = (await readdir(at("dist"), { recursive: true, withFileTypes: true }))
     .filter((entry) => entry.isFile() && !entry.name.endsWith(".map"))
@@ -108,7 +108,7 @@ async function bundleOfflineWorker() {
   const build = createHash("sha256");
   for (const name of names) {
     const hash = createHash("sha256").update(await readFile(at(`dist/${name}`))).digest("hex").slice(0, HASH_DIGITS);
-    // Servers send the page itself by the name of its folder.
+    // Servers serve index.html under the name of its folder.
     const path = name === "index.html" ? "" : name;
     files[path] = hash;
     build.update(`${path} ${hash}\n`);

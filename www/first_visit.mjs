@@ -1,7 +1,7 @@
-// Makes a first visit without a page: runs the worker of the page with a module that marks what is
-// called, does what somebody does who looks around, and writes the numbers of the functions that
+// Simulates a first visit without a page: runs the page's worker with a module that counts calls,
+// sends the commands of a visitor who looks around, and writes the numbers of the functions that
 // were called: `node first_visit.mjs COUNTING.wasm CALLED.json`. `cargo xtask build` splits the
-// module by them.
+// module by this list.
 
 import { readFile, rm, mkdtemp, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -13,13 +13,13 @@ const [counting, out] = process.argv.slice(2);
 const bytes = await readFile(counting);
 const folder = await mkdtemp(join(tmpdir(), "slamlab-first-visit-"));
 
-/** What the page says to its worker on a first visit (src/tour.ts), and on the next one. */
+/** What the page sends its worker on a first visit (src/tour.ts), and on the next one. */
 const setup = { worldJson: null, sensor: "lidar", seed: 7, mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null, lesson: null };
 const opened = { inspect: { kind: "inspect", on: true, matrix: true }, rooms: { kind: "rooms", on: true }, points: { kind: "points", on: true } };
 const shut = { kind: "inspect", on: false, matrix: false };
 const fields = ["distance", "likelihood", "room", null].map((name) => ({ kind: "field", name }));
 
-/** Each to its end, or until so many seconds have passed in it; what is said, at its second. */
+/** Each runs to its end, or for `until` seconds; `said` lists the commands with their seconds. */
 const visits = [
   { setup: { ...setup, world: "loop", method: "scan-matching" }, said: [[0, [{ kind: "wheels", on: true }]]] },
   { setup: { ...setup, world: "office", method: "line-ekf" }, said: [] },
@@ -40,8 +40,8 @@ const visits = [
       [30, [opened.inspect, opened.rooms, opened.points, ...fields, shut, { kind: "quality" }]],
     ],
   })),
-  // Somebody takes the wheel in the middle of a leg, drives on until a wall holds the robot back,
-  // is called away, and lets it explore again.
+  // Somebody takes the wheel in the middle of a leg, drives until a wall stops the robot, stops
+  // steering, and then lets it explore again.
   ...["scan-matching", "line-ekf"].flatMap((method) => [1, 2].map((seed) => ({
     setup: { ...setup, world: "office", method, seed },
     until: 60,
@@ -67,7 +67,7 @@ const hear = (kind, act) => listeners.set(kind, act);
 Object.assign(globalThis, {
   self: globalThis,
   location: new URL("http://localhost/worker.js"),
-  // Whatever is fetched is the module.
+  // The module is the only thing ever fetched.
   fetch: async () => new Response(),
   postMessage: (answer) => listeners.get(answer.kind)?.(answer),
 });
@@ -89,7 +89,7 @@ await import(pathToFileURL(worker));
 await ready;
 for (const { setup, until = Infinity, said } of visits) {
   const left = [...said];
-  // The run waits at each of its moments: what is called hangs on no clock.
+  // The run waits at each of these moments, so that the calls do not depend on wall-clock time.
   const hold = () => say({ kind: "hold-at", time: left[0]?.[0] ?? until });
   say({ kind: "speed", factor: Infinity });
   say({ kind: "start", setup, play: true });

@@ -1,5 +1,5 @@
-// Writes pkg/layout.ts: which number stands where in the module's flat arrays, as the module itself
-// tells.
+// Writes pkg/layout.ts, the layout of the module's flat arrays: which number has which index, as
+// reported by the module itself.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { initSync, layout } from "./pkg/slamlab_web.js";

@@ -1,7 +1,7 @@
-// The catalogue of all that the page says, taken from where it is said: templates, `t`, tables of
-// words, and what worker and core tell. Writes pkg/catalogue.ts, by whose types each language of
-// src/words/ is held to be complete, and checks what types do not: that nothing stands in a
-// sentence that is not in the English one.
+// The catalogue of all texts of the page, collected from where they are written: templates, `t`,
+// tables of words, and the messages of worker and core. Writes pkg/catalogue.ts, whose types
+// require each language of src/words/ to be complete, and checks what types do not: that a
+// translation has no placeholder or tag that its English sentence lacks.
 //
 //     node words.mjs              writes and checks
 //     node words.mjs --list       prints each sentence with its place
@@ -16,12 +16,12 @@ const here = new URL("./", import.meta.url);
 const at = (path) => new URL(path, here);
 const LANGUAGES = ["hu", "cs", "pl"];
 
-/** Of whom nothing is seen, or whose words are the languages themselves. */
+/** Files without visible text, or with the languages themselves. */
 const SAYS_NOTHING = /^(view\/gl\/|words\/|words\.ts|spoken\.ts|offline_worker\/|protocol\/)/;
-/** What these put together comes to the page as it is, and is recognised there. */
+/** Texts that these files put together reach the page in English, and are recognised there. */
 const TELLS = /^(rest\.ts|source\/|worker\.ts|registration\/worker\.ts|local_bridge\.ts)/;
 
-/** A string that reads like words: two of them, or one with a capital. */
+/** A string that reads like text: two words, or one with a capital. */
 const READS_LIKE_WORDS = /\p{L}{2}.* .*\p{L}|^\p{Lu}\p{Ll}+[.…:!?]?$/u;
 const NO_WORDS = [
   /IBM Plex Mono|sans-serif$/, // a font
@@ -40,12 +40,12 @@ const NO_WORDS = [
   /^(Enter|Escape|Space|Shift|Control|Tab|Home|End|Delete|Backspace|Infinity|HEAD|Arrow\w+|Key\w|Digit\d|Page\w+)$/, // keys
   /^image\/|^text\/|^application\//,
 ];
-/** Whose strings are names, not words. */
+/** Functions and attributes whose strings are names, not text. */
 const NAMES = new Set(["define", "addEventListener", "removeEventListener", "querySelector", "querySelectorAll", "createElement", "createElementNS", "Event", "CustomEvent", "Worker", "getContext", "matchMedia", "warn"]);
 
 const { takeApart, sentenceOf, saysSomething } = await parser();
 
-/** Sentence to where it stands. */
+/** From each sentence to its place. */
 const said = new Map();
 const heard = new Map();
 const faults = [];
@@ -72,7 +72,7 @@ if (option === "--list") {
 for (const fault of faults) console.error(fault);
 if (faults.length > 0) process.exit(1);
 
-/** The same that takes templates apart in the page. */
+/** The parser that also splits templates in the page. */
 async function parser() {
   const built = await esbuild.build({ entryPoints: [at("src/words/template.ts").pathname], write: false, format: "esm", target: "es2022" });
   return importText(built.outputFiles[0].text);
@@ -103,7 +103,7 @@ function readSource(file) {
   if (errors.length > 0) throw new Error(`${file}: ${errors[0].message}`);
   const place = (node) => `${file}:${code.slice(0, node.start).split("\n").length}`;
 
-  /** `isSpoken`: it stands where a string is something said, whatever it reads like. */
+  /** `isSpoken`: at this place a string is visible text, whatever it looks like. */
   const visit = (node, parent, key, isSpoken) => {
     if (Array.isArray(node)) return node.forEach((each) => visit(each, parent, key, isSpoken));
     if (!node || typeof node.type !== "string") return;
@@ -163,7 +163,7 @@ function readSource(file) {
   visit(program, null, "", false);
 }
 
-/** What an expression may come to. */
+/** The possible values of an expression. */
 function choices(node) {
   if (node.type === "ConditionalExpression") return [...choices(node.consequent), ...choices(node.alternate)];
   if (node.type === "LogicalExpression") return [...choices(node.left), ...choices(node.right)];
@@ -189,7 +189,7 @@ ${entries(heard)}
 `;
 }
 
-/** Places and tags of a sentence. */
+/** Placeholders and tags of a sentence. */
 function partsOf(text) {
   return [...new Set([...text.matchAll(/\{\d+\}|<\/?[a-z0-9]+>/g)].map(([part]) => part))];
 }

@@ -1,6 +1,6 @@
-// What the core says to people: its tables, as the module has them, and the sentences that it puts
-// together, as they stand in its sources: of a run, and of what is wrong with a file, a setting, a
-// link or a device. So each text has one place, and on the command line it is English.
+// The texts that the core shows to people: its tables, from the module, and the sentences that it
+// puts together, from its sources: about a run, and about errors in a file, a setting, a link or a
+// device. So each text is written in one place, and the command line shows it in English.
 
 import { readFileSync } from "node:fs";
 import { initSync as initLab, registration_offer } from "./pkg/slamlab_lab.js";
@@ -9,7 +9,7 @@ import { initSync, offer, WebRun } from "./pkg/slamlab_web.js";
 const here = new URL("./", import.meta.url);
 const at = (path) => new URL(path, here);
 
-/** Whose sentences a run shows in its course. */
+/** Sources whose sentences a run shows as it goes on. */
 const SOURCES = [
   "core/src/pilot/status.rs", "core/src/pilot/stages.rs", "core/src/plan/path.rs", "core/src/plan/rooms.rs",
   "core/src/settings/applies.rs", "core/src/slam.rs", "core/src/live/homing.rs",
@@ -17,7 +17,7 @@ const SOURCES = [
   "core/src/estimation/scan_matching/removal.rs", "core/src/estimation/scan_matching/merging.rs",
   "web/src/run.rs", "web/src/export.rs", "web/src/contest.rs",
 ];
-/** Whose sentences say why a file, a link or a device cannot be used. */
+/** Sources whose sentences say why a file, a link or a device cannot be used. */
 const REFUSALS = [
   "core/src/format/known_file.rs", "core/src/replay/reader.rs", "core/src/format/field_error.rs", "core/src/format/text_log.rs",
   "core/src/format/carmen/error.rs", "core/src/format/world.rs", "core/src/format/slamlab.rs", "core/src/format/building/file.rs",
@@ -32,9 +32,9 @@ const REFUSALS = [
   "core/src/robot/scan.rs", "core/src/estimation/scan_matching/edits.rs", "core/src/wire/recording/error.rs", "core/src/replay.rs", "core/src/lesson.rs",
   "web/src/link.rs", "web/src/setup.rs", "web/src/recording.rs",
 ];
-/** Words that stand in places of these sentences. */
+/** Words that are inserted into these sentences. */
 const IN_PLACES = ["no error is told of them", "left", "right", "more than 0", "a script", "a newer"];
-/** What begins files, what others say, and lists: read, and not said. */
+/** Strings that are no text of ours: beginnings of files, texts of others, and lists. */
 const NO_SENTENCE = /^<[!a-z]|^-----|^version https|^expected (f64|u32|u64|an array of length 2)$|^\{0\} at line \{1\} column|^\{0\}, \{1\}$|^\{0\} of <\{1\}>$/;
 
 export function saidByCore() {
@@ -64,10 +64,10 @@ export function heardFromCore() {
   return [...SOURCES.flatMap(read), ...REFUSALS.flatMap(read).filter((text) => !NO_SENTENCE.test(text))];
 }
 
-/** The sentences of a source of Rust: {0}, {1} … where it has arguments of any name. */
+/** The sentences of a Rust source: {0}, {1} … where it has arguments, whatever their names. */
 function sentencesOf(source) {
   const code = source.replace(/#\[cfg\(test\)\][\s\S]*$/, "").replace(/^\s*\/\/.*$/gm, "").replace(/#!?\[(expect|allow|doc)[\s\S]*?\)\]/g, "");
-  // Bytes are what a file begins with.
+  // Byte strings are the beginnings of files.
   const strings = [...code.matchAll(/(b?)"((?:[^"\\]|\\[\s\S])*)"/g)].filter(([, bytes]) => bytes === "");
   const literals = strings.map(([, , text]) => text.replace(/\\\n\s*/g, "").replaceAll('\\"', '"'));
   return literals.filter((text) => /\p{L}{2}.* |^(; |, )|: $|^ of \{/u.test(text) && !/_/.test(text.replace(/\{[^}]*\}/g, ""))).map(numbered);

@@ -1,4 +1,4 @@
-// For everyone: by keyboard alone, with assistive technology, in both themes, on the narrowest
+// Accessibility: by keyboard alone, with assistive technology, in both themes, on the narrowest
 // phone.
 import { AxeBuilder } from '@axe-core/playwright';
 import { expect, test } from './fixture.ts';
@@ -81,7 +81,7 @@ test('nothing sticks out at 360 pixels', { tag: '@phone' }, async ({ lab, page }
         for (const element of root.querySelectorAll('*')) {
           if (element.shadowRoot) look(element.shadowRoot);
           const box = element.getBoundingClientRect();
-          // Canvases of the map glide in a box that cuts them off.
+          // Canvases of the map glide in a box that clips them.
           if (element instanceof HTMLCanvasElement && element.closest('#ground, #record, #overlays')) continue;
           if (element.checkVisibility() && box.width > 1 && (box.right > innerWidth + 1 || box.left < -1) && !element.closest('dialog')) found.push(`${element.tagName} ${element.className} ${Math.round(box.left)}..${Math.round(box.right)}`);
         }

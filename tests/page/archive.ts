@@ -1,10 +1,10 @@
-// What is in a ZIP archive, by a reader of the tests' own: APPNOTE 6.3.10, sections 4.3.6 to
-// 4.3.16, from the central directory, with the check sums.
+// The contents of a ZIP archive, by a reader written for the tests: APPNOTE 6.3.10, sections 4.3.6
+// to 4.3.16, from the central directory, with checksums.
 import { readFile } from 'node:fs/promises';
 import { crc32, inflateRawSync } from 'node:zlib';
 import type { Download } from '@playwright/test';
 
-/** The files that a download brings: those of the archive, or itself. */
+/** The files of a download: those of the archive, or itself. */
 export async function filesIn(download: Download): Promise<Map<string, Buffer>> {
   const name = download.suggestedFilename();
   const bytes = await readFile(await download.path());

@@ -1,5 +1,5 @@
-// What cannot be read is refused with a sentence that says what and where, and the page keeps what
-// it shows.
+// Input that cannot be read is refused with a sentence that says what is wrong and where, and the
+// page keeps what it shows.
 import { gzipSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
@@ -62,7 +62,7 @@ test('ranges and poses that are none cost only themselves, and the page says so'
   await expect(log).toContainText(`1 line cannot be used and was left out: line 8: field ${pose + 1} of FLASER is \`nan\``);
 });
 
-/** A map of ROS: 20 x 10 cells, free. */
+/** A ROS map: 20 x 10 cells, free. */
 const yaml = (changes: Readonly<Record<string, string | null>> = {}): string => Object.entries({
   image: 'hall.pgm', resolution: '0.05', origin: '[0, 0, 0]', negate: '0', occupied_thresh: '0.65', free_thresh: '0.196', ...changes,
 }).flatMap(([key, value]) => (value === null ? [] : [`${key}: ${value}\n`])).join('');
@@ -128,7 +128,7 @@ test('files written for other programs are recognised, and files that are no bui
   const contents: Readonly<Record<string, string>> = {
     geojson: '{ "type": "FeatureCollection", "features": [] }', svg: '<svg/>', yaml: 'image: a.pgm\n', pgm: 'P2 1 1', txt: '3 2 0.1 0 0\n',
   };
-  // What it holds counts, and not its name.
+  // The content counts, not the name.
   const file = (name: string) => ({ name: `x-${name.replace(/\.(?:dxf|geojson)$/, '')}`, mimeType: '', buffer: Buffer.from(contents[/\.(\w+)$/.exec(name)?.[1] ?? ''] ?? '0\nSECTION\n') });
   const cases: readonly [names: string[], says: RegExp][] = [
     [['office.dxf'], /x-office is for other programs.*does not read it.*DXF.*\.svg/],

@@ -1,5 +1,5 @@
-// The drive controller on the bench: with it the robot goes straight, without it motors that differ
-// turn it.
+// The drive controller on the bench: with it the robot goes straight; without it, motors that
+// differ turn it.
 import { expect, test } from './fixture.ts';
 
 test('on the bench the controller holds what a bad motor bends', async ({ lab, page }) => {

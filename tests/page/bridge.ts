@@ -1,4 +1,4 @@
-// Starts the bridge on a free port before the tests, tells them its address, and stops that very
+// Starts the bridge on a free port before the tests, tells them its address, and stops that same
 // process after them. Tests of a robot behind a bridge start one more of their own.
 import { execFile, spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
@@ -15,32 +15,32 @@ export default async function startBridge(): Promise<() => Promise<void>> {
   return () => bridge.stop();
 }
 
-/** A bridge of its own for a test, and the end of it. */
+/** A bridge for one test. */
 export class Bridge {
-  /** Those of this process that were started. */
+  /** Bridges that this process started. */
   static readonly #started: Bridge[] = [];
 
   url = '';
 
   private constructor(private readonly process: ChildProcess) {}
 
-  /** With these flags beside those of the page; on a free port unless one is given. */
+  /** Starts one with these flags besides those of the page, on a free port unless one is given. */
   static async start(flags: string[] = [], port = '0'): Promise<Bridge> {
     const page = flags.includes('--page') ? [] : ['--page', `${root}/www/dist`];
     const bridge = new Bridge(spawn(PROGRAM, ['--port', port, ...page, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] }));
-    // Before it has printed anything: one that never does is ended too.
+    // Before it has printed anything, so that one that never does is ended too.
     this.#started.push(bridge);
     bridge.url = await addressOf(bridge.process);
     return bridge;
   }
 
-  /** Ends what a test that failed left behind: its bridge would look for its robot's port for ever,
-      which is soon that of the next test. */
+  /** Ends what a failed test left behind: its bridge would look for its robot's port for ever,
+      which may soon be that of the next test. */
   static async stopAll(): Promise<void> {
     await Promise.all(this.#started.splice(0).map((bridge) => bridge.stop('SIGKILL')));
   }
 
-  /** What the program says to these words, and ends. */
+  /** The output of the program with these arguments, once it has ended. */
   static async run(words: string[]): Promise<string> {
     const { stdout } = await promisify(execFile)(PROGRAM, words);
     return stdout;

@@ -1,4 +1,4 @@
-// The map that the bridge itself makes: drawn beside the page's, begun anew, and with a geofence
+// The map that the bridge itself makes: drawn beside the page's, restarted, and with a geofence
 // that is drawn on it and holds the robot back.
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
@@ -11,7 +11,7 @@ test('the map of the bridge is drawn where it lies, and is begun anew', async ({
   await lab.show('run');
   await expect(lab.at('bridge-map')).toContainText('kept in flat.slamlab');
   await expect(lab.at('bridge-map')).toContainText('drawn beside');
-  // So many that the new map has fewer for some seconds.
+  // Enough scans for the new map to have fewer for some seconds.
   await expect.poll(async () => (await state())?.map?.scans ?? 0, { timeout: 30_000 }).toBeGreaterThan(25);
   await expect.poll(async () => (await state())?.map?.revision ?? 0).toBeGreaterThan(0);
   const before = (await state())!.map!;
@@ -38,7 +38,7 @@ test('a geofence is drawn on the map, holds the robot back, and says so', async 
   for (const [x, y] of square) await lab.pointAt(x, y, isMobile);
   await lab.show('run');
   await expect(lab.at('geofence-editor')).toContainText('4 corners');
-  // One too many, by the keyboard, and back.
+  // One corner too many, by keyboard, and back.
   await lab.at('map').focus();
   await page.keyboard.press('Enter');
   await expect(lab.at('geofence-editor')).toContainText('5 corners');
@@ -53,7 +53,7 @@ test('a geofence is drawn on the map, holds the robot back, and says so', async 
     const corner = zone!.corners[i]!;
     expect(Math.hypot(corner[0] - x, corner[1] - y)).toBeLessThan(0.1);
   }
-  // It stands beside the map.
+  // The file is beside the map.
   await expect.poll(() => readFile(join(folder, 'flat.geofence.json'), 'utf8').catch(() => '')).toContain('keep-in');
 
   await lab.at('lease').click();

@@ -1,4 +1,4 @@
-// A worker that breaks off: it is said, another one goes on, and the run is offered.
+// A worker that fails: it is reported, another one takes over, and the run is offered.
 import { expect, test } from './fixture.ts';
 
 test('a worker that breaks is said to have, another one goes on, and what was under way is offered', { tag: '@phone' }, async ({ lab, page, problems }) => {
@@ -19,7 +19,7 @@ test('a worker that breaks is said to have, another one goes on, and what was un
   await lab.at('go-on').click();
   await lab.watch((s) => s.time, 'it comes to where it was').toBeGreaterThan(20);
 
-  // One that breaks again at once breaks for ever.
+  // A worker that fails again at once would go on failing.
   const breakOff = async (): Promise<string | null> => {
     await page.workers()[0]?.evaluate(() => self.postMessage({ kind: 'failed', about: 'internal', text: 'panicked at core', isBroken: true }));
     return lab.at('toast').textContent();

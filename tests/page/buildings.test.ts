@@ -1,5 +1,5 @@
-// Buildings from files: a floor plan, a map of ROS, and what was saved here, become worlds to drive
-// in and maps to be found in.
+// Buildings from files: a floor plan, a ROS map, and saved files become worlds to drive in and
+// prior maps.
 import { filesIn } from './archive.ts';
 import { expect, test } from './fixture.ts';
 

@@ -9,23 +9,23 @@ import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { exploreUntil, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
-/** Ports of the browser, and what becomes of them. */
+/** The ports of the browser, and what happens to them. */
 interface FakeSerial {
-  /** The adapter is pulled out: its port is dead for ever. */
+  /** Pulls out the adapter: its port is dead for ever. */
   lose(port: number): Promise<void>;
-  /** It is put in again: another port to the browser, with the adapter's numbers. */
+  /** Plugs it in again: to the browser it is another port, with the same identifiers. */
   regain(port: number): Promise<void>;
   /** Bytes written since the page was opened. */
   written(): number;
   end(): Promise<void>;
 }
 
-/** The browser asks for ports in the order in which these are plugged. */
+/** The browser's port dialog returns these ports in the order of plugging. */
 async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSerial> {
   const handles: FileHandle[] = [];
   let [ends, written] = [false, 0];
   await page.exposeFunction('serialOpen', async (port: number, rate: number) => {
-    // At any other rate than its own a device hears and says noise.
+    // At any rate but its own a device receives and sends noise.
     await promisify(execFile)('stty', ['-F', paths[port]!, String(rate), 'raw', '-echo']);
     handles[port] = await open(paths[port]!, constants.O_RDWR | constants.O_NOCTTY | constants.O_NONBLOCK);
     void pump(port, handles[port]!);
@@ -46,7 +46,7 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
       try {
         count = (await handle.read(buffer, 0, buffer.length, null)).bytesRead;
       } catch (error) {
-        // Nothing is there yet; or the terminal was closed.
+        // Nothing has arrived yet, or the terminal was closed.
         if ((error as NodeJS.ErrnoException).code !== 'EAGAIN') return;
       }
       if (count === 0) {
@@ -60,7 +60,7 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
   await page.addInitScript(() => {
     const outside = window as unknown as { serialOpen(port: number, rate: number): Promise<void>; serialWrite(port: number, bytes: number[]): Promise<void>; serialClose(port: number): Promise<void>; serialCame(port: number, bytes: number[]): void };
     const sinks: (ReadableStreamDefaultController<Uint8Array> | undefined)[] = [];
-    /** Ends writing, as a real adapter does that is pulled out: nothing waits for the next. */
+    /** Ends writing, like a real adapter that is pulled out: pending writes fail. */
     const lost: ((error: DOMException) => void)[] = [];
     const ports: FakePort[] = [];
     const serial = new EventTarget();
@@ -104,7 +104,7 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
       },
       serialRegain: (number: number) => {
         const event = new Event('connect');
-        // A real one bubbles up from its port.
+        // A real event bubbles up from its port.
         Object.defineProperty(event, 'target', { value: new FakePort(number) });
         serial.dispatchEvent(event);
       },
@@ -126,7 +126,7 @@ async function fakeSerial(page: Page, paths: readonly string[]): Promise<FakeSer
   };
 }
 
-/** Plugs the robot in, and waits until it is shown. */
+/** Opens the page, plugs the robot in, and waits until it is shown. */
 async function plugRobot(lab: Lab): Promise<void> {
   await lab.open();
   await plugHere(lab);
@@ -154,14 +154,14 @@ test('a robot and a lidar at the ports of this computer are driven and mapped wi
     await exploreUntil(lab, robot, 'it drives and maps', (s) => s.distance > 0.4 && s.knownArea > 3);
     await lab.at('stop').click();
     await expect.poll(async () => (await robot.facts()).moves, { message: 'it stops', timeout: 30_000 }).toBe(false);
-    // A slow page needs a while to take in what came last.
+    // A slow page needs a while to process the last readings.
     const error = async () => {
       const [truth, { x, y }] = [await robot.facts(), await lab.status()];
       return Math.hypot(x - truth.pose[0], y - truth.pose[1]);
     };
     await together(robot, begun, () => expect.poll(error, { ...PATIENCE, message: 'it knows where it is' }).toBeLessThan(0.3));
 
-    // Out of sight it stops too. It stands because of the Stop above.
+    // It also stops when the page is hidden. At present it stands because of the Stop above.
     await exploreUntil(lab, robot, 'it drives again', async () => (await robot.facts()).moves, ['stop']);
     await page.evaluate(() => {
       Object.defineProperty(document, 'hidden', { value: true, configurable: true });
@@ -191,8 +191,8 @@ test('an adapter that is put in again is found, and its robot moves only after i
     await robot.plug();
     await serial.regain(0);
     await expect(page.getByLabel('Devices')).toContainText('sending', { timeout: 60_000 });
-    // Long enough for an order that outlived the cut: the page sends 20 a second, and the key is
-    // held.
+    // Long enough for a command that outlived the disconnection to arrive: the page sends 20 a
+    // second, and the key is held.
     for await (const facts of robot.during(2)) expect(facts.moves, `nothing moves before somebody arms it: ${JSON.stringify([facts, await lab.bridge()])}`).toBe(false);
     await turnByHand(lab, robot);
     await page.keyboard.up('ArrowLeft');
@@ -209,7 +209,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
     await plugRobot(lab);
     await turnByHand(lab, robot);
     const mapper = page.workers().find((worker) => worker.url().endsWith('/worker.js'))!;
-    // Until it may go on: by an answer that only the server has.
+    // The mapper is blocked until it gets an answer that only this server gives.
     let isBusy = true;
     await page.route('**/still-busy', (route) => route.fulfill({ status: isBusy ? 200 : 204, body: '' }));
     const busy = mapper.evaluate(() => {
@@ -220,11 +220,11 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
         status = asked.status;
       }
     });
-    // The rules alone stop a robot whose driver is silent, and then say nothing more to it.
+    // The rules alone stop a robot whose driver is silent, and then send it nothing more.
     await expect.poll(moves, { message: 'the rules stop it', timeout: 60_000 }).toBe(false);
     await expect.poll(async () => {
       const before = serial.written();
-      // Longer than the lease, whose end the robot learns too.
+      // Longer than the lease, whose end is also reported to the robot.
       await new Promise((done) => setTimeout(done, 3_000));
       return serial.written() - before;
     }, { message: 'nothing is said to it', timeout: 60_000 }).toBe(0);
@@ -234,7 +234,7 @@ test('Stop reaches the robot while whoever maps is busy', async ({ lab, page }) 
     await expect.poll(() => serial.written(), { message: 'Stop is on the line', timeout: 60_000 }).toBeGreaterThan(before);
     isBusy = false;
     await busy;
-    // Busy for longer than rules may be silent: whoever maps hears them again all the same.
+    // The mapper was blocked for longer than the rules may be silent, but it hears them again.
     await expect(lab.at('bridge-state')).toContainText('Stop was pressed', { timeout: 60_000 });
     for await (const facts of robot.during(1)) expect(facts.moves, 'nothing moves before somebody arms it').toBe(false);
     await turnByHand(lab, robot);
@@ -249,7 +249,7 @@ test('rules that need long to load drive the robot, and rules that fail leave it
   const serial = await fakeSerial(page, [robot.ports.rp6!]);
   const moves = async () => (await robot.facts()).moves;
   await withRobot(robot, async () => {
-    // Longer than whoever drives bears a silence, once a conversation has begun.
+    // Longer than the driver accepts silence once a conversation has begun.
     await page.route('**/local_bridge.js', async (route) => {
       await new Promise((done) => setTimeout(done, 7_000));
       await route.continue();
@@ -287,7 +287,7 @@ test.describe('where the browser keeps the page', () => {
       await plugHere(lab);
       await turnByHand(lab, robot);
       await page.keyboard.up('ArrowLeft');
-      // A run that starts again has the same rules.
+      // A restarted run uses the same rules.
       await page.keyboard.press('r');
       await expect.poll(async () => (await lab.bridge())?.connection, { ...PATIENCE, message: 'the run starts again' }).toBe('open');
       await serial.end();

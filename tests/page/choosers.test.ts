@@ -1,4 +1,4 @@
-// Every chooser does what it says, for the eye and for the hand on the keyboard.
+// Every chooser does what it says, for the eye and for keyboard users.
 import { expect, test } from './fixture.ts';
 import type { Setup } from '../../www/src/protocol/module.ts';
 
@@ -42,7 +42,7 @@ test('a run that another one took the place of is there again, to the bit', { ta
     await expect.poll(async () => (await lab.state()).playing, 'and waits').toBe(false);
     await expect.poll(async () => (await lab.state()).hash).toBe(hash);
   };
-  // Somebody goes through the list by keys: each of them begins a run.
+  // Somebody goes through the list by keys: each entry begins a run.
   await lab.show('run');
   await lab.at('world').focus();
   for (let i = 0; i < 2; i += 1) {
@@ -55,7 +55,7 @@ test('a run that another one took the place of is there again, to the bit', { ta
   await page.keyboard.press('r');
   await lab.watch((s) => s.time, 'it begins again').toBeLessThan(20);
   await isBack();
-  // A short run is missed by nobody, but the long one before it still is.
+  // A short run is not offered, but the long one before it still is.
   await lab.at('dice').click();
   await expect.poll(async () => (await lab.state()).setup.seed).not.toBe(7);
   await lab.says('The run before');
@@ -85,12 +85,12 @@ test('method, settings, speed and the open panel are as they were after a reload
   await expect.poll(async () => (await lab.state()).title).toBe('arena');
   expect(await lab.state()).toMatchObject({ method: 'line-ekf', setup: { settings: {} } });
 
-  // A build that does not know what was kept begins without it, and says so.
+  // A build that does not know the kept choices begins without them, and says so.
   await page.evaluate(() => localStorage.setItem('slamlab-choices', '{"method":"oracle","settings":{"no.such":7},"speed":"fast"}'));
   await lab.open();
   expect(await lab.state()).toMatchObject({ method: 'line-ekf', setup: { settings: {} } });
   expect(await page.evaluate(() => localStorage.getItem('slamlab-choices'))).toBeNull();
-  // Nor does anything else hold it up.
+  // Other invalid choices do not stop it either.
   for (const kept of ['[', '7', 'null', '{"settings":[]}']) {
     await page.evaluate((kept) => localStorage.setItem('slamlab-choices', kept), kept);
     await lab.open(`/?${kept.length}`);
@@ -132,7 +132,7 @@ test('layers are switched on and off', { tag: '@phone' }, async ({ lab, page }) 
   await lab.pause();
   await lab.stillCamera();
   await lab.show('layers');
-  /** Pixels that are drawn over: the ruled metres are faint and do not count. */
+  /** Pixels that are drawn over; the faint ruled lines do not count. */
   const ink = () => page.evaluate(() => {
     const pixels = (window as unknown as { slamlab: { picture: ImageData } }).slamlab.picture.data;
     let count = 0;

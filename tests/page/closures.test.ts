@@ -1,5 +1,5 @@
-// Submaps, pose graph and loop closures: layers, a map that is pulled straight, a click that says
-// why; and two methods on one log.
+// Submaps, pose graph and loop closures: layers, a map that is straightened, a click that explains;
+// and two methods on one log.
 import { apart } from '../../www/src/compared.ts';
 import { type Figures, WHY } from '../../www/src/ui/closure_words.ts';
 import type { SubmapsChange } from '../../www/src/protocol/frame.ts';
@@ -9,7 +9,7 @@ import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { record, RING } from './recording.ts';
 
-/** A lap of a long ring, and the beginning of a second. */
+/** A lap of a long ring, and the beginning of a second one. */
 const LAPS = { name: 'laps.clf', mimeType: 'text/plain', buffer: Buffer.from(record(1150, RING).text) };
 
 interface Inside {
@@ -41,7 +41,7 @@ test('a loop closes before the eyes, and a click on it says its residual and why
   const accepted = await inside(lab, ({ submaps }) => submaps.outcomes.filter((o) => o === 'proved' || o === 'known-before').length);
   expect(accepted, 'each loop that was closed is shown').toBe((await lab.status()).loopClosures);
   expect(accepted).toBeGreaterThan(0);
-  // The one whose ends lie farthest apart: its middle is surely its own.
+  // The closure whose ends lie farthest apart: no other is at its middle.
   const middle = await inside(lab, ({ submaps, submap, closureOf }) => {
     const ends = submaps.outcomes.map((_, row) => closureOf(row).map((number) => submap(number)) as [number, number, number][]);
     const length = ([a, b]: [number, number, number][]) => Math.hypot(a![0] - b![0], a![1] - b![1]);
@@ -122,7 +122,7 @@ test('where a click drives, it is meant for a line only where that is really hit
   const [a, b] = ends as [[number, number, number], [number, number, number]];
   const middle = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] as const;
   await lab.stillCamera();
-  // Beside it, where it used to be caught.
+  // A place beside the join, where it used to catch the click.
   const [length, away] = [Math.hypot(b[0] - a[0], b[1] - a[1]), 6 / (await lab.state()).camera.scale];
   await lab.pointAt(middle[0] - away * (b[1] - a[1]) / length, middle[1] + away * (b[0] - a[0]) / length, false);
   await lab.watch((s) => s.mode, 'the robot drives there').toBe('goto');
@@ -144,7 +144,7 @@ test('where motion is to be reduced, the map does not glide', async ({ lab, page
       seen.glides ||= (window as unknown as { slamlab: Inside }).slamlab.submaps.glides;
       requestAnimationFrame(look);
     };
-    // After the pictures of the page itself.
+    // After the frames of the page itself.
     requestAnimationFrame(look);
   });
   await mapped(lab);
@@ -163,7 +163,7 @@ test('two methods map one log, and their ways are laid over one another', { tag:
   await expect.poll(async () => (await lab.state()).method).toBe('odometry');
   await mapped(lab);
   await expect(lab.at('method-odometry')).toContainText('shown');
-  // The wheels err by metres in a lap, see `record`.
+  // Odometry drifts by metres in a lap, see `record`.
   const metres = async (): Promise<number> => parseFloat(await lab.at('apart-scan-matching').innerText());
   expect(await metres()).toBeGreaterThan(0.2);
   await lab.show('layers');
@@ -217,13 +217,13 @@ test('submaps glide from where they were drawn, and a new one comes along', () =
   expect(at(1000, 2)).toEqual([3, 0, 0]);
   expect(at(1300, 1)).toEqual([1, 1, Math.round(Math.PI * 250) / 1000]);
   expect(submaps.ahead, 'the grid still shows the old place').toBe(true);
-  // Too little to be news, on the way: it goes on from there.
+  // A motion too small to be reported, during a glide: the glide continues from there.
   submaps.take(placed([0, 0, 0], [0, 2.01, Math.PI / 2], [0, 3, Math.PI / 2]), 1300);
   expect(at(1300, 1)[0]).toBe(1);
   expect(at(1900, 1).slice(0, 2)).toEqual([0, 2.01]);
   submaps.redrawn();
   expect(submaps.ahead).toBe(false);
-  // Where nothing is to move, it is there at once.
+  // With `still`, it is there at once.
   submaps.take(placed([0, 0, 0], [5, 5, 0], [0, 3, 0]), 5000);
   submaps.animate(5000, true);
   expect([submaps.glides, ...submaps.shown(1)]).toEqual([false, 5, 5, 0]);

@@ -1,5 +1,5 @@
-// The planners side by side: the same way asked of all, the table says what came of it, and a tree
-// is drawn.
+// The planners side by side: all get the same query, the table shows the results, and a tree is
+// drawn.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -83,7 +83,7 @@ test('a goal inside of a wall is refused with the reason', async ({ lab, isMobil
   await lab.open();
   await lab.pause();
   await lab.show('paths');
-  // On the corridor's southern wall, 0.9 m to the right of the start.
+  // On the southern wall of the corridor, 0.9 m to the right of the start.
   await lab.pointAt(3, -0.9, !!isMobile);
   await expect(lab.at('contest-error')).toContainText(/goal .* inside an obstacle/);
 });

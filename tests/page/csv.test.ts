@@ -1,4 +1,4 @@
-// Whatever shows figures saves them: each plot and each table as CSV.
+// Everything that shows figures can save them: each plot and each table as CSV.
 import { readFileSync, readdirSync } from 'node:fs';
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
@@ -10,7 +10,7 @@ test('each part that draws curves or tables of figures has a way to save them', 
   const files = readdirSync(SOURCES, { recursive: true }).map(String).filter((name) => name.endsWith('.ts') && !/^words[/\\]/.test(name));
   const shows = files.filter((name) => /extends Slam(?:Plotted|Charts)\b|<table\b|extends LabBasin|class LabBasin|receiver operating/.test(readFileSync(new URL(name.replaceAll('\\', '/'), SOURCES), 'utf8')));
   expect(shows.length).toBeGreaterThan(8);
-  // Charts save for all that are made of them.
+  // Charts provide saving for all components made of them.
   const saves = (text: string): boolean => /<slam-csv\b|data-testid="(?:race-)?csv"|extends SlamCharts\b/.test(text);
   const without = shows.filter((name) => name !== 'ui/plotted.ts' && name !== 'ui/charts.ts' && !saves(readFileSync(new URL(name.replaceAll('\\', '/'), SOURCES), 'utf8')));
   expect(without).toEqual([]);
@@ -52,7 +52,7 @@ test('calibration and σ are saved with all their digits', async ({ lab, page })
   expect(bins[0]).toEqual(['Range (m)', 'σ (m)']);
   expect(bins.length).toBeGreaterThan(3);
   const numbers = bins.slice(1).map((cells) => cells.map(Number));
-  // A lidar errs by millimetres to centimetres; what lies on edges may err by more.
+  // A lidar has errors of millimetres to centimetres; readings on edges may have larger ones.
   expect(numbers.every(([range = NaN, sigma = NaN]) => range > 0 && sigma >= 0), JSON.stringify(numbers)).toBe(true);
   expect(numbers.filter(([, sigma = NaN]) => sigma > 1e-4 && sigma < 0.1).length).toBeGreaterThan(numbers.length / 2);
   expect((await saved(lab, page, 'sigma-curve')).length).toBeGreaterThan(10);

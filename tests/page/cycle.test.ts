@@ -13,7 +13,7 @@ test('the cycle runs with a lidar too, and its stages tell what they gave', asyn
   await expect(lab.at('cycle')).toBeVisible();
   await expect.poll(() => now(lab), 'it drives its first leg').toBe('go');
   await lab.pause();
-  // Wherever in its round it was caught: on to where all of these have spoken.
+  // It was paused at any stage: go on until all of the stages below have results.
   await expect.poll(async () => {
     if ((await now(lab)) !== 'truncate') await lab.at('next-stage').click();
     return now(lab);

@@ -1,9 +1,9 @@
-// Doors of a world: a button each, one for all, and a click on the map; what the robot then sees is
-// up to the robot.
+// Doors of a world: a button for each, one for all, and a click on the map; what the robot then
+// observes is its own business.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** Whether each door is open, of six numbers a door. */
+/** Whether each door is open; a door has six numbers. */
 async function open(lab: Lab): Promise<boolean[]> {
   const { doors } = await lab.state();
   return Array.from({ length: doors.length / 6 }, (_, i) => doors[6 * i + 4] === 1);
@@ -29,14 +29,14 @@ test('doors are shut and opened by button and by a click on the map', { tag: '@p
   await expect.poll(() => open(lab)).toEqual([false, false, false, false]);
   await lab.at('doors-all').click();
   await expect.poll(() => open(lab)).toEqual([true, true, true, true]);
-  // A door is a door also where rooms are chosen by clicks.
+  // A click still acts on a door when clicks also choose rooms.
   await lab.show('layers');
   await lab.at('layer-rooms').check();
   await lab.hidePanels();
   const [x, y] = await middle(lab, 0);
   await lab.pointAt(x, y, hasTouch);
   await expect.poll(() => open(lab)).toEqual([false, true, true, true]);
-  // It was the door that was meant, not a goal.
+  // The click acted on the door and set no goal.
   expect((await lab.status()).mode).toBe('manual');
   await lab.pointAt(x, y, hasTouch);
   await expect.poll(() => open(lab)).toEqual([true, true, true, true]);

@@ -1,13 +1,13 @@
-// What the map is drawn with: WebGL2 and Canvas 2D give the same picture, a graphics card may come
-// and go, the view turns, and layers lie in the order that a person chose.
+// What draws the map: WebGL2 and Canvas 2D give the same picture, a graphics card may come and go,
+// the view turns, and layers lie in the order that a person chose.
 //
-// WebGL2 is emulated by the processor here: that is chosen by hand.
+// Here the processor emulates WebGL2, so it has to be chosen by hand.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** All that can be shown of a run in the office. */
+/** Everything that can be shown of a run in the office. */
 const EVERYTHING = ['rooms', 'points', 'landmarks', 'found', 'tree', 'rawPath', 'wheels'];
-/** Edges are smoothed otherwise: of what is drawn so much may differ. */
+/** Edges are smoothed differently: this part of the drawn pixels may differ. */
 const MOST_OFF = 0.02;
 
 async function stands(lab: Lab): Promise<void> {
@@ -17,14 +17,14 @@ async function stands(lab: Lab): Promise<void> {
   await lab.stillCamera();
 }
 
-/** Both are there: what is drawn with, and the picture. */
+/** Waits for this back end, and for its picture. */
 async function drawnWith(lab: Lab, name: string): Promise<void> {
   await expect.poll(async () => (await lab.state()).drawnWith).toBe(name);
   await lab.page.waitForTimeout(500);
 }
 
-/** Nothing of the page covers the map's own ground where nothing is drawn: the colour that most
-    pixels of the screen have in a corner of the map is the map's. */
+/** Nothing of the page covers the map's background where nothing is drawn: the most frequent colour
+    on the screen in a corner of the map is the map's. */
 async function showsGround(lab: Lab): Promise<void> {
   const box = (await lab.at('map').boundingBox())!;
   const shot = await lab.page.screenshot({ clip: { x: box.x + box.width - 300, y: box.y + 20, width: 200, height: 120 } });
@@ -67,7 +67,7 @@ test.describe('with WebGL2', () => {
       expect(drawn, 'there is something to see').toBeGreaterThan(20_000);
       expect(part, `pixels that differ clearly, turned: ${turned}`).toBeLessThan(MOST_OFF);
     }
-    // It would be seen if nothing of a layer was drawn.
+    // Proves that a layer that draws nothing would be noticed.
     const all = await lab.picture();
     await lab.at('layer-landmarks').uncheck();
     await lab.at('layer-walls').uncheck();
@@ -99,7 +99,7 @@ test.describe('with WebGL2', () => {
     await drawnWith(lab, 'webgl2');
     await showsGround(lab);
     expect((await lab.differing(before, await lab.picture())).part, 'it comes back').toBeLessThan(0.005);
-    // And goes on.
+    // The run goes on.
     await lab.at('play').click();
     const { x } = await lab.status();
     await lab.watch((s) => Math.abs(s.x - x), 'the robot drives on').toBeGreaterThan(0.3);
@@ -174,7 +174,7 @@ test('a map that is turned by half is the map upside down, and a click hits what
   expect(part, 'cells, whose edges may lie a pixel off').toBeLessThan(0.06);
   expect((await lab.differing(upright, await lab.picture())).part, 'it was turned at all').toBeGreaterThan(0.15);
 
-  // A quarter: what lay to the right of the middle lies above it.
+  // A quarter turn: what was to the right of the middle is now above it.
   for (let press = 0; press < 6; press += 1) await page.keyboard.press('Shift+q');
   await expect.poll(async () => (await lab.state()).camera.angle).toBeCloseTo(Math.PI / 2, 6);
   const { x, y, scale } = (await lab.state()).camera;
@@ -198,7 +198,7 @@ test('a drag with Shift turns the view, and two fingers do', { tag: '@phone' }, 
     const session = await page.context().newCDPSession(page);
     const fingers = (angle: number): { x: number; y: number }[] => [0, Math.PI].map((side) => ({ x: x + 70 * Math.cos(angle + side), y: y + 70 * Math.sin(angle + side) }));
     const touch = (type: 'touchStart' | 'touchMove' | 'touchEnd', touchPoints: { x: number; y: number }[]) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
-    // A pinch that hardly turns does not turn the map.
+    // A pinch with a tiny turn does not turn the map.
     await touch('touchStart', fingers(0));
     await touch('touchMove', fingers(0.04));
     await touch('touchEnd', []);
@@ -206,7 +206,7 @@ test('a drag with Shift turns the view, and two fingers do', { tag: '@phone' }, 
     await touch('touchStart', fingers(0));
     for (let step = 1; step <= 20; step += 1) await touch('touchMove', fingers(-0.05 * step));
     await touch('touchEnd', []);
-    // By a radian, but for what it takes to begin.
+    // A radian, minus the turn needed to begin.
     expect((await lab.state()).camera.angle).toBeGreaterThan(0.7);
     expect((await lab.state()).camera.angle).toBeLessThan(1.01);
     return;
@@ -230,7 +230,7 @@ test('layers lie in the order that was chosen, also after a reload, until it is 
   expect(before.at(-1), 'the ground').toBe('Occupancy grid');
   expect(before[0]).toBe('Robot');
   const usual = await lab.picture();
-  // The cells over all else: what was drawn of the known part is hidden.
+  // The cells over everything else hide what was drawn on the known part.
   while (await lab.at('lift-grid').isEnabled()) await lab.at('lift-grid').click();
   expect((await names())[0]).toBe('Occupancy grid');
   await page.waitForTimeout(500);
@@ -253,7 +253,7 @@ test('a layer is drawn to its place in the order', { tag: '@phone' }, async ({ l
   const names = (): Promise<string[]> => page.locator('slam-legend li.order span').allInnerTexts();
   const before = await names();
   const signs = page.locator('slam-legend li.order > svg');
-  // The button stands below the list.
+  // The button is below the list.
   await signs.first().scrollIntoViewIfNeeded();
   const [from, to] = [(await signs.first().boundingBox())!, (await signs.nth(2).boundingBox())!];
   const [x, y, end] = [from.x + from.width / 2, from.y + from.height / 2, to.y + to.height / 2 + 4];

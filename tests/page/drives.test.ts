@@ -1,4 +1,4 @@
-// The robot obeys: a click on the map, keys, the stick of a phone, and Stop above all.
+// The robot obeys: a click on the map, keys, a phone's joystick, and above all Stop.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -17,7 +17,7 @@ test('a click on the map sends the robot there', { tag: '@phone' }, async ({ lab
   const status = await lab.status();
   expect(Math.hypot(status.truthX - goal.x, status.truthY - goal.y), 'the true pose is at the goal').toBeLessThan(0.2);
   expect(status.contacts).toBe(0);
-  // The run has come to rest there; a command to the robot means that it should move.
+  // The run came to rest there. A command means that the robot should move: the run goes on.
   await lab.pointAt(0, 0, hasTouch);
   await lab.watch((s) => Math.hypot(s.truthX, s.truthY), 'it drives back').toBeLessThan(0.3);
 });
@@ -37,7 +37,7 @@ test('while it explores, a click asks before the robot goes there', { tag: '@pho
   const { goalX, goalY } = await lab.status();
   expect(Math.hypot(goalX - place[0], goalY - place[1]), 'to that place').toBeLessThan(0.1);
   await expect(lab.at('toast')).toHaveCount(0);
-  // What drives already, or stands, is sent elsewhere by a click.
+  // A robot that is not exploring is sent elsewhere by a click, without a question.
   await lab.pointAt(0, 0, hasTouch);
   await lab.watch((s) => s.goalX, 'at once').toBeLessThan(0.5);
   await lab.at('stop').click();
@@ -86,7 +86,7 @@ test('the stick drives under the thumb', { tag: '@phone-only' }, async ({ lab, p
 });
 
 test('a gamepad drives, and stops when it is let go or its stop button is pressed', async ({ lab, page }) => {
-  // No machine of ours has a gamepad: the browser is given one of the standard layout.
+  // Our machines have no gamepad: the browser gets a simulated one of the standard layout.
   await page.addInitScript(() => {
     const pad = { connected: true, id: 'Pilot Pad (STANDARD GAMEPAD Vendor: 045e Product: 028e)', axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
     Object.assign(window, { pad });

@@ -1,4 +1,4 @@
-// The world editor: a building is drawn by mouse, finger or keys, mended where it cannot be, and
+// The world editor: a building is drawn by mouse, touch or keys, corrected where it is invalid, and
 // mapped by a robot; it is saved, read back and shared.
 import { readFileSync } from 'node:fs';
 import { AxeBuilder } from '@axe-core/playwright';
@@ -19,7 +19,7 @@ interface Drawing {
 
 type Board = HTMLElement & { camera: { toScreen(x: number, y: number): [number, number] } };
 
-/** Where a place of the drawing is in the page, pixels. */
+/** Where a place of the drawing is on the page, pixels. */
 async function at(page: Page, x: number, y: number): Promise<[number, number]> {
   return page.evaluate(([x, y]) => {
     const board = document.querySelector('slam-editor')!.shadowRoot!.querySelector('editor-board') as unknown as Board;
@@ -41,7 +41,7 @@ async function drag(page: Page, from: [number, number], to: [number, number]): P
   await page.mouse.up();
 }
 
-/** The drawing as the browser keeps it, once it is at rest. */
+/** The drawing as the browser keeps it, once it stops changing. */
 async function drawn(page: Page): Promise<Drawing> {
   await page.waitForTimeout(350);
   return page.evaluate(() => JSON.parse(localStorage.getItem('slamlab-drawing') ?? 'null') as Drawing);
@@ -136,7 +136,7 @@ test('what is drawn is undone, done again, chosen, moved, turned, resized, doubl
   await drag(page, [1.5, 1.25], [1.5, 0.25]);
   await expect(lab.at('editor-chosen')).toHaveText('Box');
   expect((await drawn(page)).obstacles[0]).toMatchObject({ centre: [1.5, 0.25], size: [1, 0.5] });
-  // The corner across stays where it is.
+  // The opposite corner stays where it is.
   await drag(page, [2, 0.5], [2.5, 1]);
   expect((await drawn(page)).obstacles[0]).toMatchObject({ centre: [1.75, 0.5], size: [1.5, 1] });
   await lab.at('editor-turn-left').click();
@@ -194,7 +194,7 @@ test('a drawing that no robot can be in is refused in words, at its place', asyn
   await lab.at('field-x').press('Enter');
   await expect(lab.at('editor-fault')).toHaveCount(0);
   await expect(lab.at('editor-run')).toBeEnabled();
-  // A figure out of its range.
+  // A figure out of range.
   await page.keyboard.press('Tab');
   await lab.at('tool-post').click();
   await drag(page, [2, 0], [2.5, 0]);
@@ -350,7 +350,7 @@ test('walls that meet are one: no line parts them, and their outline goes round 
   await lab.at('tool-select').click();
   await press(page, -2, 2);
   await page.mouse.move(...(await at(page, -2, -2)));
-  /** How dark it is at a place, 0 to 255, at the darkest near it. */
+  /** How dark the darkest pixel near a place is, 0 to 255. */
   const darkest = async (x: number, y: number): Promise<number> => page.evaluate(([x, y]) => {
     const board = document.querySelector('slam-editor')!.shadowRoot!.querySelector('editor-board') as unknown as Board;
     const canvas = board.shadowRoot!.querySelector('canvas')!;

@@ -1,4 +1,4 @@
-// A robot behind a bridge, from a page that has none: its address is typed, or read by a camera.
+// A robot behind a bridge, from a page without one: its address is typed, or read by a camera.
 import { pageOf } from '../../www/src/bridge_page.ts';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
@@ -26,7 +26,7 @@ test('the address of a bridge is typed, and its robot is there', { tag: '@phone'
   await lab.show('run');
   await expect(lab.at('elsewhere'), 'it is there already').toBeHidden();
   await bridge.stop();
-  // The page tells of it, and the browser, too.
+  // The page reports it, and so does the browser.
   problems.splice(0, problems.length, ...problems.filter((problem) => !/WebSocket|ERR_CONNECTION/.test(problem)));
 });
 

@@ -1,4 +1,4 @@
-// The first thing a visitor sees: a robot that explores by itself, to the end, with nobody's help.
+// The first thing a visitor sees: a robot that explores by itself, to the end, without help.
 import { expect, test } from './fixture.ts';
 import { simulate } from './simulate.ts';
 

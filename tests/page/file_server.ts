@@ -1,5 +1,5 @@
-// A plain server of files, as any web host is: no special headers, no compression, types by the
-// ending, 404 for what is not there.
+// A plain file server, like any web host: no special headers, no compression, types by file
+// extension, 404 for missing files.
 import { readFile } from 'node:fs/promises';
 import { createServer, type Server } from 'node:http';
 import type { AddressInfo } from 'node:net';
@@ -11,12 +11,12 @@ const TYPES: Readonly<Record<string, string>> = {
 };
 
 export class FileServer {
-  /** Paths that were asked for, in this order. */
+  /** Requested paths, in order. */
   readonly asked: string[] = [];
 
   private constructor(private readonly server: Server) {}
 
-  /** Serves the folder below this path, on a port that the system picks or on the one given. */
+  /** Serves the folder below this path, on a port chosen by the system or on the given one. */
   static async start(folder: string, below = '/', port = 0): Promise<FileServer> {
     const server = createServer((request, response) => void (async () => {
       const { pathname } = new URL(request.url ?? '/', 'http://localhost');

@@ -1,5 +1,5 @@
-// Looking into the filter: the matrix, the walls on the map and the matches tell the same story,
-// and the figures are judged.
+// Looking into the filter: the matrix, the walls on the map and the matches agree, and the figures
+// are judged.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -76,7 +76,7 @@ test('a wall clicked on the map explains its match: candidates, distances, gates
   await expect(winner).toContainText('inside the gate');
   const d2 = Number((await winner.locator('td').nth(1).innerText()).trim());
   expect(d2, 'inside the 99 % gate').toBeLessThanOrEqual(9.21);
-  // The same wall from the map: its middle is clicked, and no goal is set.
+  // The same wall from the map: a click on its middle sets no goal.
   await lab.at('unpin').click();
   const [x, y] = await lab.wallMiddle(Number(wall));
   await lab.pointAt(x, y, hasTouch);
@@ -110,7 +110,7 @@ test('a method without a filter says so; a recording can be mapped again by anot
   await expect.poll(async () => (await lab.state()).method).toBe('line-ekf');
   await lab.watch((s) => s.finished && s.features > 3, 'it is mapped again, with walls').toBe(true);
   await lab.show('filter');
-  // The matrix is fetched while it is in sight.
+  // The matrix is requested while it is visible.
   await lab.at('correlations').scrollIntoViewIfNeeded();
   await expect(lab.at('correlations')).toHaveAttribute('data-rows', /^[1-9]/);
   await expect(lab.at('diagnosis')).toBeVisible();

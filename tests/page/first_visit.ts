@@ -1,11 +1,11 @@
-// What a first visit loads, as the bridge sends it, packed by brotli at its best: all that is sent
-// before the robot of the tour drives, and while somebody goes through the tour, looks at every
-// panel, drives, and enters other worlds.
+// What a first visit loads, as the bridge sends it with the best brotli compression: everything
+// sent before the robot of the tour drives, and while somebody goes through the tour, looks at
+// every panel, drives, and enters other worlds.
 import { existsSync, statSync } from 'node:fs';
 import { expect, type Page } from '@playwright/test';
 import type { Lab } from './lab.ts';
 
-/** What issue and specification ask for, bytes. */
+/** The limit in issue and specification, bytes. */
 export const GOAL = 900_000;
 
 const sent = (path: string): number => {
@@ -14,11 +14,11 @@ const sent = (path: string): number => {
   return statSync(existsSync(packed) ? packed : file).size;
 };
 
-/** What was loaded, with its bytes. */
+/** Loaded files, with their bytes. */
 export type Weights = readonly (readonly [path: string, bytes: number])[];
 
-/** Makes a first visit: what is loaded before the robot drives, and by the end of a look around,
-    the heaviest first. */
+/** Makes a first visit. Returns what is loaded before the robot drives, and by the end of a look
+    around, the largest first. */
 export async function firstVisit(page: Page, lab: Lab, baseURL: string): Promise<{ readonly watched: Weights; readonly lookedAround: Weights }> {
   const paths = new Set<string>();
   page.on('response', (response) => {
@@ -35,8 +35,7 @@ export async function firstVisit(page: Page, lab: Lab, baseURL: string): Promise
   return { watched, lookedAround: weights() };
 }
 
-/** Does what people do who have never been here: all that needs no file, no robot and no other
-    method. */
+/** Does what new visitors do: everything that needs no file, no robot and no other method. */
 async function lookAround(page: Page, lab: Lab): Promise<void> {
   for (let step = 0; step < 4; step += 1) await lab.at('tour-next').click();
   await expect(lab.at('tour')).toBeHidden();

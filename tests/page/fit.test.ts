@@ -1,12 +1,12 @@
-// A drive tells of its robot: wheels whose errors are known are fitted, used as a preset, saved and
-// opened; a twin shows the difference.
+// A drive reveals its robot's parameters: wheels with known errors are fitted, used as a preset,
+// saved and opened; a twin shows the difference.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
 
-/** The wheels of `record` count each way 3 % too long and veer by 0.012 rad a metre; track width of
-    a Pioneer. */
+/** The wheels of `record` measure each distance 3 % too long and veer by 0.012 rad per metre; track
+    width of a Pioneer. */
 const COUNTED = 1.03;
 const VEER = 0.012;
 const WIDTH = 0.33;
@@ -17,7 +17,7 @@ test('wheels that err are fitted, and a twin with their figures stays with the r
   await drop(page, 'laps.log', Buffer.from(record(420).text));
   await lab.watch((s) => s.source === 'replay' && s.finished, 'the recording ends').toBe(true);
 
-  // A twin with the figures of the model leaves the robot.
+  // A twin with the parameters of the model drifts away from the robot.
   await lab.show('settings');
   await lab.at('fit').locator('summary').click();
   await lab.at('twin').check();
@@ -29,7 +29,7 @@ test('wheels that err are fitted, and a twin with their figures stays with the r
   const [, , , , nominal = 0] = await twin();
   expect(nominal, 'the model is not this robot').toBeGreaterThan(0.4);
 
-  // The fit finds what the wheels err.
+  // The fit finds the errors of the wheels.
   await lab.at('fit-drive').click();
   await expect(lab.at('fit-table')).toContainText('Effective track width');
   const fit = await page.evaluate(() => (window as unknown as { slamlab: { fit: { settings: Record<string, number>; parameters: { name: string; sigma: number }[] } } }).slamlab.fit);
@@ -39,7 +39,7 @@ test('wheels that err are fitted, and a twin with their figures stays with the r
   const bend = ((settings['odometry.right'] ?? NaN) - (settings['odometry.left'] ?? NaN)) / WIDTH;
   expect(Math.abs(bend + VEER / COUNTED), `the tracks bend the way by ${bend} rad/m`).toBeLessThan(0.004);
 
-  // With its figures the twin stays, and the robot's own odometry is put right.
+  // With the fitted parameters the twin stays, and the robot's own odometry is corrected.
   await lab.at('fit-use').click();
   await expect(lab.at('fit-used')).toContainText('fit of laps.log');
   await expect.poll(async () => (await twin())[4] ?? NaN, { message: 'the twin stays with the robot', timeout: 60_000 }).toBeLessThan(0.25);

@@ -1,12 +1,12 @@
-// How many pictures a second the page of the fleet draws while 10, 30 and 100 robots drive on it.
-// `npx playwright test --config measure.config.ts fleet` runs it. Chromium draws without a graphics
-// card here: that counts too.
+// How many frames per second the page of the fleet draws while 10, 30 and 100 robots drive on it.
+// Run it with `npx playwright test --config measure.config.ts fleet`. Chromium draws without a
+// graphics card here, which counts too.
 import { writeFileSync } from 'node:fs';
 import { expect, test } from './fixture.ts';
 import { SimulatedFleet } from './fleet.ts';
 import { picturesDuring, quantile } from './trace.ts';
 
-/** How long each is measured, s. */
+/** Duration of each measurement, s. */
 const LONG = 10;
 const LEAST_PICTURES = 30;
 
@@ -19,7 +19,7 @@ test('a hundred robots are drawn thirty times a second', async ({ page, browser,
     await expect(page.locator('li')).toHaveCount(count);
     const { work, gaps } = await picturesDuring(browser, page, () => page.waitForTimeout(1000 * LONG));
     expect(problems).toEqual([]);
-    // A page that still asks while nobody answers would be told so by the browser.
+    // If the page still asked while nobody answers, the browser would report errors.
     await page.goto('about:blank');
     await page.unrouteAll({ behavior: 'ignoreErrors' });
     problems.length = 0;

@@ -1,4 +1,4 @@
-// The page of many robots: what is urgent comes first, each is found, shown and stopped.
+// The page of many robots: urgent ones come first, and each is found, shown and stopped.
 import { AxeBuilder } from '@axe-core/playwright';
 import { expect, test } from './fixture.ts';
 import { robot, SimulatedFleet } from './fleet.ts';
@@ -10,7 +10,7 @@ test('what needs somebody comes first, and each is found by name @phone', async 
   Object.assign(fleet.robots[7]!.safety!, { emergency: true, armed: false, reason: 'emergency-stop' });
   Object.assign(fleet.robots[9]!, { heard: -5 });
   Object.assign(fleet.robots[11]!, { pose_state: 'lost' });
-  // Of a bridge that has just started the link came up; nobody was driving.
+  // A bridge that has just started: the link came up, and nobody was driving.
   Object.assign(fleet.robots[1]!.safety!, { armed: false, reason: 'link', driver: '' });
   Object.assign(fleet.robots[2]!.safety!, { armed: false, reason: 'link', driver: 'anna' });
   await fleet.serve(page);
@@ -70,7 +70,7 @@ test('the page may do no more than it has to: neither modules of machine code no
       try {
         new Worker('worker.js').onmessage = () => tell('it runs');
       } catch {
-        // The event tells.
+        // The event reports it.
       }
     });
     return [compiled, worker];

@@ -1,4 +1,4 @@
-// A fleet as a bridge at a router tells of it, in its stead: the tests' own bridge has no router.
+// A simulated fleet, as a bridge at a router reports it: the tests' own bridge has no router.
 import type { Page } from '@playwright/test';
 
 export interface Told {
@@ -27,7 +27,7 @@ export class SimulatedFleet {
         const pose = told.pose && [told.pose[0] + Math.cos(way), told.pose[1] + Math.sin(way), way + Math.PI / 2];
         return { ...told, pose, heard: told.heard < 0 ? now + 1e6 * told.heard : now, alert: told.alert && { ...told.alert, heard: now } };
       });
-      // Whoever drives is told in short, as a bridge does.
+      // A robot that only drives is reported in short form, as by a bridge.
       const isShort = this.moves && new URL(route.request().url()).searchParams.get('since') !== '0';
       const moved = robots.map(({ name, heard, pose, pose_heard }) => ({ name, heard, pose, pose_heard }));
       return route.fulfill({ json: { revision, now, left_out: 0, connected: true, robots: isShort ? [] : robots, moved: isShort ? moved : [] } });

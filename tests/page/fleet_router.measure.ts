@@ -1,8 +1,8 @@
-// The page of the fleet with nothing played: a router, three bridges and a driver, each in a
+// The page of the fleet with nothing simulated: a router, three bridges and a driver, each in a
 // process of its own, and the page of one bridge, which sees and stops them all.
 //
-// `cargo xtask report fleet` builds the programs and runs it: a bridge with Zenoh takes minutes to
-// compile, so `cargo xtask test` has no part in it.
+// `cargo xtask report fleet` builds the programs and runs it. A bridge with Zenoh takes minutes to
+// compile, so `cargo xtask test` does not include it.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -15,9 +15,9 @@ import { Driver, killAll, Router } from './router.ts';
 const NAMES = ['anna', 'berta', 'clara'] as const;
 /** How often a robot is driven and stopped. */
 const ROUNDS = 6;
-/** From the press to a driver that is told, at most, ms. */
+/** At most, from the press until the driver is told, ms. */
 const TOLD = 200;
-/** From the press until the page shows it: it asks five times a second, and draws, ms. */
+/** At most, from the press until the page shows it, ms: it asks five times a second, and draws. */
 const SHOWN = 1000;
 
 const test = base.extend<{ folder: string; robots: { bridge: Bridge; token: string }[]; router: Router }>({
@@ -61,13 +61,13 @@ test('three robots are seen by name, stopped from another’s page, and missed w
   const told: number[] = [];
   const shown: number[] = [];
   for (let round = 0; round < ROUNDS; round += 1) {
-    // By turns one alone, and all.
+    // Alternately one alone, and all.
     const alone = round % 2 === 0;
     const [name, { token }] = alone ? ['anna', anna] as const : ['clara', clara] as const;
     const driver = await Driver.drives(router, name, token);
     await expect(row(page, name)).toHaveAttribute('data-state', 'driving');
     await expect(row(page, alone ? 'clara' : 'anna')).toHaveAttribute('data-state', 'standing');
-    // Where the press arrives, so that what Playwright does before is not counted.
+    // Measured from where the press arrives, to exclude the work of Playwright before it.
     const button = page.getByRole('button', { name: alone ? 'Stop anna' : 'Stop all' });
     const pressed = button.evaluate((element) => new Promise<number>((done) => element.addEventListener('click', () => done(Date.now()), { once: true, capture: true })));
     const standing = page.evaluate((name) => new Promise<number>((done) => {
@@ -83,7 +83,7 @@ test('three robots are seen by name, stopped from another’s page, and missed w
     await expect(page.getByRole('status')).toContainText(alone ? 'Stop was sent to anna' : 'Stop was sent to all robots');
   }
 
-  // A process that dies takes its robot from the router, and the page says so.
+  // A process that dies takes its robot off the router, and the page says so.
   const died = Date.now();
   await clara.bridge.stop('SIGKILL');
   await expect(row(page, 'clara')).toHaveAttribute('data-state', 'away');
@@ -99,10 +99,10 @@ test('three robots are seen by name, stopped from another’s page, and missed w
   expect(problems, 'nothing went wrong until here').toEqual([]);
   await page.getByRole('button', { name: 'Stop all' }).click();
   await expect(page.getByRole('status')).toContainText('Stop was NOT sent');
-  // The refusal above, which the browser notes.
+  // The refusal above, noted by the browser.
   for (const problem of problems.splice(0)) expect(problem).toContain('503');
 
-  // And comes back, with whoever is alive.
+  // It comes back, with the robots that are still alive.
   const back = Date.now();
   await Router.start(router.endpoint);
   await expect(page.locator('header')).toContainText('2 of 3 robots here', { timeout: 30_000 });
@@ -112,7 +112,7 @@ test('three robots are seen by name, stopped from another’s page, and missed w
   await expect(row(page, 'clara')).toHaveAttribute('data-state', 'away');
 
   expect(problems, 'nothing went wrong until here').toEqual([]);
-  // Whoever still asks while its bridge ends is told so by the browser.
+  // If a page still asks while its bridge ends, the browser reports it.
   await page.close();
   problems.length = 0;
 

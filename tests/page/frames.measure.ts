@@ -1,6 +1,6 @@
-// How long the page's main thread works for each picture while a recording plays at 50 times its
-// speed. `cargo xtask report page-frames` asks for it and reads the figures that it leaves.
-// Chromium draws without a graphics card here: that counts too.
+// How long the page's main thread works for each frame while a recording plays at 50 times its
+// speed. `cargo xtask report page-frames` runs it and reads the figures that it writes. Chromium
+// draws without a graphics card here, which counts too.
 import { existsSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';
@@ -9,9 +9,9 @@ import { picturesDuring, quantile } from './trace.ts';
 const LOG = 'intel/intel.clf';
 const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
 const SPEED = '50';
-/** How long it plays before it is measured, and how long that takes, s. */
+/** How long it plays before the measurement, and how long that takes, s. */
 const [BEFORE, LONG] = [10, 20];
-/** At 60 pictures a second there is so much time for one, ms. */
+/** The time for one frame at 60 per second, ms. */
 const MOST_WORK = 1000 / 60;
 
 test.use({ drawnWith: 'auto' });

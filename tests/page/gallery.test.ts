@@ -1,4 +1,4 @@
-// The gallery: experiments that begin by a click, and show what they say.
+// The gallery: experiments that begin by a click, and show what they promise.
 import { EXHIBITS } from '../../www/src/gallery.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -23,7 +23,7 @@ test('each of a dozen experiments begins, and says what to watch', async ({ lab 
     const settings = (await lab.state()).setup.settings;
     expect(settings, name).toEqual(setup.settings ?? {});
   }
-  // Another run is another story.
+  // Another run has another story.
   await lab.enter('arena');
   await expect(lab.at('exhibit')).toHaveCount(0);
 });
@@ -95,7 +95,7 @@ test('a world and a sensor that are chosen at once both count', async ({ lab, pa
   });
   await expect.poll(async () => (await lab.state()).setup.world).toBe('arena');
   expect((await lab.state()).setup.sensor).toBe('sick');
-  // What was asked for once does not come again.
+  // An earlier request does not come back.
   await lab.at('world').selectOption('office');
   await expect.poll(async () => (await lab.state()).setup.world).toBe('office');
   await lab.at('sensor').selectOption('lidar');

@@ -1,4 +1,4 @@
-// What the grid can show: how sure it is, three tones, and fields of it with a scale in metres.
+// The views of the grid: certainty, three tones, and fields with a scale in metres.
 import { expect, test } from './fixture.ts';
 
 test('fields of the grid are shown, read out under the pointer, and explained by a scale', { tag: '@phone' }, async ({ lab, page, hasTouch }) => {

@@ -1,18 +1,18 @@
-// The hands of a person in the stories: a tabulator that goes on until it is there, a thumb that
-// stays down.
+// The hands of a person in the stories: pressing Tab until a control is reached, holding a thumb
+// down.
 import { expect, type Locator, type Page } from '@playwright/test';
 
-/** More stops than the page has with everything open. */
+/** More tab stops than the page has with everything open. */
 const MOST_STOPS = 160;
 
-/** What has the focus, through the shadow roots: its test id, or its name. */
+/** What has the focus, looking through shadow roots: its test id, or its name. */
 export const focused = (page: Page): Promise<string> => page.evaluate(() => {
   let element = document.activeElement;
   while (element?.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
   return element?.getAttribute('data-testid') ?? element?.getAttribute('aria-label') ?? '';
 });
 
-/** Goes on by the tabulator until it is at the control; forwards, as somebody does who cannot see
+/** Presses Tab until the control has the focus; always forwards, as somebody does who cannot see
     where it is. */
 export async function tabTo(page: Page, id: string): Promise<void> {
   for (let i = 0; i < MOST_STOPS; i += 1) {
@@ -22,13 +22,13 @@ export async function tabTo(page: Page, id: string): Promise<void> {
   throw new Error(`the tabulator does not reach ${id}`);
 }
 
-/** The same, and presses what is there. */
+/** The same, and then presses a key there. */
 export async function pressAt(page: Page, id: string, key = 'Enter'): Promise<void> {
   await tabTo(page, id);
   await page.keyboard.press(key);
 }
 
-/** A thumb on the middle of `control`, pushed by (x, y) px until `isEnough`, and lifted. */
+/** Holds a thumb on the middle of `control`, pushes by (x, y) px until `isEnough`, and lifts. */
 export async function pushUntil(control: Locator, [x, y]: readonly [number, number], isEnough: () => Promise<void>): Promise<void> {
   await expect(control).toBeVisible();
   const box = (await control.boundingBox())!;

@@ -1,5 +1,5 @@
-// Files that mean no good, one after the other in each kind that the page opens: none hangs it,
-// runs a script in it or ends what is shown, and each is answered in words.
+// Malicious files of each kind that the page opens: none hangs it, runs a script in it or ends what
+// is shown, and each is answered in words.
 import { readFileSync } from 'node:fs';
 import { gzipSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
@@ -9,7 +9,7 @@ import { record } from './recording.ts';
 const bag = (name: string): Buffer => readFileSync(new URL(`../../core/src/format/ros/files/${name}`, import.meta.url));
 const room = readFileSync(new URL('../../core/src/format/revolution_log/room.txt', import.meta.url));
 
-/** A good file of each kind: what is done to it is what is wrong. */
+/** A good file of each kind, to be spoilt. */
 const KINDS: readonly [name: string, good: Buffer][] = [
   ['log.clf', Buffer.from(record(5).text)],
   ['packed.clf.gz', gzipSync(record(5).text)],
@@ -23,7 +23,7 @@ const KINDS: readonly [name: string, good: Buffer][] = [
   ['OGmap.txt', Buffer.from(`3 2 0.1 0 0\n${'0.1 0.9 0.5\n'.repeat(2)}`)],
 ];
 
-/** As random as it needs to be, and the same each time. */
+/** Random enough, and the same each time. */
 function noise(length: number): Buffer {
   let state = 0x9e3779b9;
   return Buffer.from(Uint8Array.from({ length }, () => {
@@ -35,7 +35,7 @@ function noise(length: number): Buffer {
 const asText = (change: (text: string) => string) => (good: Buffer): Buffer => Buffer.from(change(good.toString('latin1')), 'latin1');
 const INJECTED = '<img src=x onerror="window.isHacked=1"><script>window.isHacked=1</script>';
 
-/** `isHopeless`: nothing can be made of it, whatever kind it says it is. */
+/** `isHopeless`: nothing can be made of it, whatever kind it claims to be. */
 const WRONGS: readonly { what: string; isHopeless: boolean; spoil: (good: Buffer) => Buffer }[] = [
   { what: 'empty', isHopeless: true, spoil: () => Buffer.alloc(0) },
   { what: 'one byte', isHopeless: true, spoil: (good) => good.subarray(0, 1) },
@@ -50,7 +50,7 @@ const WRONGS: readonly { what: string; isHopeless: boolean; spoil: (good: Buffer
   { what: 'bytes that are no text', isHopeless: false, spoil: (good) => Buffer.concat([good.subarray(0, good.length >> 1), Buffer.from([0xff, 0xfe, 0, 0xc3]), good.subarray(good.length >> 1)]) },
 ];
 
-/** What the page made of a file: what it said, or the run or pose graph that it opened. */
+/** Whether the page refused a file in words, or opened it as a run or pose graph. */
 async function answer(lab: Lab, name: string): Promise<'refused' | 'opened'> {
   let made: 'refused' | 'opened' | null = null;
   await expect.poll(async () => {
@@ -62,7 +62,7 @@ async function answer(lab: Lab, name: string): Promise<'refused' | 'opened'> {
   return made!;
 }
 
-/** Nothing of what stands in a file became part of the page. */
+/** No content of a file became part of the page. */
 async function unharmed(lab: Lab): Promise<void> {
   expect(await lab.page.evaluate(() => (window as { isHacked?: number }).isHacked), 'no script ran').toBeUndefined();
 }

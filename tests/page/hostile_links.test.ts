@@ -1,5 +1,4 @@
-// Addresses that mean no good: no script, no hang, and each is answered in words; the run that is
-// there goes on.
+// Malicious addresses: no script, no hang, and each is answered in words; the present run goes on.
 import { deflateRawSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -78,7 +77,7 @@ test('an address of 10 MB is refused as too long, at once', async ({ lab, page }
   await lab.open();
   for (const begins of [`${GOOD}&set=`, 'world=']) {
     const says = await page.evaluate(async (begins) => {
-      // As long as the browser lets an address be.
+      // As long as the browser allows an address to be.
       for (const length of [10_000_000, 1_500_000]) {
         location.hash = begins + 'x'.repeat(length);
         if (location.hash.length > length) return true;
@@ -110,7 +109,7 @@ test('an address that names nothing is told of when the page is opened by it', a
       expect((await lab.state()).title, 'there is a run all the same').toBe('office');
     });
   }
-  // Nor does one that is changed while the page is open fall silently.
+  // One that is changed while the page is open is answered too.
   await page.keyboard.press('Escape');
   await page.evaluate(() => (location.hash = 'rubbish'));
   await lab.says('The address ends in #rubbish');

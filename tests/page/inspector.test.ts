@@ -1,10 +1,10 @@
-// The inspector: whatever is clicked tells its numbers, which are held against the exported map and
-// the walls of the built-in world; by mouse, by touch and by keys; and no click of it drives.
+// The inspector: whatever is clicked shows its numbers, which are compared with the exported map
+// and the walls of the built-in world; by mouse, by touch and by keys; and no click of it drives.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** `arena` is 5 x 4 m and the robot begins 0.6 m and 0.7 m from two of its walls, along x: so the
+/** `arena` is 5 x 4 m and the robot begins 0.6 m and 0.7 m from two of its walls, along x. So the
     outer walls are these lines of the map, α in degrees and r in m. */
 const OUTER = [[0, 4.4], [90, 3.3], [180, 0.6], [-90, 0.7]] as const;
 
@@ -17,14 +17,14 @@ interface Inside {
 const inside = <T>(lab: Lab, read: (inside: Inside) => T): Promise<T> =>
   lab.page.evaluate((read) => (0, eval)(`(${read})`)((window as unknown as { slamlab: Inside }).slamlab) as T, read.toString());
 
-/** The number that a figure begins with, in m or in its own unit. */
+/** The number at the beginning of a figure, in m or in its own unit. */
 async function figure(lab: Lab, id: string): Promise<number> {
   const text = (await lab.at(id).innerText()).replaceAll('−', '-');
   const [, digits = '', unit = ''] = /^[±+]?(-?[\d.]+)\s*(\S*)/.exec(text) ?? [];
   return Number(digits) * (unit === 'cm' ? 0.01 : 1);
 }
 
-/** A run in the arena that has seen something, and waits. */
+/** A run in the arena that has seen something, and is paused. */
 async function looked(lab: Lab): Promise<void> {
   await lab.open();
   await lab.show('run');
@@ -34,7 +34,7 @@ async function looked(lab: Lab): Promise<void> {
   await lab.pause();
 }
 
-/** Walls of the map by how long their known part is, the longest first. */
+/** Walls of the map by the length of their known part, the longest first. */
 const walls = async (lab: Lab): Promise<{ id: number; ends: number[] }[]> => {
   const all = await inside(lab, ({ landmarks, wall }) => landmarks.filter((l) => l.kind === 'wall').map(({ id }) => ({ id, ends: wall(id) ?? [] })));
   const length = ({ ends: [x1 = 0, y1 = 0, x2 = 0, y2 = 0] }: { ends: number[] }): number => Math.hypot(x2 - x1, y2 - y1);
@@ -51,7 +51,7 @@ test('a cell has the probability that the exported map has', async ({ lab, page 
   expect([p.length, p[0]?.length]).toEqual([height, width]);
   await lab.at('inspect').click();
   await expect(lab.at('robot-title')).toHaveText('The robot');
-  // A cell that is surely free, the surest wall, and one of which nothing is known.
+  // A cell that is certainly free, the most certain wall, and an unknown one.
   const cells = p.flatMap((row, y) => row.map((value, x) => ({ x: left + (x + 0.5) * side, y: low + (y + 0.5) * side, value })));
   const away = ({ x, y }: { x: number; y: number }): boolean => Math.hypot(x, y) > 0.5;
   const sorted = cells.filter(away).sort((a, b) => a.value - b.value);
@@ -88,7 +88,7 @@ test('a wall has the line of the world, and what would flip its match', async ({
   const [id, confidence] = await inside(lab, ({ thing, landmarks }) => [thing?.id, landmarks.find((l) => l.id === thing?.id)?.confidence]);
   expect(id).toBe(longest.id);
   await expect(lab.at('line-seen')).toHaveText(confidence === 0 ? 'once' : `${Number(confidence) + 1} times`);
-  // One of the walls is in the last scan, and was recognised in it.
+  // One of the walls was matched in the last scan.
   const matched = lab.at('line-match').filter({ hasText: 'recognised' });
   const scanned = matched.or(lab.at('line-unseen')).or(lab.at('line-match')).or(lab.at('line-rival')).first();
   for (const { id: wall } of await walls(lab)) {
@@ -101,7 +101,7 @@ test('a wall has the line of the world, and what would flip its match', async ({
   await expect(lab.at('flips').first().locator('li')).toHaveCount(4);
   await expect(lab.at('flips').first()).toContainText(/nearer by [\d.]+ c?m: (it would leave the gate|wall \d+ would explain it as well)/);
   await expect(lab.at('line')).toContainText('TDK 2016 eq. (3.10), (3.12), (3.13)');
-  // Nobody was sent anywhere.
+  // The robot was not sent anywhere.
   await lab.at('play').click();
   await lab.watch((s) => s.time, 'it goes on').toBeGreaterThan(before.time + 0.5);
   expect((await lab.status()).mode, 'a click that drives would end the exploration').toBe(before.mode);
@@ -112,8 +112,8 @@ test('a beam is held against the walls of the world, with its numbers in both se
   await lab.at('inspect').click();
   const hits = await page.evaluate(() => Array.from({ length: 400 }, (_, i) => (window as unknown as { slamlab: { hit(beam: number): [number, number] } }).slamlab.hit(i)).filter(([x]) => Number.isFinite(x)));
   const { x, y } = (await lab.status()) as unknown as { x: number; y: number };
-  // On the wall to the right, which is 4.4 m from where the robot began, or else to the left; where
-  // it is hit most squarely, for there it is known best.
+  // On the wall to the right, which is 4.4 m from the start, or else to the left; the hit nearest
+  // to perpendicular, because the wall is known best there.
   const [hit] = hits.filter(([x]) => Math.abs(x - 4.4) < 0.08 || Math.abs(x + 0.6) < 0.08).sort((a, b) => Math.abs(a[1] - y) - Math.abs(b[1] - y));
   if (!hit) throw new Error('no beam hit the wall');
   await lab.inspectAt('beam', ...hit);
@@ -155,7 +155,7 @@ test('what was pointed at comes out from under the card', async ({ lab, page }) 
   await looked(lab);
   const box = (await lab.at('map').boundingBox())!;
   await lab.stillCamera();
-  // Who moves the view has it stay; then a place at its left edge, where the card will be.
+  // Moving the view keeps it where it is; then point at its left edge, where the card will be.
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await page.mouse.wheel(0, -100);
   await lab.at('inspect').click();
@@ -218,7 +218,7 @@ test('by keys alone: what is near the robot, what lies under it, the cross, and 
   await expect.poll(async () => (await lab.status()).mode, 'and then it stops').toBe('manual');
 });
 
-/** Chooses a format to save, and saves. */
+/** Chooses a format, and saves. */
 async function save(lab: Lab, format: string): Promise<void> {
   await lab.save(format);
 }

@@ -1,5 +1,5 @@
-// The inspector where the robot is not simulated in the page: what is clicked tells its numbers in
-// a recording, and of a robot behind a bridge.
+// The inspector with a robot that is not simulated in the page: clicks show numbers of a recording,
+// and of a robot behind a bridge.
 import type { Lab } from './lab.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
@@ -15,7 +15,7 @@ const hitOf = (lab: Lab): Promise<[number, number]> =>
     return hits[hits.length >> 1] ?? [NaN, NaN];
   });
 
-/** Robot, cell and beam have numbers; nothing is called true where no truth is known. */
+/** Robot, cell and beam have numbers; nothing is called true if no truth is known. */
 async function isInspected(lab: Lab): Promise<void> {
   await lab.at('inspect').click();
   const { x, y } = await lab.status();

@@ -1,5 +1,5 @@
-// A robot that is carried off by the page's button: it shows where it may be, says that its pose is
-// not to be believed, and finds itself again.
+// A robot that is carried elsewhere by the page's button: it shows where it may be, reports that
+// its pose is unreliable, and localises itself again.
 import { expect, test } from './fixture.ts';
 
 test('a kidnapped robot shows where it may be, and says so, until it is found again', async ({ lab, page }) => {

@@ -1,6 +1,6 @@
-// A browser that is killed while its person drives: a real process, with SIGKILL, so that nothing
-// of the page can say farewell. The robot (the real firmware, by the registers of its motors)
-// stands within the bounds, and the recording holds all that was reported.
+// A browser that is killed while its person drives: a real process, with SIGKILL, so that the page
+// cannot close its connection. The robot (the real firmware, by the registers of its motors) stops
+// within the bounds, and the recording holds everything reported.
 import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
@@ -11,11 +11,11 @@ import { expect, test } from './fixture.ts';
 import { Lab } from './lab.ts';
 import { PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
-/** The bridge's watchdog on driving, and the firmware's own, s: the worst is one after the
+/** The bridge's watchdog on driving, and the firmware's own, s: in the worst case one after the
     other. */
 const BOUND = 0.25 + 0.4;
-/** Where the machine keeps the bridge waiting, an order may be so old as its driver allows, s,
-    before the firmware's own watchdog begins. */
+/** If the machine starves the bridge, a command may be as old as its driver allows, s, before the
+    firmware's own watchdog begins. */
 const BOUND_OF_A_STARVED_BRIDGE = 0.4 + 0.4;
 
 test('a browser that is killed while it drives stops the robot, and the recording holds all', async ({ page }, info) => {
@@ -32,7 +32,7 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     const lab = new Lab(await browser.newPage({ viewport: { width: 1280, height: 800 } }));
     await lab.page.goto(`${bridge.url}#token=${(await readFile(token, 'utf8')).trim()}`);
     await turnByHand(lab, robot);
-    // The bridge tells it once a second.
+    // The bridge reports it once a second.
     const recordedNow = async () => (await lab.bridge())?.recorded;
     await expect.poll(recordedNow, { ...PATIENCE, message: 'it is recorded' }).toBeGreaterThan(0);
     const recorded = (await recordedNow()) ?? NaN;
@@ -40,7 +40,7 @@ test('a browser that is killed while it drives stops the robot, and the recordin
     const before = performance.now();
     await robot.mark();
     victim.process().kill('SIGKILL');
-    // Until then it drove: not more of the robot's own time than of ours.
+    // Until then it drove; its own clock shows no more time than ours.
     const drove = (performance.now() - before) / 1000;
     await expect.poll(async () => (await robot.facts()).stopped_after ?? null, { ...PATIENCE, message: 'it stands' }).not.toBeNull();
     const { stopped_after } = await robot.facts();
@@ -65,9 +65,9 @@ test('a browser that is killed while it drives stops the robot, and the recordin
   expect(page.isClosed(), 'the browser of these tests is another').toBe(false);
 });
 
-/** The bridge's own messages in a whole MCAP file, those for other programs left out. Format by
-    mcap.dev/spec: magic, records of a kind (4: a channel, 5: a message), a length and a content,
-    magic. */
+/** The number of the bridge's own messages in a complete MCAP file, without those for other
+    programs. Format by mcap.dev/spec: magic, records of a kind (4: a channel, 5: a message), a
+    length and a content, magic. */
 function messagesIn(file: Buffer): number {
   const magic = Buffer.from('\x89MCAP0\r\n', 'latin1');
   expect(file.subarray(0, 8)).toEqual(magic);

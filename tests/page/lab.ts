@@ -1,7 +1,6 @@
 // The page in a user's hands: what the tests do and see, in the user's words.
 //
-// What the page shows is asserted where a user sees it; `window.slamlab` tells the numbers to wait
-// for.
+// Tests assert what a user sees; `window.slamlab` provides the numbers to wait for.
 import { expect, type Locator, type Page } from '@playwright/test';
 import { filesIn } from './archive.ts';
 import type { BridgeState } from '../../www/src/protocol/devices.ts';
@@ -20,7 +19,7 @@ interface Window {
     setup: Setup;
     grade: Grade | null;
     method: string;
-    /** Walls that light up. */
+    /** Highlighted walls. */
     spot: { hovered: number[]; pinned: number | null };
     seq: number;
     blocks: number;
@@ -35,12 +34,12 @@ interface Window {
   };
 }
 
-/** The view stands when it has not moved for this time, ms: it is fitted again every 300. */
+/** The view counts as still after this time without motion, ms: it is refitted every 300. */
 const STANDS = 450;
 
 export type Panel = 'run' | 'status' | 'plots' | 'filter' | 'paths' | 'settings' | 'layers' | 'log';
 
-/** What can be read of the page without a function call. */
+/** What can be read from the page without a function call. */
 export type State = Omit<Window['slamlab'], 'toScreen' | 'wall'>;
 
 export class Lab {
@@ -49,7 +48,7 @@ export class Lab {
   /** Opens the page and waits until the robot has looked around. */
   async open(address = '/'): Promise<void> {
     await this.page.goto(address);
-    // It begins only once its language is there, unless that is English.
+    // It begins only once its language is loaded, unless that is English.
     const scans = async () => ((await this.page.evaluate(() => 'slamlab' in window)) ? (await this.state()).status?.scans ?? 0 : 0);
     await expect.poll(scans, 'the robot scans').toBeGreaterThan(0);
   }
@@ -68,7 +67,7 @@ export class Lab {
     });
   }
 
-  /** What the page knows of the bridge behind which its robot is. */
+  /** What the page knows of its robot's bridge. */
   bridge(): Promise<BridgeState | null> {
     return this.page.evaluate(() => (window as unknown as { slamlab: { bridge: BridgeState | null } }).slamlab.bridge);
   }
@@ -81,7 +80,7 @@ export class Lab {
     return status!;
   }
 
-  /** Polls a number or a word of the state. */
+  /** Polls a number or a word of the status. */
   watch<T>(read: (status: Status) => T, message: string, timeout = 30_000) {
     return expect.poll(async () => read(await this.status()), { message, timeout, intervals: [50, 100, 200] });
   }
@@ -92,19 +91,19 @@ export class Lab {
     if ((await tab.isVisible()) && (await tab.getAttribute('aria-pressed')) !== 'true') await tab.click();
   }
 
-  /** What there is for submaps, saved and prior maps, which is folded until one is in use. */
+  /** Opens the fold with submaps, saved and prior maps. */
   async showMaps(): Promise<void> {
     await this.show('run');
     if (!(await this.page.locator('slam-maps details').evaluate((fold: HTMLDetailsElement) => fold.open))) await this.at('maps').click();
   }
 
-  /** Shuts the sheet of a phone, so that the map is free. */
+  /** Closes the sheet of a phone, so that the map is free. */
   async hidePanels(): Promise<void> {
     const open = this.page.locator('slam-tabs [aria-pressed="true"]').filter({ visible: true });
     if (await open.isVisible()) await open.click();
   }
 
-  /** Starts a run in another world, as fast as it goes or at the given speed. */
+  /** Starts a run in another world, as fast as possible or at the given speed. */
   async enter(world: string, speed = 'Infinity'): Promise<void> {
     await this.at('speed').selectOption(speed);
     await this.show('run');
@@ -118,7 +117,7 @@ export class Lab {
     await this.at('speed').selectOption(factor);
   }
 
-  /** Saves this alone by the dialog, once it was collected. */
+  /** Saves only these by the dialog, once they are collected. */
   async save(...kinds: string[]): Promise<void> {
     await this.show('run');
     await this.at('save').click();
@@ -128,7 +127,7 @@ export class Lab {
     await expect(this.at('saving')).toBeHidden();
   }
 
-  /** Saves the map for ROS by the dialog: its PGM and its YAML, as they are given back. */
+  /** Saves the map for ROS by the dialog: its PGM and its YAML, as the page accepts them. */
   async savedMap(): Promise<{ name: string; mimeType: string; buffer: Buffer }[]> {
     const coming = this.page.waitForEvent('download');
     await this.save('map');
@@ -137,7 +136,7 @@ export class Lab {
     return files;
   }
 
-  /** The message says that; words of programs, which it shows as code, stand between backticks. */
+  /** Checks the text of the message; code in it is compared between backticks. */
   async says(words: string | RegExp, what = 'the message'): Promise<void> {
     const read = (): Promise<string | null> => this.at('toast').evaluate((element) => {
       const copy = element.cloneNode(true) as Element;
@@ -148,7 +147,7 @@ export class Lab {
     await (typeof words === 'string' ? said.toContain(words) : said.toMatch(words));
   }
 
-  /** Steps through what lies at a place of the map until the inspector shows one of this kind. */
+  /** Steps through the things at a place of the map until the inspector shows one of this kind. */
   async inspectAt(kind: string, x: number, y: number): Promise<void> {
     await this.pointAt(x, y, false);
     for (let more = 0; more < 9 && (await this.at(`${kind}-title`).count()) === 0; more += 1) await this.at('inspect-next').click();
@@ -159,14 +158,14 @@ export class Lab {
   async pause(): Promise<void> {
     // A run that has ended meanwhile stands still, and cannot be paused.
     const ended = async (): Promise<boolean> => (await this.status()).finished;
-    // One that ends just now has no such button any more.
+    // A run that is just ending loses this button.
     if ((await this.state()).playing && !(await ended())) await this.at('play').click({ timeout: 5_000 }).catch(() => {});
-    // A picture that was made while it stands tells no pace: no scan comes after it.
+    // A frame made while the run stands has no pace: no scan comes after it.
     const stands = async (): Promise<boolean> => !(await this.state()).playing && Number.isNaN((await this.status()).realTimeFactor);
     await expect.poll(async () => (await stands()) || (await ended())).toBe(true);
   }
 
-  /** Clicks or taps the place of the map at which the point lies, map frame, m. */
+  /** Clicks or taps a point of the map, map frame, m. */
   async pointAt(x: number, y: number, touch: boolean): Promise<void> {
     await this.stillCamera();
     const box = await this.at('map').boundingBox();
@@ -187,7 +186,7 @@ export class Lab {
     return [(x1 + x2) / 2, (y1 + y2) / 2];
   }
 
-  /** What is drawn of the map, without what lies over it, as the bytes of a PNG. */
+  /** The picture of the map, without elements over it, as the bytes of a PNG. */
   async picture(): Promise<string> {
     return this.page.evaluate(() => {
       const { picture } = (window as unknown as { slamlab: { picture: ImageData } }).slamlab;
@@ -197,8 +196,8 @@ export class Lab {
     });
   }
 
-  /** The part of the pixels drawn in either of two such pictures in which they differ clearly;
-      `turned`: the second one upside down, around a point. */
+  /** The part of the pixels drawn in either of two such pictures that differ clearly; `turned`: the
+      second one is upside down, turned around a point. */
   async differing(first: string, second: string, turned: readonly [number, number] | null = null): Promise<{ part: number; drawn: number }> {
     return this.page.evaluate(async ([first, second, turned]) => {
       const pixelsOf = async (url: string): Promise<ImageData> => {
@@ -216,7 +215,7 @@ export class Lab {
           const [bx, by] = turned ? [Math.round(2 * turned[0] - x - 1), Math.round(2 * turned[1] - y - 1)] : [x, y];
           if (bx < 0 || by < 0 || bx >= b.width || by >= b.height) continue;
           const [i, j] = [4 * (y * a.width + x), 4 * (by * b.width + bx)];
-          // As it is seen over a middle grey.
+          // As it looks over a middle grey.
           const seen = (data: Uint8ClampedArray, at: number, k: number): number => 128 + ((data[at + k]! - 128) * data[at + 3]!) / 255;
           if (a.data[i + 3]! > 100 || b.data[j + 3]! > 100) drawn += 1;
           if ([0, 1, 2].some((k) => Math.abs(seen(a.data, i, k) - seen(b.data, j, k)) > 60)) off += 1;
@@ -226,8 +225,8 @@ export class Lab {
     }, [first, second, turned] as const);
   }
 
-  /** The view glides while the map grows, and is fitted again now and then: waits until it has
-      stood for longer than that takes. */
+  /** The view glides while the map grows, and is refitted now and then: waits until it has stood
+      still for longer than the interval of that. */
   async stillCamera(): Promise<void> {
     let before = '';
     let since = 0;
@@ -239,8 +238,8 @@ export class Lab {
     }, { message: 'the view stands still', intervals: [100] }).toBe(true);
   }
 
-  /** The robot stands: it makes no way in a simulated second, or the run itself stands, as where it
-      came to its goal first. */
+  /** Waits until the robot stands: it makes no way in a simulated second, or the run itself stands,
+      for example at its goal. */
   async standsStill(): Promise<void> {
     let before = { time: -Infinity, distance: NaN };
     await expect.poll(async () => {

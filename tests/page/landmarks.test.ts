@@ -1,4 +1,4 @@
-// Landmarks of the filter: corners and posts beside walls, confidence that grows in circles, and
+// Landmarks of the filter: corners and posts besides walls, circles that grow with confidence, and
 // how well they are found again over the gate.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
@@ -53,7 +53,7 @@ test('how well landmarks are found again is drawn over the gate, and the gate th
   const curve = await lab.at('refinding').locator('polyline').getAttribute('points');
   const places = curve!.split(' ').map((place) => place.split(',').map(Number) as [number, number]);
   expect(places.length, 'a place for each gate').toBeGreaterThan(20);
-  // Up and to the right: x are false positives, y counts from above.
+  // The curve rises to the right: x are false positives; y counts from the top.
   for (const [i, [x, y]] of places.entries()) {
     const [x0, y0] = places[i - 1] ?? [0, 100];
     expect(x).toBeGreaterThanOrEqual(x0);

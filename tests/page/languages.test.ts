@@ -1,4 +1,4 @@
-// Each language from the first visit to a lesson: nothing of the catalogue stands there in English,
+// Each language from the first visit to a lesson: no text of the catalogue is shown in English,
 // nothing overflows, and a run goes on when the language changes.
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
@@ -10,12 +10,12 @@ import { expect, test } from './fixture.ts';
 import { drop, type Panel } from './lab.ts';
 
 const LANGUAGES = { hu, cs, pl } as const;
-/** Words that no text of another language has; names of files, papers and programs may. */
+/** Words that occur in no other language; names of files, papers and programs may contain them. */
 const ENGLISH = /(?<![\p{L}-])(the|of|and|with|which|where|from|this|that|are|for|not|its)(?![\p{L}-])/u;
-/** What is said as it is in every language. */
+/** Texts that are the same in every language. */
 const NAMES = /Neira|RRT|evaluate --truth|slamlab-bridge|Web Serial|ROS|gmapping|pure pursuit|CARMEN|Fox, Burgard|corrupt gzip stream/;
 
-/** Of each way in which files and links are most often wrong, one. */
+/** One example of each common error in files and links. */
 const WRONG_FILES: readonly [name: string, bytes: string | Buffer][] = [
   ['photo.log', Buffer.from([0xff, 0xd8, 0xff, 0xe0, 0, 16])],
   ['drive.bag', 'SQLite format 3\0'],
@@ -28,7 +28,7 @@ const WRONG_FILES: readonly [name: string, bytes: string | Buffer][] = [
 ];
 const WRONG_LINKS = ['run&world=moon&sensor=lidar&method=line-ekf&seed=7', 'run&world=office', 'run&world=office&sensor=nose&method=line-ekf&seed=7', 'run&world=office&sensor=lidar&method=line-ekf&seed=99999999999'];
 
-/** What the page says anywhere, also in attributes that are read aloud. */
+/** All texts of the page, including attributes that are read aloud. */
 const told = (page: Page): Promise<string[]> => page.evaluate(() => {
   const texts: string[] = [];
   const visit = (root: ParentNode) => {
@@ -48,7 +48,7 @@ const told = (page: Page): Promise<string[]> => page.evaluate(() => {
 
 for (const [code, { SAID, HEARD }] of Object.entries(LANGUAGES)) {
   const table: Readonly<Record<string, unknown>> = { ...SAID, ...HEARD };
-  /** Nothing that is shown now is a sentence of the catalogue, nor reads like English. */
+  /** No visible text is a sentence of the catalogue, or reads like English. */
   const isTranslated = async (page: Page, place: string): Promise<void> => {
     const words = (await told(page)).filter((text) => !NAMES.test(text));
     const left = words.filter((text) => (Object.hasOwn(table, text) && table[text] !== text) || ENGLISH.test(text));
@@ -135,7 +135,7 @@ test('the language changes in the middle of a run, which goes on, and is kept', 
 test('a link may name the language, which is not kept', async ({ lab, page }) => {
   await lab.open('/?lang=pl');
   await expect(page.locator('html')).toHaveAttribute('lang', 'pl');
-  // What the page still fetches would be broken off.
+  // Requests under way would be aborted.
   await page.waitForLoadState('networkidle');
   await lab.open('/');
   await expect(page.locator('html')).toHaveAttribute('lang', 'en');
@@ -150,11 +150,11 @@ test('forms follow the number, places its sentence, and marks the language', () 
   const scans = (count: number | string) => czech.compose(['', ' scans'], [count]);
   expect([1, 3, 5, 0, '1,5', 22].map(scans)).toEqual(['1 sken', '3 skeny', '5 skenů', '0 skenů', '1,5 skenu', '22 skenů']);
   expect(czech.compose(['', ' of ', ''], [2, 'east'])).toBe('východ: 2');
-  // Told by worker or core: known by its sentence, with the decimal mark of the language.
+  // A message of worker or core: recognised by its sentence, with the decimal mark of the language.
   expect(czech.say('3.2 m to the east')).toBe('3,2 m na východ');
   expect(czech.say('Goal reached'), 'at the beginning of a sentence').toBe('Cíl dosažen');
   expect(czech.say('office.log')).toBe('office.log');
-  // The name of a file before what is wrong with it takes nothing away from the sentence.
+  // The name of a file before an error does not prevent the translation of the sentence.
   const file = new Translator('cs', { '{0}, or {1}': '{0}, nebo {1}', 'the file is damaged, or not all is here: {0}': 'soubor je poškozený, nebo není celý: {0}' }, ['{0}, or {1}', 'the file is damaged, or not all is here: {0}']);
   expect(file.say('a-b.gz: the file is damaged, or not all is here: checksum')).toBe('a-b.gz: soubor je poškozený, nebo není celý: checksum');
   const polish = new Translator('pl', { '{0} scans': { by: 0, one: '{0} skan', few: '{0} skany', many: '{0} skanów', other: '{0} skanu' } }, []);

@@ -1,17 +1,17 @@
-// A map as large as is promised, in place of a run: what stands in for the page's worker says that
-// a run has begun and sends one frame. All that draws it is the page's own.
+// A map of the promised size in place of a run: a stand-in for the page's worker reports that a run
+// has begun and sends one frame. All drawing is done by the page's own code.
 import type { Page } from '@playwright/test';
 import { BEAM_STRIDE, LANDMARK_STRIDE, LINE_STRIDE } from '../../www/pkg/layout.ts';
 
 export const LARGE = { cells: 4000, points: 100_000, features: 1000 } as const;
 
-/** What the worker would be; it runs there, so it knows nothing of this file but its arguments. */
+/** The worker's code; it runs there, so it knows nothing of this file but its arguments. */
 function worker({ cells, points, features, beamStride, lineStride, landmarkStride }: Readonly<Record<'cells' | 'points' | 'features' | 'beamStride' | 'lineStride' | 'landmarkStride', number>>): void {
   const resolution = 0.05;
   const blockCells = 64;
   const side = Math.ceil(cells / blockCells);
   const half = (cells * resolution) / 2;
-  // A number that looks random, the same each time.
+  // A pseudo-random number, the same each time.
   let state = 1;
   const chance = (): number => (state = (state * 48_271) % 2_147_483_647) / 2_147_483_647;
   const place = (): number => (2 * chance() - 1) * half;
@@ -54,11 +54,11 @@ function worker({ cells, points, features, beamStride, lineStride, landmarkStrid
   };
 }
 
-/** The page gets this map in place of a run. */
+/** Gives the page this map in place of a run. */
 export async function putLargeScene(page: Page): Promise<void> {
   const given = { ...LARGE, beamStride: BEAM_STRIDE, lineStride: LINE_STRIDE, landmarkStride: LANDMARK_STRIDE };
   await page.route('**/worker.js', async (route) => {
-    // With the headers of the server, or the page may not load it.
+    // With the server's headers, or the page may not load it.
     const response = await route.fetch();
     const { 'content-encoding': _packed, 'content-length': _length, ...headers } = response.headers();
     await route.fulfill({ status: 200, headers, body: `(${worker})(${JSON.stringify(given)});` });

@@ -1,4 +1,4 @@
-// What was under way when the page was left is there again on the next visit.
+// The run that was under way when the page was left is back on the next visit.
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record, RING } from './recording.ts';

@@ -1,4 +1,4 @@
-// Lessons: a run with a fault, mended as a person would, graded by what is measured.
+// Lessons: a run with a fault, repaired as a person would, and graded by measurements.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -8,7 +8,7 @@ const begin = async (lab: Lab, name: string): Promise<void> => {
   await expect(lab.at('lesson')).toBeVisible();
 };
 
-/** To the end of a try. */
+/** Waits for the end of an attempt. */
 const graded = async (lab: Lab): Promise<void> => {
   await lab.speed('Infinity');
   await expect.poll(async () => (await lab.state()).grade?.isOver, { timeout: 120_000 }).toBe(true);
@@ -58,7 +58,7 @@ for (const [lesson, ...groups] of [
       expect(hint).toMatch(new RegExp(`(?:Settings, |under )${group}(?::|,| what)`));
       await expect(lab.at(`settings-${group}`)).toBeVisible();
     }
-    // What is wrong is there: each setting that the lesson changed.
+    // The fault is visible: each setting that the lesson changed.
     for (const key of Object.keys((await lab.state()).setup.settings)) await expect(lab.at(`s-${key}`), key).toHaveCount(1);
   });
 }

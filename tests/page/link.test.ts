@@ -1,10 +1,10 @@
-// An experiment in a link: done again by somebody else, to the bit.
+// An experiment in a link: repeated by somebody else, to the bit.
 import { readFile } from 'node:fs/promises';
 import { deflateRawSync, inflateRawSync } from 'node:zlib';
 import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 
-/** Of a run in a world that was drawn; `same_run.rs` does the same run again natively, and in the
+/** The link of a run in a drawn world; `same_run.rs` repeats the same run natively, and in the
     browser without the page. */
 const DRAWN = (await readFile(new URL('../drawn_link.txt', import.meta.url), 'utf8')).trim();
 

@@ -1,5 +1,5 @@
 // A robot behind a bridge: the page finds it by itself, watches without the token, drives with it,
-// and outlives the bridge.
+// and survives a restart of the bridge.
 import { readFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { Bridge } from './bridge.ts';
@@ -29,12 +29,12 @@ test('a bridge that is private shows its robot to who has the token, and to nobo
   const file = join(folder, 'private');
   const bridge = await Bridge.start([...SOURCE, '--private', '--token-file', file]);
   const token = (await readFile(file, 'utf8')).trim();
-  // Nothing comes of it to wait for: it is refused.
+  // There is no effect to wait for: it is refused.
   await page.goto(bridge.url);
   await expect.poll(async () => (await state())?.connection).toBe('refused');
   await lab.open(`${bridge.url}?again#token=${token}`);
   await lab.watch((s) => s.scans, 'scans come').toBeGreaterThan(5);
-  // What is behind the bridge is not shown without the token, and the browser notes that.
+  // Without the token, what is behind the bridge is not shown, and the browser notes that.
   expect(problems.length).toBeGreaterThan(0);
   for (const problem of problems.splice(0)) expect(problem).toContain('403');
   await bridge.stop();
@@ -47,7 +47,7 @@ test('a page says whose right it has, and what became of it when that is taken a
   const wall = secretOf(await right(['add', 'wall', '--role', 'watcher']));
   expect(anna).not.toBe('');
   expect(anna).not.toBe(token);
-  // Until the running bridge has looked at the file, it knows nobody of that name.
+  // Until the running bridge has read the file again, it does not know this name.
   let tries = 0;
   await expect(async () => {
     tries += 1;
@@ -130,6 +130,6 @@ test('a bridge that is killed is found again, and the map stays', async ({ lab, 
   await lab.watch((s) => s.scans, 'scans go on').toBeGreaterThan(scans + 5);
   expect((await lab.state()).blocks).toBeGreaterThanOrEqual(blocks);
   await second.stop();
-  // The browser itself tells of each attempt that found nobody.
+  // The browser reports each failed attempt.
   problems.length = 0;
 });

@@ -1,5 +1,5 @@
-// The page comes up whole, fenced in, and fits the screen. What can be done with it is tested
-// beside this file.
+// The page loads completely, under its security policy, and fits the screen. The tests beside this
+// file cover its functions.
 import { expect, test } from './fixture.ts';
 
 test('the page loads without an error and names itself', { tag: '@phone' }, async ({ page, problems }) => {

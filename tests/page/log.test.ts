@@ -59,7 +59,7 @@ test('a log that is full keeps what stands alone, and drops the oldest leg', () 
   expect(log[1]).toEqual(leg(11));
   expect(linesOf(log).map(({ earlier }) => earlier.length)).toEqual([MOST_ENTRIES - 2, 0]);
   expect(listed(log, 'all', 'leg 1999', (text) => text)).toEqual([leg(1999)]);
-  // Where nothing can be spared the oldest goes.
+  // If no entry can be spared, the oldest is dropped.
   let alone: readonly LogEntry[] = [];
   for (let time = 0; time <= MOST_ENTRIES; time += 1) alone = withEntry(alone, { time, level: 'info', text: '' });
   expect(alone[0]!.time).toBe(1);

@@ -1,9 +1,9 @@
-// Logs of other recorders, known by their first line: a rover with an RPLIDAR, four rangers, and an
-// RPLIDAR alone.
+// Logs of other recorders, recognised by their first line: a rover with an RPLIDAR, four rangers,
+// and an RPLIDAR alone.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** A rover drives 2 m along a room of 8 x 4 m; its counters begin anew at 16 bits. */
+/** A rover drives 2 m along a room of 8 x 4 m; its counters wrap at 16 bits. */
 function rover(): string {
   const lines = Array.from({ length: 41 }, (_, i) => {
     const x = 0.05 * i;
@@ -12,7 +12,7 @@ function rover(): string {
       const range = Math.min((cos > 0 ? 5 - x : 3 + x) / Math.max(Math.abs(cos), 1e-9), 2 / Math.max(Math.abs(sin), 1e-9));
       return range < 6 ? Math.round(1000 * range) : 0;
     });
-    // 333.3 counts of wheels of 58.2 mm: 91 to 5 cm.
+    // 333.3 counts per turn of wheels of 58.2 mm: 91 in 5 cm.
     const count = (65_400 + 91 * i) % 65_536;
     return [count, count, (182 * i) % 65_536, ...ranges].join(' ');
   });
@@ -25,7 +25,7 @@ function rangers(): string {
   return `t_s,x_m,y_m,yaw_rad,range0,range1,range2,range3,range4\n${rows.join('\n')}\n`;
 }
 
-/** The rover's lidar alone: no wheels, no time. */
+/** The rover's lidar alone: no odometry, no time. */
 function revolutions(): string {
   const lines = rover().trim().split('\n').map((line) => line.split(' ').slice(3)
     .map((d, t) => `${t === 0 ? 'S' : '_'}_t:${t.toFixed(2)}_d:${d.padStart(5, '0')}.00_q:${d === '0' ? 0 : 29}|`).join(''));

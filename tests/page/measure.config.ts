@@ -1,4 +1,4 @@
-// As the tests, for what is measured only when it is asked for.
+// The configuration of the tests, for measurements that run only on request.
 import config from './playwright.config.ts';
 
 export default { ...config, testMatch: '*.measure.ts', reporter: 'line', retries: 0, projects: config.projects?.filter(({ name }) => name === 'desktop') };

@@ -1,5 +1,4 @@
-// The robot steps 20 times a second and glides on the screen, between two states that are both
-// true.
+// The robot steps 20 times a second and glides on the screen between two computed states.
 import { expect, test } from './fixture.ts';
 
 test('between two steps the robot glides, and never runs ahead of what is known', async ({ lab, page }) => {

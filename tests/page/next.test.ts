@@ -1,4 +1,4 @@
-// At the end of a run the page offers what next.
+// At the end of a run the page suggests what to do next.
 import { expect, test } from './fixture.ts';
 import { record } from './recording.ts';
 

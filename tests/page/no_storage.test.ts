@@ -1,11 +1,11 @@
-// A browser that keeps nothing, as in a private window, or has no room: the page is whole without,
-// and says what it cannot keep where somebody counts on it.
+// A browser that keeps nothing, as in a private window, or has no room: the page works without, and
+// says what it cannot keep when somebody relies on it.
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import { drop, type Lab } from './lab.ts';
 import { record } from './recording.ts';
 
-/** From the next load on every try to keep something fails, and, where `isDenied`, every look. */
+/** From the next load on, every attempt to store fails, and with `isDenied` also to read. */
 const withoutStorage = (page: Page, isDenied: boolean): Promise<unknown> => page.addInitScript((isDenied) => {
   const refuse = (name: string) => (): never => {
     throw new DOMException('no room', name);
@@ -18,7 +18,7 @@ const withoutStorage = (page: Page, isDenied: boolean): Promise<unknown> => page
   IDBObjectStore.prototype.put = refuse('QuotaExceededError');
 }, isDenied);
 
-/** Opens the page where nothing is kept, and leaves the tour, which each visit then begins with. */
+/** Opens the page without storage, and leaves the tour, with which each visit then begins. */
 async function openWithout(lab: Lab, page: Page, isDenied: boolean): Promise<void> {
   await lab.open();
   await withoutStorage(page, isDenied);

@@ -1,4 +1,4 @@
-// Without a server: what the browser keeps of the page, and what becomes of it when the server has
+// Without a server: what the browser keeps of the page, and what happens to it when the server has
 // another build, or is another program.
 import { createHash } from 'node:crypto';
 import { existsSync } from 'node:fs';
@@ -37,7 +37,7 @@ const look = (page: Page): Promise<Kept> => page.evaluate(() => {
 });
 const isKept = (page: Page): Promise<void> => expect.poll(async () => (await look(page)).offline.kind, { message: 'the page is kept', timeout: 30_000 }).toBe('kept');
 
-/** Another build: the page has another title, and its worker knows that. */
+/** Makes another build: the page has another title, and its worker knows that. */
 async function rebuild(folder: string, title: string): Promise<void> {
   const digest = (bytes: string): string => createHash('sha256').update(bytes).digest('hex').slice(0, 16);
   const page = await readFile(join(folder, 'index.html'), 'utf8');
@@ -49,7 +49,7 @@ async function rebuild(folder: string, title: string): Promise<void> {
   await writeFile(join(folder, 'offline_worker.js'), worker.replaceAll(digest(page), digest(changed)).replaceAll(build, digest(title)));
 }
 
-/** Of a page without its server, that it asks for bridge.json in vain. */
+/** Ignores the failed requests for bridge.json of a page without its server. */
 const without = (problems: string[]): void => {
   expect(problems.filter((problem) => !/bridge\.json|offline_worker\.js|ERR_INTERNET_DISCONNECTED|ERR_CONNECTION|WebSocket/.test(problem))).toEqual([]);
   problems.length = 0;
@@ -98,7 +98,7 @@ test('the rest of the page is fetched after its first picture; what a server say
   for (const file of ['', 'main.js', 'slamlab_cable_bg.wasm', 'icons/maskable-512.png']) expect(kept).toContain(`${BELOW}${file}`);
   expect(kept.filter((path) => /bridge\.json|metrics|\.map$|offline_worker/.test(path))).toEqual([]);
 
-  // It asks anew each time, also where the page itself is kept.
+  // It asks again each time, even if the page itself is kept.
   const asked = server.asked.length;
   await page.reload();
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(0);
@@ -106,7 +106,7 @@ test('the rest of the page is fetched after its first picture; what a server say
   expect(again).toContain(`${BELOW}bridge.json`);
   expect(again).not.toContain(`${BELOW}main.js`);
   await server.stop();
-  // Below its own path only.
+  // Only below its own path.
   expect(await context.serviceWorkers()[0]?.evaluate(() => new URL((self as unknown as { registration: { scope: string } }).registration.scope).pathname)).toBe(BELOW);
 });
 
@@ -202,7 +202,7 @@ test('the page can be installed', async ({ lab, page, folder, context }) => {
     if (sizes !== 'any') expect(size, src).toBe(sizes);
   }
   const { installabilityErrors } = await devtools.send('Page.getInstallabilityErrors');
-  // The browser of a test is private, where nothing is ever installed.
+  // Tests use a private window, in which nothing can be installed.
   expect(installabilityErrors.filter(({ errorId }) => errorId !== 'in-incognito')).toEqual([]);
   await server.stop();
 });

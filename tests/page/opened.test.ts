@@ -1,4 +1,4 @@
-// A drive recorded by the bridge is opened in the page: whole, cut off, and damaged.
+// A drive recorded by the bridge is opened in the page: complete, truncated, and damaged.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -8,7 +8,7 @@ import { expect, test as base } from './fixture.ts';
 
 interface Drive {
   bytes: Buffer;
-  /** What the page knew when the drive ended. */
+  /** The state of the page when the drive ended. */
   live: Status;
 }
 
@@ -33,7 +33,7 @@ const test = base.extend<{ drive: Drive }>({
     await bridge.stop();
     const bytes = await readFile(file);
     await rm(folder, { recursive: true });
-    // The browser itself tells that the bridge is gone.
+    // The browser reports that the bridge is gone.
     problems.length = 0;
     await use({ bytes, live });
     problems.splice(0, problems.length, ...problems.filter((problem) => !/WebSocket|ERR_CONNECTION/.test(problem)));

@@ -1,9 +1,9 @@
-// A robot that is no disc: its rectangle passes doors that the disc around it does not.
+// A robot that is not a disc: its rectangle fits through doors that its outer disc does not.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
-/** In `doors`, whose doors are 0.9 m wide, a robot of 1.1 m by 0.5 m: the disc around it is 1.21 m
-    wide. */
+/** In `doors`, whose doors are 0.9 m wide, a robot of 1.1 m by 0.5 m: its circumscribed disc is
+    1.21 m wide. */
 async function longRobot(lab: Lab): Promise<void> {
   await lab.open();
   await lab.enter('doors', '4');

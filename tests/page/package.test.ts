@@ -1,5 +1,5 @@
 // The core's modules as an npm package: installed from its packed file, used from Node and from a
-// page, as its README says.
+// page, as in its README.
 import { execFile } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
@@ -14,7 +14,7 @@ const run = promisify(execFile);
 const packed = process.env.SLAMLAB_NPM ?? fileURLToPath(new URL('../../target/npm/slamlab-0.1.0.tgz', import.meta.url));
 const tsc = fileURLToPath(new URL('node_modules/typescript/bin/tsc', import.meta.url));
 
-/** A project of somebody who has just installed the package. */
+/** The project of somebody who has just installed the package. */
 const test = base.extend<{ project: string }>({
   project: async ({}, use) => {
     const folder = await mkdtemp(join(tmpdir(), 'slamlab-npm-'));

@@ -1,5 +1,5 @@
-// What is promised of the page, measured in headless Chromium against a warm server: `cargo xtask
-// report page` asks for it, and reads the figures that this leaves. Each has its bound beside it.
+// The promises of the page, measured in headless Chromium against a warm server: `cargo xtask
+// report page` runs it, and reads the figures that it writes. Each has its bound beside it.
 //
 // | figure | how |
 // |---|---|
@@ -8,9 +8,9 @@
 // | pictures, work, long tasks | office at 1x, plots open, by Chromium's trace: processor time |
 // | large map | a frame of that size in place of a run, zoomed with the wheel |
 // | input to picture | Event Timing: from the event to the next picture, in steps of 8 ms |
-// | memory | all of the page, workers and modules with it, when runs at top speed end |
+// | memory | the whole page, workers and modules included, when runs at top speed end |
 //
-// Chromium draws without a graphics card here: that counts too.
+// Chromium draws without a graphics card here, which counts too.
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -25,19 +25,19 @@ interface Figure { readonly what: string; readonly value: number; readonly unit:
 
 /** How often the page is opened. */
 const VISITS = 7;
-/** How long it runs before it is watched, and is watched, s. */
+/** How long it runs before the measurement, and during it, s. */
 const [BEFORE, LONG] = [5, 20];
-/** Longer ones are felt, ms: what the browser calls a long task. */
+/** Longer tasks can be felt, ms: what the browser calls a long task. */
 const LONG_TASK = 50;
-/** How long runs at top speed last together at least, simulated s. */
+/** Least total duration of the runs at top speed, simulated s. */
 const SIMULATED = 3600;
 /** And by the clock, minutes. */
 const MINUTES = Number(process.env.SLAMLAB_MINUTES ?? 2);
 
-/** What was measured so far. It stands in a file: a test that fails takes its process with it. */
+/** The figures so far, in a file, because a failed test takes its process with it. */
 const FILE = process.env.SLAMLAB_FIGURES ?? join(tmpdir(), `slamlab-page-${process.ppid}.json`);
 const measured = (): readonly Figure[] => (existsSync(FILE) ? (JSON.parse(readFileSync(FILE, 'utf8')) as { figures: Figure[] }).figures : []);
-/** So many figures there are where all was measured. */
+/** The number of figures of a complete measurement. */
 const COUNT = 11;
 
 function add(figure: Figure): void {
@@ -74,7 +74,7 @@ test('the first picture and the map come in time', async ({ browser, baseURL }) 
   atMost('map', quantile(counted.map(({ map }) => map), 0.5), 'ms', 1500);
 });
 
-/** ms from the navigation to the first picture, and to that of a map, with nothing in the cache. */
+/** ms from the navigation to the first picture, and to the first of a map, with an empty cache. */
 async function opened(browser: Browser, url: string): Promise<{ picture: number; map: number }> {
   const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
   const page = await context.newPage();
@@ -82,7 +82,7 @@ async function opened(browser: Browser, url: string): Promise<{ picture: number;
     localStorage.setItem('slamlab-visited', '1');
     const look = (): void => {
       const { slamlab } = window as unknown as { slamlab?: { blocks: number; drawn: unknown } };
-      // The picture that is drawn next has it.
+      // The next picture contains it.
       if (slamlab && slamlab.blocks > 0 && slamlab.drawn) requestAnimationFrame(() => performance.mark('map'));
       else requestAnimationFrame(look);
     };
@@ -112,7 +112,7 @@ test('office at 1x with the plots open: pictures, work, long tasks, and how soon
   atLeast('pictures a second, office at 1x', work.length / LONG, '1/s', 58);
   atMost('main-thread work a picture, p95, office at 1x with plots', quantile(work, 0.95), 'ms', 8);
   atMost(`tasks over ${LONG_TASK} ms in ${LONG} s`, tasks.filter((millis) => millis > LONG_TASK).length, '', 0);
-  // A person at work: pans, and shows and hides.
+  // A person at work: pans, and shows and hides a layer.
   const box = (await lab.at('map').boundingBox())!;
   for (let input = 0; input < 40; input += 1) {
     await page.mouse.move(box.x + box.width / 2 + 3 * input, box.y + box.height / 2);
@@ -123,7 +123,7 @@ test('office at 1x with the plots open: pictures, work, long tasks, and how soon
     await page.waitForTimeout(60);
   }
   const { events } = await seenBy(page);
-  // Those that took no longer than 16 ms are not told one by one.
+  // Events of up to 16 ms are not reported individually.
   const all = [...events, ...Array.from({ length: Math.max(80 - events.length, 0) }, () => 16)];
   atMost('input to picture, p95 of 80', quantile(all, 0.95), 'ms', 50);
 });
@@ -142,21 +142,20 @@ test('runs at top speed leave nothing behind', async ({ lab, page }) => {
     await page.keyboard.press('r');
     await lab.watch((s) => s.finished, 'another run begins').toBe(false);
   }
-  // The first run also loads and compiles. What leaks does so in each run; the module's memory
-  // grows once or twice by a step, when a run is set up beside the last one, and is used again
-  // after that.
+  // The first run also loads and compiles. A leak would show in each run; the module's memory grows
+  // by a step once or twice, when a run is set up beside the last one, and is reused after that.
   const growth = (slope(sizes.slice(1)) * (sizes.length - 1)) / sizes[1]!;
   atMost(`growth of memory over ${sizes.length} runs, ${(simulated / 60).toFixed(0)} simulated minutes, without single steps`, growth, '', 0.05);
   atMost('memory of the page', Math.max(...sizes) / 1e6, 'MB', 500);
 });
 
-/** By how much values grow from one to the next, in most pairs of them (Theil and Sen): a step does
-    not count, what goes on does. */
+/** The median growth per step over all pairs of values (Theil and Sen): single steps do not count,
+    steady growth does. */
 function slope(values: readonly number[]): number {
   return quantile(values.flatMap((from, i) => values.slice(i + 1).map((to, k) => (to - from) / (k + 1))), 0.5);
 }
 
-/** Of the page with its workers, bytes, garbage collected. */
+/** Memory of the page with its workers, bytes, after garbage collection. */
 async function memoryOf(page: Page): Promise<number> {
   const { bytes } = await page.evaluate(() => (performance as unknown as { measureUserAgentSpecificMemory(): Promise<{ bytes: number }> }).measureUserAgentSpecificMemory());
   return bytes;

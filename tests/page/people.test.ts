@@ -1,4 +1,4 @@
-// People who walk about are followed, kept out of pose and map if asked for, and shown so.
+// Walkers are tracked, taken out of pose and map if asked for, and shown so.
 import { expect, test } from './fixture.ts';
 
 interface Figures { slamlab: { tracks: { id: number; x: number; y: number; motion: string }[]; takenOut: number } }

@@ -1,9 +1,8 @@
-// What stands on a small phone: nothing lies on another thing that is to be pressed, and sentences
-// are whole.
+// The layout on a small phone: no control covers another, and sentences are complete.
 import type { Locator, Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 
-/** How far two things lie on one another, px. */
+/** By how much two elements overlap, px. */
 async function overlap(one: Locator, other: Locator): Promise<number> {
   const [a, b] = await Promise.all([one.boundingBox(), other.boundingBox()]);
   if (!a || !b) throw new Error('one of them is not shown');
@@ -27,7 +26,7 @@ for (const height of [640, 740, 844]) {
   });
 }
 
-/** Whether the whole of what is said in bold is seen, on as many lines as it takes. */
+/** Whether the whole sentence in bold is visible, on as many lines as it takes. */
 const isWhole = (page: Page): Promise<boolean> => page.evaluate(() => {
   const sentence = document.querySelector('slam-header')!.shadowRoot!.querySelector('.caption p')!;
   const { bottom, right } = sentence.getBoundingClientRect();
@@ -38,7 +37,7 @@ for (const [language, end] of [['en', 'could not be reached'], ['pl', 'nieosiąg
   test(`the sentence of how an exploration ended is whole on narrow screens, in ${language}`, { tag: '@phone-only' }, async ({ lab, page }) => {
     test.setTimeout(120_000);
     await page.setViewportSize({ width: 360, height: 740 });
-    // This robot goes through no door: places stay that it could not reach.
+    // This robot fits through no door, so places remain that it could not reach.
     await lab.open(`/?lang=${language}#lesson=shy`);
     await lab.speed('Infinity');
     await lab.watch((s) => s.finished, 'it explores to its end', 90_000).toBe(true);

@@ -19,10 +19,10 @@ export default defineConfig({
   outputDir: 'results',
   globalSetup: './bridge.ts',
   forbidOnly: !!process.env.CI,
-  // A busy CI machine may starve a browser now and then; a test that needs another try is reported
-  // as flaky, not hidden.
+  // A busy CI machine may starve a browser now and then; a test that needs another attempt is
+  // reported as flaky, not hidden.
   retries: process.env.CI ? 2 : 0,
-  // Two cores: two pages that simulate at once would starve each other and make times meaningless.
+  // Two cores: two simulating pages at once would starve each other and make times meaningless.
   workers: 1,
   timeout: process.env.CI ? 120_000 : 60_000,
   expect: { timeout: process.env.CI ? 30_000 : 15_000 },

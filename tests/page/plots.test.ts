@@ -1,4 +1,4 @@
-// The curves leave the page as tables, and say what they are.
+// The curves can be saved as tables, and have labels.
 import { readFile } from 'node:fs/promises';
 import type { Page } from '@playwright/test';
 import { axisEnd } from '../../www/src/ui/axis_end.ts';
@@ -41,7 +41,7 @@ test('a recording has no truth: its curves and their table tell of no error', as
   await lab.open();
   await drop(page, 'short.log', Buffer.from(record(40).text));
   await expect.poll(async () => (await lab.state()).source, 'the recording is shown').toBe('replay');
-  // A recording is mapped as fast as it goes: its last scans are gone over again, one by one.
+  // A recording is mapped as fast as possible: repeat its last scans one by one.
   await lab.watch((s) => s.finished, 'the recording ends').toBe(true);
   const { scans } = await lab.status();
   await page.keyboard.press('b');
@@ -92,7 +92,7 @@ test('a few values far beyond all others do not flatten a curve', () => {
   expect(axisEnd([[]], 0, -1)).toBe(0);
 });
 
-/** Pauses just after a scan: what the page shows is of that scan, as the last row is. */
+/** Pauses just after a scan: the page shows that scan, and so does the last row. */
 async function stepOn(lab: Lab): Promise<void> {
   await lab.pause();
   const { scans } = await lab.status();

@@ -1,5 +1,5 @@
-// Points of the last scan: a layer that is off until somebody wants it, and settings that say which
-// are looked for.
+// Points of the last scan: a layer that is off by default, and settings that choose the kinds to
+// look for.
 import { expect, test } from './fixture.ts';
 
 test('corners and crossings are shown while their layer is, and only those that are looked for', async ({ lab, page }) => {

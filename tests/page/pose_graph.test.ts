@@ -1,12 +1,12 @@
-// A pose graph leaves the page as g2o, and one of others is solved and drawn.
+// A pose graph is saved as g2o, and a foreign one is solved and drawn.
 import { readFile } from 'node:fs/promises';
 import type { Download } from '@playwright/test';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
 import { record } from './recording.ts';
 
-/** Two measured ways of 1 m and 1.2 m, with information 1 and 3, from a first guess of 3 m: the
-    least cost lies at their weighted mean, 1.15 m, where χ² is 0.03. */
+/** Two measured paths of 1 m and 1.2 m, with information 1 and 3, from an initial guess of 3 m: the
+    least cost is at their weighted mean, 1.15 m, where χ² is 0.03. */
 const TWO_WAYS = `VERTEX_SE2 0 0 0 0
 VERTEX_SE2 1 3 0 0
 VERTEX_XY 7 0 0

@@ -6,8 +6,8 @@ import { readFileSync } from 'node:fs';
 
 const SCANS = 40;
 
-/** A robot drives 2 m along a room of 8 x 4 m, a scan a second; its odometry claims a tenth too
-    much. */
+/** A robot drives 2 m along a room of 8 x 4 m, a scan a second; its odometry is a tenth too
+    long. */
 function log(): string {
   const lines = Array.from({ length: SCANS }, (_, i) => {
     const x = 0.05 * i;
@@ -20,7 +20,7 @@ function log(): string {
   return `${lines.join('\n')}\n`;
 }
 
-/** Where it truly is, between the scans, in a frame of its own. */
+/** Its true poses, between the scans, in a frame of their own. */
 function poses(from = 0, to = SCANS + 1): string {
   const rows = Array.from({ length: to - from }, (_, k) => {
     const i = from + k;
@@ -50,7 +50,7 @@ test('poses that are odometry take its place', async ({ lab, page }) => {
   await lab.show('log');
   await expect(page.locator('#log-panel')).toContainText('how the robot moved is told by the poses of another file');
 
-  // They are kept with the recording: who comes back has the same.
+  // They are kept with the recording: on the next visit they are the same.
   await expect.poll(() => page.evaluate(() => localStorage.getItem('slamlab-last-run') ?? ''), { timeout: 30_000 }).toContain('drive.log');
   await page.reload();
   await lab.at('go-on').click();
@@ -72,7 +72,7 @@ test('poses that are true give error curves, which are saved', async ({ lab, pag
   const column = header.split(',').findIndex((cell) => cell.startsWith('Position error (m)'));
   expect(column).toBeGreaterThan(0);
   const errors = rows.map((row) => row.split(',')[column]).filter((cell) => cell !== '').map(Number);
-  // The scans of which the poses tell, and a map that is right to a centimetre or two.
+  // The scans for which there are poses, and a map with errors of a centimetre or two.
   expect(errors).toHaveLength(30);
   expect(Math.max(...errors)).toBeLessThan(0.03);
 });
@@ -86,7 +86,7 @@ test('poses alone are a path beside the run, by time where they are of its recor
   await lab.at('file').setInputFiles([file('again.csv', poses())]);
   await lab.at('poses-path').click();
   await expect(lab.at('fit-2')).toContainText('both come closest');
-  // And the same poses beside a recording that is shown may be its truth.
+  // The same poses may also be the truth of a recording that is shown already.
   await lab.at('file').setInputFiles([file('again.csv', poses())]);
   await lab.at('poses-truth').click();
   await lab.watch((s) => s.finished && Number.isFinite(s.truthX), 'it is mapped again, with a truth').toBe(true);

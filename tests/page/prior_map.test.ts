@@ -1,5 +1,4 @@
-// A map to be found in: of the world in another frame, of another building, or the one drawn so
-// far.
+// A prior map: of the world in another frame, of another building, or the one drawn so far.
 import { readFile } from 'node:fs/promises';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
@@ -14,7 +13,7 @@ function flat(shift: number): Buffer {
     <path d="M${at(2.5, 0)}v1.5m0 1v1.5" stroke="black"/>
     <circle id="start" cx="${1 + shift}" cy="${2 - 2 * shift}" r=".1"/></svg>`);
 }
-/** A hall with eight sides of 6 m: no two of its walls stand as those of a flat. */
+/** A hall with eight sides of 6 m: its walls do not stand like those of a flat. */
 const hall = Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1">
     <polygon points="5,0 11,0 15.2,4.2 15.2,10.2 11,14.4 5,14.4 .8,10.2 .8,4.2" fill="none" stroke="black"/>
     <circle id="start" cx="8" cy="7" r=".1"/></svg>`);
@@ -36,7 +35,7 @@ test('a robot localises itself in another map than its world, given its start th
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   await lab.watch((s) => s.distance, 'it explores').toBeGreaterThan(0.5);
   expect((await lab.status()).positionError).toBeLessThan(0.15);
-  // Told of another building, it says that this cannot be.
+  // With the map of another building, it reports that this cannot be.
   await lab.at('prior-map-file').setInputFiles(file('hall.svg', hall));
   await expect(lab.at('prior-map-name')).toContainText('hall.svg');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });
@@ -121,8 +120,7 @@ test('a robot at a bridge is found in a map that was saved before', async ({ lab
   await expect(lab.at('prior-map-name')).toContainText('.yaml');
   await expect(lab.at(fit)).toContainText('The map fits', { timeout: 60_000 });
   expect(Math.hypot((await lab.status()).x, (await lab.status()).y), 'the robot has not moved').toBeLessThan(0.1);
-  // Told that it stands elsewhere, farther off than it looks for itself (4 m), it says that this
-  // cannot be.
+  // With a start farther off than its own search reaches (4 m), it reports that this cannot be.
   await lab.at('prior-map-x').fill('9.3');
   await lab.at('prior-map-x').press('Enter');
   await expect(lab.at(fit)).toContainText('does not fit', { timeout: 60_000 });

@@ -1,4 +1,4 @@
-// What the page says of the map of a recording, over its time and where it is torn.
+// The judgement of a recording's map, over time and where it is torn.
 import type { Quality } from '../../www/src/protocol/module.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -61,7 +61,7 @@ test('its quality is plotted over the time of the run, as it goes and at the end
   await open(lab, record(2500, RING).text);
   await expect.poll(async () => await quality(lab) !== null && !(await lab.status()).finished, { message: 'it is judged on the way', intervals: [20], timeout: 60_000 }).toBe(true);
   await lab.watch((s) => s.finished, 'it is mapped', 60_000).toBe(true);
-  // The judgement of the whole comes after the end.
+  // The judgement of the whole map comes after the end.
   const last = async (): Promise<number> => (await quality(lab))?.overTime.at(-1)?.seen[1] ?? 0;
   await expect.poll(last, 'up to the end').toBeGreaterThan(480);
   const { overTime } = (await quality(lab))!;
@@ -84,7 +84,7 @@ test('a click on a torn place says what is torn, and by how much', { tag: '@phon
   const text = carried();
   await open(lab, text);
   await lab.watch((s) => s.finished, 'it is mapped').toBe(true);
-  // The judgement of the whole comes after the end.
+  // The judgement of the whole map comes after the end.
   const stamps = text.trimEnd().split('\n').map((line) => Number(line.split(' ').at(-3)));
   const end = stamps.at(-1)! - stamps[0]!;
   await expect.poll(async () => (await quality(lab))?.overTime.at(-1)?.seen[1] ?? 0, 'up to the end').toBeGreaterThan(end - 5);
@@ -96,7 +96,7 @@ test('a click on a torn place says what is torn, and by how much', { tag: '@phon
   await expect(lab.at('quality')).toContainText('This map is torn');
   const close = () => lab.at('torn').getByRole('button', { name: 'Close' }).click();
   for (const [at, { kind, place, off }] of tears.entries()) {
-    // On a phone the card of the one before may lie over the place of the next.
+    // On a phone the last card may cover the next place.
     if (at > 0) await close();
     await lab.hidePanels();
     await lab.stillCamera();
@@ -118,7 +118,7 @@ test('the marks say nothing while their layer is off', async ({ lab }) => {
   const [{ place }] = (await quality(lab))!.tears as [Quality['tears'][number]];
   await lab.show('layers');
   await lab.at('layer-torn').uncheck();
-  // What is told of a loop closure there would move the map under the pointer.
+  // The card of a loop closure there would move the map under the pointer.
   await lab.at('layer-closures').uncheck();
   await lab.stillCamera();
   await lab.pointAt(...place, false);

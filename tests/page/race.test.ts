@@ -1,5 +1,5 @@
-// Runs side by side: the same world or recording by other methods or with other settings, at the
-// same moment, in one view, with their errors in one plot.
+// Runs side by side: the same world or recording with other methods or settings, at the same
+// moment, in one view, with their errors in one plot.
 import { readFile } from 'node:fs/promises';
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
@@ -12,7 +12,7 @@ interface Beside { name: string; isThere: boolean; playing: boolean; status: Sta
 
 const beside = (lab: Lab): Promise<Beside[]> => lab.page.evaluate(() => (window as unknown as { slamlab: { beside: Beside[] } }).slamlab.beside);
 
-/** Chooses methods to race against, as a person does. */
+/** Chooses methods to compare with, as a person does. */
 async function against(lab: Lab, ...methods: string[]): Promise<void> {
   await lab.at('compare').click();
   for (const method of methods) await lab.at(`race-${method}`).check();
@@ -21,7 +21,7 @@ async function against(lab: Lab, ...methods: string[]): Promise<void> {
   await expect.poll(async () => (await beside(lab)).slice(-methods.length).every(({ isThere }) => isThere), { message: 'they have caught up', timeout: 40_000 }).toBe(true);
 }
 
-/** All stand at the moment of the run that is shown; their states. */
+/** Waits until all are at the moment of the run that is shown; returns their states. */
 async function together(lab: Lab): Promise<[Status, ...Status[]]> {
   let all: [Status, ...Status[]] | null = null;
   await expect.poll(async () => {
@@ -144,7 +144,7 @@ test('a run is forked where it is, with another setting: both are one until then
   const [after, other] = await together(lab);
   expect(other!.x, 'a filter that matches hardly anything goes another way').not.toBe(after.x);
   expect(other!.featuresMatched).toBeLessThan(after.featuresMatched);
-  // Back before the fork: both are there again, and one.
+  // Back before the fork: both are there again, and identical.
   await lab.at('timeline').fill(String(shown.time - 3));
   await expect.poll(async () => (await lab.state()).seeking).toBe(null);
   const [earlier, same] = await together(lab);

@@ -1,4 +1,4 @@
-// A CARMEN log with known truth: a robot drives laps in a building, and its wheels err.
+// A CARMEN log with known truth: a robot with odometry errors drives laps in a building.
 
 interface Pose {
   x: number;
@@ -8,17 +8,17 @@ interface Pose {
 
 export interface Recording {
   text: string;
-  /** Where the robot really ends, in the frame of its first pose. */
+  /** The true final pose, in the frame of its first pose. */
   end: Pose;
-  /** Where its wheels believe that it ends, in the same frame. */
+  /** The final pose by odometry, in the same frame. */
   wheelsEnd: Pose;
 }
 
 const BEAMS = 180;
-/** What a beam without a return says, m. */
+/** The range reported by a beam without a return, m. */
 const NOTHING = 81.9;
 const RATE = 5;
-/** Way between two scans, m, and turn in a corner, rad. */
+/** Distance between two scans, m, and turn in a corner, rad. */
 const STEP = 0.09;
 const TURN = Math.PI / 30;
 
@@ -28,8 +28,8 @@ const box = (x1: number, y1: number, x2: number, y2: number): Wall[] => [
   [x1, y1, x2, y1], [x2, y1, x2, y2], [x2, y2, x1, y2], [x1, y2, x1, y1],
 ];
 
-/** Walls, m; where the laps begin, along x; their four legs, each with a turn to the left after it;
-    and how far the sensor sees. */
+/** Walls, m; the start of the laps, facing along x; their four legs, each with a left turn after
+    it; and the range of the sensor. */
 interface Building {
   walls: readonly Wall[];
   start: readonly [number, number];
@@ -37,14 +37,14 @@ interface Building {
   reach: number;
 }
 
-/** A room of 8 x 6 m with two boxes: what is seen is always known already. */
+/** A room of 8 x 6 m with two boxes: whatever is seen is already known. */
 const ROOM: Building = {
   walls: [...box(0, 0, 8, 6), ...box(3, 2.4, 4.4, 3.6), ...box(6.9, 0, 8, 0.7), ...box(0, 5.1, 1.6, 6), ...box(4.5, 5.6, 5.2, 6)],
   start: [1.2, 1.2], legs: [5.4, 3.6, 5.4, 3.6], reach: Infinity,
 };
 
-/** A ring of corridors, 2 m wide and longer than the sensor sees: by the end of a lap the estimate
-    has gone astray, and the place where it began tells. */
+/** A ring of corridors, 2 m wide and longer than the sensor's range: by the end of a lap the
+    estimate has drifted, and the start, seen again, shows it. */
 export const RING: Building = {
   walls: [...box(0, 0, 24, 14), ...box(2, 2, 22, 12), ...box(2.6, 0, 3.4, 0.4), ...box(23.5, 3.5, 24, 4.6), ...box(19, 13.6, 20.2, 14), ...box(0, 8.8, 0.4, 9.4), ...box(22, 8, 22.4, 8.5)],
   start: [1, 1], legs: [22, 12, 22, 12], reach: 6,
@@ -62,7 +62,7 @@ export function record(scans: number, { walls, start: [x, y], legs, reach }: Bui
     if (i > 0) {
       const [forward, turn] = motions.next().value;
       truth = move(truth, forward, turn);
-      // The wheels take each way for too long and veer to the left.
+      // Odometry measures each distance too long and veers to the left.
       wheels = move(wheels, forward * 1.03, turn + forward * 0.012 + 0.002 * random());
     }
     const ranges = Array.from({ length: BEAMS }, (_, k) => {
@@ -76,8 +76,8 @@ export function record(scans: number, { walls, start: [x, y], legs, reach }: Bui
   return { text: `${lines.join('\n')}\n`, end: relative(start, truth), wheelsEnd: relative(start, wheels) };
 }
 
-/** Two buildings in one log, as of a robot that was carried from one to the other with its recorder
-    running: what was seen in the second cannot stand in the map of the first. */
+/** Two buildings in one log, as of a robot that was carried from one to the other while its
+    recorder was running: the second does not fit into the map of the first. */
 export function carried(): string {
   const [first, second] = [record(600), record(400, RING)].map(({ text }) => text.split('\n').filter((line) => line.startsWith('FLASER')));
   const later = (line: string): string => {

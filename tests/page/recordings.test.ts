@@ -1,5 +1,5 @@
-// A recorded log becomes a map: dropped, chosen, cancelled; and a real building where its recording
-// is at hand.
+// A recorded log becomes a map: dropped, chosen, cancelled; and a real building if its recording is
+// available.
 import { existsSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, test } from './fixture.ts';
@@ -89,7 +89,7 @@ const folder = process.env.SLAMLAB_DATA ?? fileURLToPath(new URL('../../../share
 test(`the recording ${INTEL} becomes a map, and the page lives`, async ({ lab, page }, info) => {
   const file = `${folder}/${INTEL}`;
   test.skip(!existsSync(file), `recorded data ${INTEL} is absent from ${folder}`);
-  // How long it takes is measured where nothing else runs: `cargo xtask report browser-cost`.
+  // The time is measured where nothing else runs: `cargo xtask report browser-cost`.
   test.setTimeout(300_000);
   await lab.open();
   await page.evaluate(() => {

@@ -1,5 +1,5 @@
 // The registration lab: two clouds that are dragged, every method on them, a map of starts, and
-// what is read, drawn and refused.
+// files read, drawn and refused.
 import { AxeBuilder } from '@axe-core/playwright';
 import type { Page } from '@playwright/test';
 import { expect, test } from './fixture.ts';
@@ -15,7 +15,7 @@ async function openLab(lab: Lab): Promise<void> {
   await expect(lab.at('lab-verdict-correlation')).toHaveAttribute('data-verdict', VERDICTS, { timeout: 30_000 });
 }
 
-/** x, y and turn of the start, as they are shown. */
+/** x, y and turn of the start, as shown. */
 async function start(lab: Lab): Promise<number[]> {
   const text = (await lab.at('lab-start').innerText()).replaceAll('−', '-');
   return [...text.matchAll(/-?\d+\.\d+/g)].map(Number);
@@ -90,7 +90,7 @@ test('the moving cloud is dragged, turned by wheel, handle and keys, and taken b
   expect((await start(lab))[2]).toBeCloseTo(2, 1);
   expect((await lab.state()).playing, 'the robot does not hear these keys').toBe(false);
   await settled(lab);
-  // From the pose that is right the best methods stay there.
+  // From the right pose the best methods stay there.
   await lab.at('lab-truth').click();
   await expect(lab.at('lab-verdict-point-to-line')).toHaveAttribute('data-verdict', 'converged');
 });
@@ -125,7 +125,7 @@ test('a map of starts is filled to the end, and can be cancelled', { tag: '@phon
   await expect(lab.at('basin-progress')).toHaveAttribute('data-state', 'done', { timeout: 60_000 });
   expect(await lab.at('basin-progress').evaluate((bar) => (bar as HTMLProgressElement).value)).toBe(1);
   await expect(lab.at('basin-words')).toHaveText(/found from [1-9]\d* % of 225 starts/);
-  // A slow method on many cells: there is time to change one's mind.
+  // A slow method on many cells leaves time to cancel it.
   await lab.at('basin-method').selectOption('gmm');
   await lab.at('basin-cells').selectOption('41');
   await lab.at('basin-fill').click();

@@ -1,5 +1,5 @@
-// Home again after an exploration: on its way it says so, and home is where the robot began, also
-// in a map whose frame is another.
+// Home again after an exploration: the page says so on the way, and home is where the robot began,
+// even in a map with another frame.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 

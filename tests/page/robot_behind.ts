@@ -1,4 +1,4 @@
-// A test of a robot behind a bridge of its own, with its token, in a folder that goes afterwards.
+// A test of a robot behind a bridge of its own, with its token, in a temporary folder.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -8,7 +8,7 @@ import { expect, test } from './fixture.ts';
 
 export { expect };
 
-/** A bridge that is started with these flags beside that of its token file. */
+/** A bridge started with these flags besides that of its token file. */
 export const behind = (flagsIn: (folder: string) => string[]) => test.extend<{ folder: string; bridge: Bridge; token: string; state: () => Promise<BridgeState | null> }>({
   folder: async ({}, use) => {
     const folder = await mkdtemp(join(tmpdir(), 'slamlab-bridge-'));

@@ -1,5 +1,5 @@
-// Rooms: a layer that is off until somebody wants it, a list that says what each is, and a click
-// that chooses one.
+// Rooms: a layer that is off by default, a list that says what each is, and a click that chooses
+// one.
 import { numbered } from '../../www/src/room_numbers.ts';
 import { expect, test } from './fixture.ts';
 
@@ -24,7 +24,7 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
   await page.keyboard.press('Enter');
   await expect(lab.at('room-details')).toHaveCount(0);
   const goal = (await lab.status()).goalX;
-  // Where the robot began: in the corridor of `office`.
+  // The start of the robot, in the corridor of `office`.
   await lab.pointAt(0.6, 0, !!isMobile);
   await expect(lab.at('room-details'), 'the corridor is chosen').toBeVisible();
   expect((await lab.status()).goalX, 'the robot is not sent there').toEqual(goal);
@@ -34,7 +34,7 @@ test('rooms are found, listed with their doors, chosen by click and by key, and 
   expect(await rooms()).toBe(-1);
 });
 
-/** Squares with a corner at x, 0: what the module tells of them, the largest first. */
+/** Squares with a corner at x, 0, as the module reports them, the largest first. */
 function squares(...rooms: readonly (readonly [x: number, side: number])[]) {
   const sorted = [...rooms].sort((a, b) => b[1] - a[1]);
   return {
@@ -52,6 +52,6 @@ test('a room keeps its number, and so its colour, when another grows larger', ()
   const grown = squares([0, 3], [10, 4], [20, 5]);
   const later = numbered(grown, first, numbers);
   expect(later, 'the new one, the second, the first').toEqual([3, 2, 1]);
-  // The first is part of the second: the larger of the two before gave the number.
+  // The first is part of the second: the number comes from the larger of the two rooms before.
   expect(numbered(squares([-1, 15], [20, 5]), grown, later)).toEqual([2, 3]);
 });

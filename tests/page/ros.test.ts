@@ -1,5 +1,5 @@
-// Recordings of other robots: bags of ROS 1 and MCAP files of ROS 2, as programs of others wrote
-// them (tests/interop/ros_files.py), dropped under names that say nothing.
+// Recordings of other robots: ROS 1 bags and ROS 2 MCAP files, as written by other programs
+// (tests/interop/ros_files.py), dropped under meaningless names.
 
 import { readFileSync } from 'node:fs';
 import { expect, test } from './fixture.ts';

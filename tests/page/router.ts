@@ -1,12 +1,12 @@
-// A Zenoh router, and whoever drives a robot through it, each in a process of its own. The program
-// is that of `cargo xtask report router`, named by SLAMLAB_ROUTER: what it stands on takes minutes
-// to compile, so only measurements have it.
+// A Zenoh router, and a driver that uses it, each in a process of its own. The program is that of
+// `cargo xtask report router`, named by SLAMLAB_ROUTER: its dependencies take minutes to compile,
+// so only measurements have it.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createServer, type AddressInfo } from 'node:net';
 import { createInterface } from 'node:readline';
 
-/** What came of a drive. */
+/** The result of a drive. */
 export interface Stopped {
   reason: string;
   /** Unix time, ms. */
@@ -26,7 +26,7 @@ class Program {
     Program.#started.push(this);
   }
 
-  /** Ends all of them, whatever became of the test. */
+  /** Ends all of them, whatever the result of the test. */
   static async killAll(): Promise<void> {
     await Promise.all(this.#started.splice(0).map((program) => program.kill()));
   }
@@ -55,7 +55,7 @@ export const killAll = (): Promise<void> => Program.killAll();
 export class Router {
   private constructor(readonly endpoint: string, readonly kill: () => Promise<void>) {}
 
-  /** At this endpoint, or at a port that is free. */
+  /** At this endpoint, or at a free port. */
   static async start(endpoint?: string): Promise<Router> {
     const at = endpoint ?? `tcp/127.0.0.1:${await freePort()}`;
     const config = { mode: 'router', 'listen/endpoints': [at], 'scouting/multicast/enabled': false };
@@ -73,7 +73,7 @@ export class Driver {
     this.#program = new Program('driver', ...words);
   }
 
-  /** Once the robot moves, by its odometry. */
+  /** Resolves once the robot moves, by its odometry. */
   static async drives(router: Router, robot: string, token: string): Promise<Driver> {
     const driver = new Driver(router.endpoint, robot, token);
     await driver.#program.expect('there');
@@ -81,7 +81,7 @@ export class Driver {
     return driver;
   }
 
-  /** Once the robot stands, by its odometry. */
+  /** Resolves once the robot stands, by its odometry. */
   async stopped(): Promise<Stopped> {
     const stopped = JSON.parse(await this.#program.next()) as Stopped;
     await this.#program.expect('still');

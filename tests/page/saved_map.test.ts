@@ -1,4 +1,4 @@
-// A run is saved whole, and a later one goes on in its map; the map is changed by hand.
+// A run is saved as a whole, and a later one goes on in its map; the map is edited.
 import { readFile } from 'node:fs/promises';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
@@ -10,7 +10,7 @@ interface Shown {
   edits: number;
 }
 
-/** How sure the map is of an obstacle at a point; null where nothing is known. */
+/** The probability of an obstacle at a point; null if nothing is known. */
 function probabilityAt({ page }: Lab, x: number, y: number): Promise<number | null> {
   return page.evaluate(([x, y]) => (window as unknown as { slamlab: Shown }).slamlab.probabilityAt(x!, y!), [x, y]);
 }
@@ -25,7 +25,7 @@ async function saveMap(lab: Lab): Promise<Buffer> {
   return readFile(await download.path());
 }
 
-/** A simulation by scan matching that has seen something of the world. */
+/** A simulation by scan matching that has seen some of the world. */
 async function explored(lab: Lab, world: string, seconds: number): Promise<void> {
   await lab.open();
   await lab.enter(world, '10');
@@ -59,8 +59,8 @@ test('a simulation goes on in the map that was saved of it', async ({ lab, page 
   const saved = await saveMap(lab);
   await drop(page, 'floor.slamlab', saved);
   await expect(lab.at('going-on')).toContainText('floor.slamlab');
-  // A simulation begins at the start of its world, which is where the first run began, and not
-  // where that one left its robot.
+  // A simulation begins at the start of its world, where the first run also began, not where that
+  // run left its robot.
   await lab.at('begin-at').selectOption('at');
   for (const i of [0, 1, 2]) {
     await lab.at(`begin-at-${i}`).fill('0');
@@ -174,7 +174,7 @@ test('a damaged saved map is refused in words, and nothing is lost', async ({ la
     expect((await lab.state()).title, 'the run is still there').toBe(title);
   }
   expect((await lab.state()).hash, 'to the bit').toBe(hash);
-  // A map that is being gone on in stays too.
+  // A saved map that the run goes on in stays too.
   await drop(page, 'whole.slamlab', saved);
   await expect(lab.at('going-on')).toContainText('whole.slamlab');
   await drop(page, 'cut.slamlab', saved.subarray(0, saved.length - 100));

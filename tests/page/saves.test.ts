@@ -1,4 +1,4 @@
-// The map leaves the page as files that other programs read.
+// The map is saved in files that other programs read.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
 import { crc32 } from 'node:zlib';
@@ -77,7 +77,7 @@ test('the link of the experiment is saved with it, and does it again', async ({ 
 
   await drop(page, 'elsewhere.url', Buffer.from('[InternetShortcut]\r\nURL=https://example.org/#here\r\n'));
   await expect(lab.at('toast')).toContainText('elsewhere.url leads to another page');
-  // What somebody else recorded has no experiment.
+  // A foreign recording has no experiment.
   await drop(page, 'short.log', Buffer.from(record(40).text));
   await expect.poll(async () => (await lab.state()).source).toBe('replay');
   await lab.show('run');
@@ -115,7 +115,7 @@ test('what is seen is saved as a drawing that shows the same', async ({ lab, pag
   };
   const svg = await drawn();
   expect(svg).toMatch(/^<svg [^>]*viewBox="0 0 \d+ \d+"/);
-  // Drawn again by the browser as a picture of its own, it has the pixels that the page has.
+  // Rendered by the browser as an image, it has the same pixels as the page.
   const apart = await page.evaluate(async (svg) => {
     const { picture: shown } = (window as unknown as { slamlab: { picture: ImageData } }).slamlab;
     const { width, height } = shown;
@@ -157,7 +157,7 @@ test('what is seen is saved as a drawing that shows the same', async ({ lab, pag
 
 test('the walls are saved as a drawing, for drawing programs and as data', async ({ lab, page }) => {
   await lab.open();
-  // Walls are there when they were seen three times.
+  // Walls appear once they were seen three times.
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(10);
   await lab.pause();
   await lab.show('run');
@@ -241,7 +241,7 @@ test('everything is saved in one archive, and each file of it is read back', asy
   const files = new Map([...ofLines.files, ...ofScans.files]);
   const text = (name: string): string => files.get(name)?.toString() ?? '';
 
-  // For other programs: by parsers that are not ours.
+  // For other programs: checked by parsers that are not ours.
   expect(JSON.parse(text('office.geojson'))).toHaveProperty('features');
   expect(JSON.parse(text('office-rooms.geojson'))).toHaveProperty('features');
   const wellFormed = (svg: string) => page.evaluate((svg) => new DOMParser().parseFromString(svg, 'image/svg+xml').querySelector('parsererror') === null, svg);
@@ -256,7 +256,7 @@ test('everything is saved in one archive, and each file of it is read back', asy
   for (const pose of poses) expect(Math.hypot(...pose.slice(4)), 'a unit quaternion').toBeCloseTo(1, 6);
   for (const name of ['office-picture.png', 'office-map.png']) expect(files.get(name)?.subarray(1, 4).toString(), name).toBe('PNG');
 
-  // By the page: each opens as what it is. Where several are in the archive, it asks.
+  // By the page: each opens as what it is. If there are several in the archive, it asks.
   const opens = async (name: string, seen: () => Promise<unknown>) => test.step(name, async () => {
     await drop(page, 'office.zip', (ofScans.files.has(name) ? ofScans : ofLines).archive);
     await expect(lab.at('archive')).toBeVisible();
@@ -287,7 +287,7 @@ test('archives that are damaged, empty of maps, or lie about their size are refu
   await refused(Buffer.from('PK\x03\x04 and no more', 'latin1'), 'strange.zip: this is a ZIP archive that could not be opened: the archive is damaged');
   await refused(stored('holiday.jpg', Buffer.from([0xff, 0xd8, 0xff])), 'nothing in this archive can be opened here');
   await refused(stored('big.clf', Buffer.from('#'), 0xf000_0000), 'big.clf is too large: 4027 MB unpacked');
-  // An entry whose sum is another one is named, and what is beside it is opened.
+  // An entry with a wrong checksum is named, and the others are opened.
   const log = Buffer.from(record(5).text);
   const spoilt = Buffer.from(stored('drive.clf', log));
   spoilt[spoilt.indexOf('FLASER')] = 0x58;
@@ -296,12 +296,12 @@ test('archives that are damaged, empty of maps, or lie about their size are refu
   await lab.watch((s) => s.time, 'the run goes on').toBeGreaterThan(time);
 });
 
-/** The cells of a line, as RFC 4180 quotes them. */
+/** The cells of a line, quoted as in RFC 4180. */
 function cellsOf(line: string): string[] {
   return [...line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)].map(([, quoted, plain]) => quoted?.replaceAll('""', '"') ?? plain ?? '');
 }
 
-/** An archive of one file that is not packed, and that says it has this size. */
+/** An archive of one uncompressed file that claims to have this size. */
 function stored(name: string, bytes: Buffer, size = bytes.length): Buffer {
   const fields = Buffer.alloc(26);
   fields.writeUInt16LE(20, 0);

@@ -36,8 +36,8 @@ test('pairs that cannot be are named by line and field; a bend is reported', asy
   await lab.at('pairs').fill(PAIRS.replace('30;0.90', '30;1.9'));
   await expect(lab.at('calibration-error')).toContainText('calibration, line 4:');
   await expect(lab.at('apply-calibration')).toBeDisabled();
-  // Volts that hardly change, then fall off: a polynomial of the fifth degree rises and falls
-  // between.
+  // Volts that hardly change, then drop: a polynomial of the fifth degree rises and falls between
+  // them.
   await lab.at('pairs').fill('range_m,volts\n0.1,3.00\n0.11,2.99\n0.12,2.98\n0.9,2.97\n1.0,1.0\n1.1,0.99\n1.2,0.5\n1.5,0.1\n');
   await lab.at('variable').selectOption('volts');
   await expect(lab.at('not-monotonic')).toContainText(/Not monotonic: from [\d.]+ V on/);
@@ -54,7 +54,7 @@ test('σ(ρ) of the simulated lidar is estimated, compared with the truth, and u
   await lab.at('estimate-sigma').click();
   await expect(lab.at('sigma-words')).toContainText(/a = [\d.]+ ± [\d.]+ mm, b = [\d.]+ ± [\d.]+ mm\/m, from 120 scans/);
   const [, a, b] = /a = ([\d.]+) .*b = ([\d.]+) /.exec(await lab.at('sigma-words').innerText())!;
-  // 10 mm and 5 mm/m, and somewhat more where walls slant.
+  // 10 mm and 5 mm/m, and somewhat more on slanted walls.
   expect(Number(a)).toBeGreaterThan(8);
   expect(Number(a)).toBeLessThan(13);
   expect(Number(b)).toBeGreaterThan(4);

@@ -1,5 +1,5 @@
 // Every setting with its unit, range and meaning; changed at once or on restart; found by search;
-// out of range refused in words.
+// refused in words if out of range.
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
 
@@ -64,7 +64,7 @@ test('limits that are round in radians are told by three digits, and typed as to
   await search(lab, 'flattest view');
   await expect(lab.page.locator('slam-settings')).toContainText('0.573 to 85.9 °, default 9.74 °');
   const angle = lab.at('s-lines.grazing_angle');
-  // A little more than the true limit is: it is that limit.
+  // A little more than the true limit: it counts as that limit.
   await angle.fill('0.573');
   await angle.blur();
   await expect.poll(async () => (await lab.state()).setup.settings).toEqual({ 'lines.grazing_angle': 0.01 });

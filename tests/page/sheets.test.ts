@@ -1,10 +1,10 @@
-// The sheets of a phone: a swipe down shuts them, the page itself never moves, and the map stays in
-// sight.
+// The sheets of a phone: a swipe down closes them, the page itself never moves, and the map stays
+// visible.
 import type { CDPSession, Page } from '@playwright/test';
 import { Bridge } from './bridge.ts';
 import { expect, test } from './fixture.ts';
 
-/** A finger that goes from one height to another. */
+/** A touch that moves from one height to another. */
 async function swipe(touch: CDPSession, x: number, from: number, to: number): Promise<void> {
   const STEPS = 12;
   const at = (step: number): { touchPoints: { x: number; y: number }[] } => ({ touchPoints: [{ x, y: from + ((to - from) * step) / STEPS }] });
@@ -37,8 +37,8 @@ test('a swipe up scrolls a sheet, a swipe down brings it back and then shuts it'
 test('a swipe down that nothing takes up does not reload the page', { tag: '@phone-only' }, async ({ lab, page }) => {
   await lab.open();
   await lab.watch((s) => s.scans, 'the robot scans').toBeGreaterThan(3);
-  // What a browser does with the rest of a swipe cannot be seen without its own frame: the page
-  // says that it is to do nothing.
+  // What a browser does with the rest of a swipe is visible only in its own frame; the page tells
+  // it to do nothing.
   for (const part of ['html', 'body']) expect(await page.locator(part).evaluate((element) => getComputedStyle(element).overscrollBehaviorY), part).toBe('none');
   const touch = await page.context().newCDPSession(page);
   const { scans } = await lab.status();
@@ -49,7 +49,7 @@ test('a swipe down that nothing takes up does not reload the page', { tag: '@pho
   await lab.watch((s) => s.scans, 'the same run goes on').toBeGreaterThan(scans);
 });
 
-/** Between the sheet and the top of what steers, px. */
+/** Gap between the sheet and the top of the steering controls, px. */
 async function gap(page: Page, panel: string): Promise<number> {
   const sheet = (await page.locator(panel).boundingBox())!;
   const above = await page.evaluate(() => {

@@ -1,4 +1,4 @@
-// Runs of the simulation on the command line, to hold those of the page against.
+// Runs of the simulation on the command line, for comparison with those of the page.
 import { execFileSync } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 

@@ -1,5 +1,5 @@
-// Settings act for every source: a live robot obeys them while it drives, a recording is mapped by
-// them from the next scan on.
+// Settings act for every source: a live robot obeys them while it drives, a recording is mapped
+// with them from the next scan on.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -19,7 +19,7 @@ async function set(lab: Lab, key: string, value: string, stored: number): Promis
   await lab.hidePanels();
 }
 
-/** Drives straight on until safe mode lets it go no farther; where it stands then. */
+/** Drives straight on until safe mode stops it. Returns where it then stands. */
 async function driveToTheWall(lab: Lab, page: Page): Promise<{ x: number; y: number }> {
   await page.keyboard.down('ArrowUp');
   let before = { time: -Infinity, x: NaN, y: NaN };

@@ -1,4 +1,4 @@
-// The module in two parts (xtask/src/bin/split-module), however it is split: what a run comes to is
+// The module in two parts (xtask/src/bin/split-module): however it is split, the result of a run is
 // the same, to the bit.
 import { execFileSync } from 'node:child_process';
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
@@ -14,7 +14,7 @@ const MODULE = fileURLToPath(new URL('../../www/pkg/slamlab_web_bg.wasm', import
 /** More than the module has. */
 const FUNCTIONS = 20_000;
 const all = Array.from({ length: FUNCTIONS }, (_, number) => number);
-/** Which functions the first part has; the rest has the others. */
+/** Which functions are in the first part; the rest has the others. */
 const SPLITS: readonly (readonly [string, number[]])[] = [
   ['in the rest is everything', []],
   ['every other function is in the rest', all.filter((number) => number % 2 === 0)],
@@ -49,7 +49,7 @@ for (const [name, called] of SPLITS) {
 test('parts of two modules are not joined, and that is said', async ({ lab, page, problems }) => {
   const folder = await mkdtemp(join(tmpdir(), 'slamlab-split-'));
   await writeFile(join(folder, 'called.json'), '[]');
-  // A module of another build: the same with a section more, of which browsers take no notice.
+  // A module of another build: the same with one more section, which browsers ignore.
   const other = Buffer.concat([await readFile(MODULE), Buffer.from([0, 2, 1, 0x78])]);
   await writeFile(join(folder, 'other.wasm'), other);
   execFileSync(SPLITTER, ['split', join(folder, 'other.wasm'), join(folder, 'called.json'), folder]);

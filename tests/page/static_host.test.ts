@@ -14,7 +14,7 @@ test('the page runs below a path of a plain server, with nothing from elsewhere'
   const server = await FileServer.start(site, BELOW);
   await lab.open(`${server.origin}${BELOW}`);
   await lab.watch((s) => s.features, 'the robot maps').toBeGreaterThan(2);
-  // Each of what is loaded only when it is asked for.
+  // Each file that is loaded only on demand.
   await drop(page, 'flat.svg', Buffer.from(`<svg xmlns="http://www.w3.org/2000/svg" data-metres-per-unit="1"><polygon points="0,0 5,0 5,4 0,4" fill="none" stroke="black"/></svg>`));
   await expect.poll(async () => (await lab.state()).title, 'the module of files').toBe('flat.svg');
   await page.keyboard.press('l');

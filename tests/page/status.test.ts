@@ -1,4 +1,4 @@
-// The figures of the moment: each on one line, at every size of the page.
+// The current figures: each on one line, at every size of the page.
 import { expect, test } from './fixture.ts';
 
 test('every figure keeps to its line, also an uncertain heading', { tag: '@phone' }, async ({ lab }) => {
@@ -9,8 +9,8 @@ test('every figure keeps to its line, also an uncertain heading', { tag: '@phone
   for (const figure of ['time', 'pace', 'features', 'known-area', 'contacts', 'scans', 'heading-error', 'hash']) {
     expect((await lab.at(figure).boundingBox())!.height, figure).toBeLessThan(1.5 * one);
   }
-  // By its wheels alone a robot that turns about knows its heading less and less. Only by that
-  // method it goes on all the same.
+  // By odometry alone a turning robot becomes less and less certain of its heading. Only that
+  // method goes on regardless.
   await lab.show('run');
   await lab.at('method').selectOption('odometry');
   await lab.speed('Infinity');

@@ -1,5 +1,5 @@
 // An engineer with a log of their own, at a desk with a mouse: opens it, looks back in time, asks
-// what another setting would have done, and takes figures and map away into other programs.
+// what another setting would have done, and takes figures and map to other programs.
 import { filesIn } from './archive.ts';
 import { expect, test } from './fixture.ts';
 import { drop } from './lab.ts';
@@ -16,7 +16,7 @@ test('an engineer opens a log, looks back, asks again and takes the result away'
   expect(whole.scans).toBeGreaterThan(200);
   expect(Math.hypot(whole.x - end.x, whole.y - end.y), 'it ends where the robot did').toBeLessThan(0.3);
 
-  // Back, by the line of time.
+  // Back, by the time line.
   const line = lab.at('timeline');
   const box = (await line.boundingBox())!;
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
@@ -33,7 +33,7 @@ test('an engineer opens a log, looks back, asks again and takes the result away'
   const again = await lab.status();
   expect(Math.hypot(again.x - end.x, again.y - end.y), 'it ends there, too').toBeLessThan(0.2);
 
-  // Taken away: the way for tools that compare trajectories, the map for those that drive in it.
+  // Taken away: the trajectory for tools that compare such, the map for those that drive in it.
   const coming = page.waitForEvent('download');
   await lab.save('map', 'tum');
   const files = [...await filesIn(await coming)];

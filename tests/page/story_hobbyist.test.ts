@@ -1,5 +1,5 @@
 // A hobbyist with a robot of their own behind a bridge, in the room with a phone: watches, takes
-// the wheel, drives by thumb, lets it explore, stops it, and takes the map home.
+// the controls, drives by thumb, lets it explore, stops it, and takes the map home.
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -14,7 +14,7 @@ test('a hobbyist drives a robot of their own from a phone', { tag: '@phone-only'
   const token = (await readFile(join(folder, 'token'), 'utf8')).trim();
   const state = () => lab.bridge();
 
-  // The page is the robot's by itself; what is seen is its room, and it stands.
+  // The page finds the robot by itself; it shows the room, and the robot stands.
   await lab.open(`${bridge.url}#token=${token}`);
   expect((await lab.state()).source).toBe('bridge');
   await lab.watch((s) => s.scans, 'it looks around').toBeGreaterThan(3);

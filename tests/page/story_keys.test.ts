@@ -1,5 +1,5 @@
-// Somebody who uses no mouse: everything of a first hour by the keyboard alone, each control
-// reached by the tabulator or by its key.
+// Somebody who uses no mouse: everything of a first hour by keyboard alone, each control reached by
+// Tab or by its key.
 import { expect, test } from './fixture.ts';
 import { focused, pressAt, tabTo } from './hands.ts';
 
@@ -29,7 +29,7 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await page.keyboard.press('Enter');
   await expect.poll(async () => (await lab.state()).setup.world).toBe('arena');
   await lab.watch((s) => s.scans, 'the run begins').toBeGreaterThan(1);
-  // At a person's pace: ten times as fast it is at the cross, and done, before the next key.
+  // At a person's pace: ten times as fast, it would arrive before the next key.
   await lab.speed('1');
 
   // By hand: it goes while the key is down.
@@ -42,11 +42,11 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await page.keyboard.up('ArrowUp');
   await lab.standsStill();
 
-  // To a place: the cross in the middle of the map is moved by the arrows, Enter sends it there.
+  // To a place: the arrows move the cross in the middle of the map, Enter sends it there.
   await page.keyboard.press('3');
   await lab.watch((s) => s.mode, 'it explores').toBe('explore');
   await tabTo(page, 'map');
-  // An exploration does not end unasked.
+  // An exploration does not end without a question.
   await page.keyboard.press('Enter');
   await lab.says('Send the robot there?');
   await page.keyboard.press('Enter');
@@ -79,7 +79,7 @@ test('the first hour of somebody who uses no mouse', async ({ lab, page }) => {
   await expect(lab.at('lesson')).toBeVisible();
   await expect.poll(async () => (await lab.state()).setup.lesson).toBe('shy');
 
-  // And what was made is kept.
+  // The work is kept.
   await lab.watch((s) => s.scans, 'it runs').toBeGreaterThan(1);
   const saved = page.waitForEvent('download');
   await page.keyboard.press('m');

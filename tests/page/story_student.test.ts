@@ -9,7 +9,7 @@ test('a student meets SLAM on a phone', { tag: '@phone-only' }, async ({ lab, pa
   test.setTimeout(240_000);
   await lab.open();
 
-  // What is this? A robot that was never here, and wheels that err.
+  // What is this? A robot in a new place, with odometry errors.
   await expect(lab.at('tour')).toContainText('never been here');
   await lab.at('tour-next').tap();
   await expect(lab.at('tour')).toContainText('wheels');
@@ -33,7 +33,7 @@ test('a student meets SLAM on a phone', { tag: '@phone-only' }, async ({ lab, pa
   await lab.standsStill();
   expect((await lab.status()).distance - distance, 'it turned on the spot').toBeLessThan(0.3);
 
-  // An experiment: what to watch stands beside it, and it can be broken by a tap.
+  // An experiment: beside it stands what to watch, and a tap can break it.
   await lab.at('show-gallery').tap();
   await lab.at('exhibit-look-alikes').tap();
   await expect(lab.at('exhibit')).toBeVisible();

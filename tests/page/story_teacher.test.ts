@@ -1,5 +1,5 @@
-// A teacher with a mouse: shows an experiment, lets two methods race before the class, and gives a
-// lesson and the very run to everybody by their addresses.
+// A teacher with a mouse: shows an experiment, compares two methods before the class, and passes on
+// a lesson and the very run by their addresses.
 import { expect, test } from './fixture.ts';
 
 test('a teacher shows, compares, and passes on', async ({ lab, page, browser }) => {
@@ -14,7 +14,7 @@ test('a teacher shows, compares, and passes on', async ({ lab, page, browser }) 
   await lab.speed('10');
   await lab.watch((s) => s.positionError, 'wheels alone go astray', 90_000).toBeGreaterThan(0.3);
 
-  // Compared: the same world, at the same moment, by a method that looks.
+  // Compared: the same world, at the same moment, by a method that also uses the sensor.
   await lab.pause();
   await lab.at('compare').click();
   await lab.at('race-scan-matching').check();
@@ -40,7 +40,7 @@ test('a teacher shows, compares, and passes on', async ({ lab, page, browser }) 
   const noted = (): Promise<string[]> => pupil.evaluate(() => (window as unknown as { slamlab: { log: { text: string }[] } }).slamlab.log.map(({ text }) => text));
   await expect.poll(noted, { message: 'the same state', timeout: 90_000 }).toContainEqual(expect.stringContaining('the state is the same, to the bit'));
 
-  // Given: a lesson, by its address; a pupil begins it there.
+  // Passed on: a lesson, by its address; a pupil begins it there.
   await lab.at('show-gallery').click();
   await lab.at('lesson-blind-faith').click();
   await expect(lab.at('lesson')).toBeVisible();

@@ -1,5 +1,5 @@
-// The list of submaps and loaded maps: shown, looked at, saved, taken out and put back; and maps
-// that are laid on the run's own, or are not.
+// The list of submaps and loaded maps: shown, looked at, saved, removed and put back; and maps that
+// can, or cannot, be aligned with the run's own.
 import { readFile } from 'node:fs/promises';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -58,13 +58,13 @@ test('submaps are listed, shown, looked at, taken out and put back', { tag: '@ph
   await lab.at('submap-eye-0').click();
   expect(await inside(lab, ({ hiddenSubmaps }) => [...hiddenSubmaps])).toEqual([0]);
 
-  // A click goes there, and says what it is.
+  // A click goes there, and describes it.
   await lab.at('submap-1').click();
   await expect(lab.at('submap-details')).toContainText(/Keyframes\s*\d+\s*Pieces of wall\s*\d+\s*Joined to submap 0\s*(by scans in both|loosely)/);
   const [x, y] = await inside(lab, ({ submap }) => submap(1));
   await expect.poll(async () => Math.hypot((await lab.state()).camera.x - x, (await lab.state()).camera.y - y), 'the view goes there').toBeLessThan(8);
 
-  // Taken out, what it alone saw is gone; put back it is there again.
+  // Once removed, what only this submap saw is gone; put back, it is there again.
   const known = (await lab.status()).knownArea;
   await lab.at('remove-submap').click();
   await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count - 1} submaps.`);
@@ -76,7 +76,7 @@ test('submaps are listed, shown, looked at, taken out and put back', { tag: '@ph
   await expect(lab.at('undo-removal')).toBeHidden();
   expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
 
-  // It can be put back also after the robot has seen more.
+  // It can be put back even after the robot has seen more.
   await lab.at('submap-0').click();
   await lab.at('remove-submap').click();
   await expect(lab.at('submaps-summary')).toContainText(`The map is made of ${count - 1} submaps.`);
@@ -104,10 +104,10 @@ test('corners of complete submaps are landmarks: drawn, told, and saved with the
   const [, count, ...rows] = file.bytes.toString().split('#landmarks')[1]!.split('\n');
   expect(Number(count)).toBe(rows.filter((row) => row !== '').length);
   expect(Number(count)).toBeGreaterThan(0);
-  // Each stands, where its submap lies, on one of the map, as far as two submaps agree.
+  // In the frame of its submap, each lies on a landmark of the map, as far as two submaps agree.
   const [x, y, heading] = await inside(lab, ({ submap }) => submap(1));
   const near = rows.filter((row) => row !== '').filter((row) => {
-    // In the file y runs to the right.
+    // In the file y points to the right.
     const [px, right, confidence, kind] = row.split(',').map(Number) as [number, number, number, number];
     const py = -right;
     expect(confidence).toBeGreaterThanOrEqual(1);
@@ -125,7 +125,7 @@ test('a submap that was saved is found where it lies, and a map of another build
   const file = await saved(lab, () => lab.at('save-submap').click());
   expect(file.name).toBe('office-submap-1.smap');
   expect(file.bytes.toString()).toMatch(/^#points\n\d+\n/);
-  // The file is in the frame of the submap: it lies where that does.
+  // The file is in the frame of the submap, so it lies where the submap does.
   const truth = await inside(lab, ({ submap }) => submap(1));
   expect(await load(lab, file.name, file.bytes, 1)).toMatch(/^It lies on the map: \d+ % of its walls stand on walls, \d+\scm apart on average; at most \d+ % of the walls of either map stand where the other is free\. (Walls and landmarks told the same place|Walls alone told the place|Walls fit more than one place; landmarks told which)\.( Both maps have \d+ landmarks? in common\.)?$/);
   const [x, y, heading] = await inside(lab, ({ loadedMaps }) => loadedMaps[0]!.alignment!.pose);
@@ -134,7 +134,7 @@ test('a submap that was saved is found where it lies, and a map of another build
   await lab.at('loaded-eye-1').click();
   await expect(lab.at('loaded-eye-1')).toHaveAttribute('aria-pressed', 'false');
 
-  // In another run it has another place, or none: it is looked for when that is asked for.
+  // In another run it has another place, or none: it is aligned on request.
   const whole = await saved(lab, () => lab.save('slamlab'));
   await mapped(lab, 'arena', 1);
   const words = await load(lab, 'floor.slamlab', whole.bytes, 1);
@@ -178,7 +178,7 @@ test('where both maps have landmarks, these tell the place as well as walls do',
   await lab.pause();
   await lab.showMaps();
   const file = await saved(lab, () => lab.save('smap'));
-  // The run draws on meanwhile: it is the same building, and the same frame.
+  // The run goes on mapping meanwhile: the building and the frame are the same.
   await lab.at('play').click();
   const { time } = await lab.status();
   await lab.watch((s) => s.time, 'it sees more').toBeGreaterThan(time + 10);

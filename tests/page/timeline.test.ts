@@ -11,12 +11,12 @@ const HALF_HANDLE = 8;
 
 interface Moment { time: number; scans: number; hash: string }
 
-/** Where a paused run is, once its hash has come. */
+/** The moment of a paused run, once its hash has arrived. */
 async function moment(lab: Lab): Promise<Moment> {
   await expect.poll(async () => (await lab.state()).playing, 'it waits').toBe(false);
   await expect.poll(async () => (await lab.state()).hash, 'the hash has come').not.toBe('');
   let before = '';
-  // What was drawn last and its hash cross one after the other.
+  // The last frame and its hash are sent one after the other.
   await expect.poll(async () => {
     const { seq, hash } = await lab.state();
     const now = `${seq} ${hash}`;
@@ -43,7 +43,7 @@ async function drag(lab: Lab, to: number): Promise<void> {
   await arrives(lab);
 }
 
-/** To this very moment, s. */
+/** Goes to exactly this moment, s. */
 async function goTo(lab: Lab, time: number): Promise<void> {
   await lab.at('timeline').fill(String(time));
   await arrives(lab);
@@ -54,7 +54,7 @@ async function arrives(lab: Lab): Promise<void> {
   await expect.poll(async () => (await lab.state()).playing, 'and waits').toBe(false);
 }
 
-/** A run in the arena that has gone on for a while, and waits; its last moment. */
+/** A run in the arena that has gone on for a while, and is paused; its last moment. */
 async function driven(lab: Lab): Promise<Moment> {
   await lab.open();
   await lab.enter('arena', '4');
@@ -108,7 +108,7 @@ test('a simulated run goes back, the same way again, and another way with anothe
   expect(other.time).toBe(end.time);
   expect(other.hash, 'with another setting, another map').not.toBe(end.hash);
 
-  // The fields say what holds at the moment that is shown.
+  // The fields show the values at the moment that is shown.
   const field = lab.at('s-lines.min_length');
   await expect(field).toHaveValue('5');
   await goTo(lab, half.time / 2);
@@ -117,7 +117,7 @@ test('a simulated run goes back, the same way again, and another way with anothe
   await expect(field, 'and after').toHaveValue('5');
   expect(await moment(lab)).toEqual(other);
 
-  // What is chosen now is chosen beside it, not in its place.
+  // A choice now applies in addition to those, not in their place.
   await lab.at('settings-search').fill('gate of a match');
   await lab.at('s-ekf.gate').fill('12');
   await lab.at('s-ekf.gate').blur();
@@ -158,13 +158,13 @@ test('B goes back scan by scan, N goes on, and the log leads to its moments', as
   expect((await moment(lab)).hash).toBe(end.hash);
   await lab.watch((s) => s.finished, 'it is over again').toBe(true);
 
-  // What a person does there is another way from there.
+  // What a person does there begins another way.
   await goTo(lab, end.time / 2);
   await lab.at('mode-manual').click();
   await expect.poll(() => length(lab)).toBeLessThan(0.6 * end.time);
   await expect(lab.at('speed'), 'nobody steers faster than time goes').toHaveValue('1');
 
-  // How it went before is not lost.
+  // The earlier way is not lost.
   await lab.at('toast-way').click();
   await lab.watch((s) => s.time, 'it is done again').toBeGreaterThan(0.99 * end.time);
   await lab.watch((s) => s.finished, 'to its end').toBe(true);
@@ -235,7 +235,7 @@ test('who goes by keys stays on the line, and nothing there drives', async ({ la
   test.setTimeout(120_000);
   const end = await driven(lab);
   await lab.at('timeline').focus();
-  // One right after the other, as the second comes while the run is on its way.
+  // In quick succession: the second comes while the run is on its way.
   for (let i = 0; i < 3; i += 1) await page.keyboard.press('ArrowLeft');
   await arrives(lab);
   expect(await focused(page), 'the focus stays').toBe('timeline');

@@ -1,4 +1,4 @@
-// A first visit: what SLAM is, in four steps, by a run that is under way.
+// A first visit: what SLAM is, in four steps, by a live run.
 import { DoubtHistory, doubtOf } from '../../www/src/doubt.ts';
 import { expect, test } from './fixture.ts';
 import type { Lab } from './lab.ts';
@@ -6,7 +6,7 @@ import type { Lab } from './lab.ts';
 const layers = (lab: Lab): Promise<Record<string, boolean>> =>
   lab.page.evaluate(() => JSON.parse(localStorage.getItem('slamlab-view') ?? '{}') as Record<string, boolean>);
 
-/** Pixels of the ground in about the colour of the wheels. */
+/** Number of pixels on the ground in about the colour of odometry. */
 const byWheels = (lab: Lab): Promise<number> => lab.page.evaluate(() => {
   const canvas = document.querySelector('slam-map')!.shadowRoot!.querySelector<HTMLCanvasElement>('#ground')!;
   const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
@@ -38,7 +38,7 @@ test.describe('a first visit', () => {
     const doubt = async (): Promise<number> => doubtOf(await lab.status());
     await expect.poll(doubt, { message: 'doubt grows', timeout: 60_000 }).toBeGreaterThan(0.15);
     await expect(lab.at('tour-doubt')).toContainText('cm');
-    // It comes round: the last step comes by itself.
+    // It comes round: the last step appears by itself.
     await expect(lab.at('tour')).toContainText(/from [\d.]+ c?m its doubt fell to [\d.]+ c?m/, { timeout: 120_000 });
     expect(await doubt()).toBeLessThan(0.15);
 
@@ -106,7 +106,7 @@ test.describe('a first visit', () => {
     await page.keyboard.press('?');
     await lab.at('tour-begin').click();
     await expect(lab.at('tour')).toContainText('never been here');
-    // Another world is another story.
+    // Another world has another story.
     await lab.at('tour-leave').click();
     await lab.enter('arena');
     await expect(lab.at('tour')).toHaveCount(0);
@@ -160,7 +160,7 @@ test('doubt collapses where it shrinks by half within seconds', () => {
   const history = new DoubtHistory();
   for (let t = 0; t < 100; t += 1) expect(history.add(t, 0.003 * t)).toBeNull();
   expect(history.add(100, 0.1)).toEqual({ from: expect.closeTo(0.297, 6), to: 0.1 });
-  // Slowly is not at once.
+  // A slow decrease is not a collapse.
   const slow = new DoubtHistory();
   for (let t = 0; t < 200; t += 1) expect(slow.add(t, 0.5 - 0.002 * t)).toBeNull();
   const long = new DoubtHistory();

@@ -1,16 +1,15 @@
-// What Chromium's own trace tells of the page's main thread: how long it works for each picture.
+// What Chromium's own trace reports of the page's main thread: how long it works for each frame.
 //
-// It counts time of the processor, because what else runs on a machine takes from that of the
-// clock.
+// It counts processor time, because other programs on the machine affect wall-clock time.
 import type { Browser, Page } from '@playwright/test';
 
 interface TraceEvent { name: string; pid: number; tid: number; ts: number; dur?: number; tdur?: number; args: { name?: string } }
 
-/** Of pictures that were drawn: work for each, and the time to the next one; and of each task of
-    the main thread how long it worked, ms. */
+/** For drawn frames: the work for each, and the time to the next one; and the work of each task of
+    the main thread, ms. */
 export interface Pictures { readonly work: readonly number[]; readonly gaps: readonly number[]; readonly tasks: readonly number[] }
 
-/** What the main thread did while `act` was under way. */
+/** What the main thread did during `act`. */
 export async function picturesDuring(browser: Browser, page: Page, act: () => Promise<void>): Promise<Pictures> {
   await browser.startTracing(page, { categories: ['toplevel', 'devtools.timeline'] });
   await act();
@@ -18,7 +17,7 @@ export async function picturesDuring(browser: Browser, page: Page, act: () => Pr
   return pictures(ofMainThread(traceEvents));
 }
 
-/** Of all threads that pages have, the one that does most. */
+/** Of all threads of pages, the one that does most. */
 function ofMainThread(events: TraceEvent[]): TraceEvent[] {
   const threadOf = ({ pid, tid }: TraceEvent): string => `${pid} ${tid}`;
   const mains = events.filter((e) => e.name === 'thread_name' && e.args.name === 'CrRendererMain').map(threadOf);
@@ -26,11 +25,11 @@ function ofMainThread(events: TraceEvent[]): TraceEvent[] {
   return (byThread.sort((a, b) => b.length - a.length)[0] ?? []).sort((a, b) => a.ts - b.ts);
 }
 
-/** Work for each picture but the last, and the time to the next one, ms: a task belongs to the
-    picture that began last before it ended. */
+/** Work for each frame but the last, and the time to the next one, ms: a task belongs to the last
+    frame that began before the task ended. */
 function pictures(events: TraceEvent[]): Pictures {
   const tasks = events.filter((e) => e.name === 'ThreadControllerImpl::RunTask');
-  // All that was asked for the next picture is called in one task.
+  // All callbacks for the next frame are called in one task.
   const asked = events.filter((e) => e.name === 'FireAnimationFrame').map((e) => e.ts);
   const begins = tasks.flatMap(({ ts, dur = 0 }) => asked.find((at) => at >= ts && at <= ts + dur) ?? []);
   const work = begins.slice(1).map(() => 0);

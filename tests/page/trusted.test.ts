@@ -1,5 +1,5 @@
-// A bridge that speaks TLS with its own authority, as a browser sees it that has this authority and
-// one that has not, and as OpenSSL does, which is Node's.
+// A bridge that uses TLS with its own authority, as seen by a browser with this authority and one
+// without, and by OpenSSL, which Node uses.
 import { execFile } from 'node:child_process';
 import { mkdir, readFile } from 'node:fs/promises';
 import { join } from 'node:path';

@@ -1,8 +1,8 @@
-// What a first visit weighs.
+// The weight of a first visit.
 import { firstVisit, GOAL, sum, type Weights } from './first_visit.ts';
 import { expect, test } from './fixture.ts';
 
-/** What was reached, and must not be lost again, bytes: before the robot drives, and after a look
+/** The weight reached, which must not grow again, bytes: before the robot drives, and after a look
     around. */
 const REACHED = { watched: 748_000, lookedAround: 830_000 };
 

@@ -12,7 +12,7 @@ import { expect, test as base } from './fixture.ts';
 import type { Lab } from './lab.ts';
 import { exploreUntil, type MapTruth, PATIENCE, together, turnByHand, WiredRobot, withRobot } from './wired.ts';
 
-/** The firmware stands so long after the last command, by its registers and its own time, s. */
+/** The firmware stops this long after the last command, by its registers and its own time, s. */
 const WATCHDOG = 0.4;
 
 const ROBOTS = [
@@ -44,9 +44,9 @@ async function open({ robot, lab, folder }: Run): Promise<Bridge> {
   return bridge;
 }
 
-/** Pulls the cables of a robot that drives: it stops by itself, and stays where it is when they are
-    back. Gives after what time its registers were 0, s; null where they were already, undefined
-    where it has none. */
+/** Pulls the cables of a driving robot: it stops by itself, and stays where it is when they are
+    back. Returns after what time its registers were 0, s; null if they already were, undefined if
+    it has none. */
 async function pullTheCables({ robot, lab }: Run): Promise<number | null | undefined> {
   const disarmed = async () => (await lab.bridge())?.armed === false;
   await robot.pull();
@@ -54,14 +54,14 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   await expect.poll(disarmed, { ...PATIENCE, message: 'the page learns it' }).toBe(true);
   await expect.poll(async () => stands(robot), { ...PATIENCE, message: 'it has come to rest' }).toBe(true);
   const { pose, stopped_after } = await robot.facts();
-  // Only the real firmware has registers; they were 0 already where it happened to stand.
+  // Only the real firmware has registers; they were 0 already if it happened to stand.
   if (typeof stopped_after === 'number') expect(stopped_after, 's of the chip, by OCR1A and OCR1B').toBeLessThanOrEqual(WATCHDOG);
   await robot.plug();
   const { scans } = await lab.status();
   const isBack = async () => (await lab.bridge())?.devices.every((device) => device.state === 'sending');
   await expect.poll(isBack, { ...PATIENCE, message: 'it is found again' }).toBe(true);
   expect((await lab.bridge())?.battery, 'it talks').toBeGreaterThan(0);
-  // Long enough for an order that outlived the cut: the page sends 20 a second.
+  // Long enough for a command that outlived the cut to arrive: the page sends 20 a second.
   for await (const { moves } of robot.during(2)) expect(moves, 'nothing moves before somebody arms it').toBe(false);
   expect((await robot.facts()).pose).toEqual(pose);
   expect(await disarmed()).toBe(true);
@@ -69,7 +69,7 @@ async function pullTheCables({ robot, lab }: Run): Promise<number | null | undef
   return stopped_after;
 }
 
-/** A quarter of a second of its own time finds it at the same place. */
+/** Whether its pose is the same after a quarter of a second of its own time. */
 async function stands(robot: WiredRobot): Promise<boolean> {
   const before = (await robot.facts()).pose;
   for await (const _ of robot.during(0.25));
@@ -114,7 +114,7 @@ for (const { name, program, more } of ROBOTS) {
         expect(contacts).toBe(0);
       });
       expect((await robot.facts()).fault ?? null).toBeNull();
-      // By hand from here on: the key is held all through the cut.
+      // By hand from here on: the key is held during the whole disconnection.
       await turnByHand(lab, robot);
       stops.push(await pullTheCables(run));
       info.annotations.push({ type: 'stopped after, s', description: JSON.stringify(stops) });

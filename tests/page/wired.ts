@@ -1,5 +1,5 @@
-// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it tells what
-// is true. And who takes its wheel.
+// A robot on a pseudo-terminal, in a program of its own: its cable can be pulled, and it reports
+// the truth. Also: how to drive it.
 import { spawn, type ChildProcess } from 'node:child_process';
 import { once } from 'node:events';
 import { createInterface } from 'node:readline';
@@ -10,17 +10,17 @@ import type { Lab } from './lab.ts';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 
-/** What is true of the robot. */
+/** The truth about the robot. */
 export interface Facts {
   /** Map frame: m, m, rad. */
   pose: [number, number, number];
   /** Whether its motors are driven: for the real firmware, by the chip's compare registers. */
   moves: boolean;
   contacts: number;
-  /** Real time that its own and its lidar's have lost, because the machine let them wait for the
+  /** Real time that it and its lidar have lost because the machine kept them waiting for the
       processor, s. */
   lost: number;
-  /** Its own time, s: where the machine starves it, less passes than outside. */
+  /** Its own time, s: on a starved machine it passes more slowly than real time. */
   seconds: number;
   /** Real firmware: s of its own time from the pull of the cable, or a mark, until the registers
       were 0. */
@@ -30,7 +30,7 @@ export interface Facts {
   fault?: string | null;
 }
 
-/** How true a map is; see tests/src/map_truth.rs. */
+/** How accurate a map is; see tests/src/map_truth.rs. */
 export interface MapTruth {
   explored: number;
   true_walls: number;
@@ -44,18 +44,18 @@ export class WiredRobot {
   ports: Record<string, string> = {};
   readonly #process: ChildProcess;
   readonly #lines: AsyncIterator<string>;
-  /** What a starved machine left unproved. */
+  /** Claims that could not be proved on a starved machine. */
   readonly unproved: string[] = [];
 
   private constructor(process: ChildProcess) {
     this.#process = process;
-    // What a test's own process inherits is shown nowhere.
+    // What the process of a test inherits is not shown anywhere.
     process.stderr!.on('data', (said) => console.log(`the robot: ${String(said).trim()}`));
     this.#lines = createInterface({ input: process.stdout! })[Symbol.asyncIterator]();
   }
 
   /** `wired_robot` speaks the protocol and carries a lidar; `rp6_sim` runs the real firmware, and
-      carries one where `lidar` follows the world. */
+      carries one if `lidar` follows the world. */
   static async start(program: 'wired_robot' | 'rp6_sim', world: string, ...more: string[]): Promise<WiredRobot> {
     const known = { wired_robot: process.env.SLAMLAB_WIRED_ROBOT, rp6_sim: process.env.SLAMLAB_RP6_SIM };
     const built = { wired_robot: 'examples/wired_robot', rp6_sim: 'rp6_sim' };
@@ -78,12 +78,12 @@ export class WiredRobot {
     await this.#ask('plug');
   }
 
-  /** Something happens that should stop it: how long it takes is a fact. Real firmware only. */
+  /** Marks an event that should stop it: the time until then becomes a fact. Real firmware only. */
   async mark(): Promise<void> {
     await this.#ask('mark');
   }
 
-  /** What is true of it, again and again for so long by its own time, s. */
+  /** The truth about it, again and again for so long by its own time, s. */
   async *during(seconds: number): AsyncGenerator<Facts> {
     const end = (await this.facts()).seconds + seconds;
     for (let facts = await this.facts(); facts.seconds < end; facts = await this.facts()) {
@@ -119,19 +119,19 @@ export class WiredRobot {
   }
 }
 
-/** A busy machine makes everything late; nothing here waits longer than it must. */
+/** A busy machine delays everything; nothing here waits longer than it must. */
 export const PATIENCE = { timeout: 60_000, intervals: [100, 200, 400] };
 
-/** All devices send, and have for a while: a robot whose link has just come up takes no order to
-    move before none came for 0.3 s (core/src/device/rp6.rs). Whoever drives at once and goes on
-    would be waited for in vain. */
+/** Waits until all devices have been sending for a while. A robot whose link has just come up
+    accepts no command to move until there was none for 0.3 s (core/src/device/rp6.rs), so a driver
+    that starts at once and goes on would wait in vain. */
 async function settled(lab: Lab, robot: WiredRobot): Promise<void> {
   const devices = async () => (await lab.bridge())?.devices.map((device) => device.state).join();
   await expect.poll(devices, { ...PATIENCE, message: 'all devices send' }).toMatch(/^sending(,sending)*$/);
   for await (const _ of robot.during(0.6));
 }
 
-/** Takes the wheel, where it is not taken, as soon as the robot's link is up. */
+/** Takes the right to drive, if it is free, as soon as the robot's link is up. */
 export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
   if ((await lab.bridge())?.armed) return;
   await settled(lab, robot);
@@ -141,8 +141,8 @@ export async function arm(lab: Lab, robot: WiredRobot): Promise<void> {
   }).toPass(PATIENCE);
 }
 
-/** Turns by hand: the key is held from here on. Where the robot does not turn yet, its driver is
-    armed and the key pressed again, as a person would. */
+/** Turns by hand: the key is held from here on. While the robot does not turn, its driver is armed
+    and the key pressed again, as a person would. */
 export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   const press = async () => {
     await lab.page.keyboard.up('ArrowLeft');
@@ -159,7 +159,7 @@ export async function turnByHand(lab: Lab, robot: WiredRobot): Promise<void> {
   await expect.poll(turns, { ...PATIENCE, intervals: [500, 2_000], message: 'it turns while the key is held' }).toBe(true);
 }
 
-/** Reasons for which a robot may stand before it was armed, or on a machine that starves it, its
+/** Reasons for which a robot may stand before it is armed, or on a machine that starves it, its
     bridge or the page. */
 const UNARMED = ['', 'start', 'silence', 'link', 'lease-expired', 'driver-gone'];
 
@@ -169,8 +169,8 @@ async function explore(lab: Lab, robot: WiredRobot): Promise<void> {
   await lab.at('mode-explore').click();
 }
 
-/** Explores until something is so. A machine that starves the robot looks to its rules like a robot
-    that fell silent: it is armed again. Whatever else disarms it is a fault, but for the reasons
+/** Explores until a condition holds. To its rules, a robot on a starved machine looks like one that
+    fell silent: it is armed again. Any other reason for disarming is a failure, except for
     `others`. */
 export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string, done: (status: Status) => boolean | Promise<boolean>, others: readonly string[] = []): Promise<void> {
   const reasons: string[] = [];
@@ -190,10 +190,10 @@ export async function exploreUntil(lab: Lab, robot: WiredRobot, message: string,
   expect(reasons, `${message}: nothing but a slow machine disarms it`).toEqual([]);
 }
 
-/** Judges what depends on several programs being in time: what robot and lidar measured, when a
-    bridge stopped its robot. Where the machine kept robot or lidar waiting meanwhile, their times
-    went apart (tests/src/devices/socket.rs), and what they saw is not of one world: a failure
-    proves nothing then. `lost` is what they had lost when it began. */
+/** Judges what depends on the timing of several programs: what robot and lidar measured, when a
+    bridge stopped its robot. If the machine kept robot or lidar waiting meanwhile, their clocks
+    diverged (tests/src/devices/socket.rs), and their readings are not of one world: then a failure
+    proves nothing. `lost` is the time that they had lost at the start. */
 export async function together(robot: WiredRobot, { lost: before }: Pick<Facts, 'lost'>, body: () => Promise<void>): Promise<void> {
   try {
     await body();
@@ -206,9 +206,9 @@ export async function together(robot: WiredRobot, { lost: before }: Pick<Facts, 
   }
 }
 
-/** Runs it, and ends the robot after it. What a starved machine left unproved makes a test whose
-    other claims all hold a skipped one; in CI, where nothing may be skipped, it is tried once
-    more. */
+/** Runs it, and ends the robot after it. A test with claims left unproved on a starved machine
+    counts as skipped if its other claims hold; in CI, where nothing may be skipped, it is tried
+    once more. */
 export async function withRobot(robot: WiredRobot, body: () => Promise<void>): Promise<void> {
   try {
     await body();

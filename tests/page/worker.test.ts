@@ -1,5 +1,5 @@
-// The worker's protocol, spoken without the page: what it answers, in which order, and that it
-// never runs ahead of the page.
+// The worker's protocol, without the page: its answers, their order, and that it never runs ahead
+// of the page.
 import type { Answer, Command } from '../../www/src/protocol.ts';
 import { expect, test } from './fixture.ts';
 import { record } from './recording.ts';
@@ -13,7 +13,7 @@ test.beforeEach(async ({ page }) => {
     const answers: Answer[] = [];
     worker.onmessage = (event: MessageEvent<Answer>) => answers.push(event.data);
     const send = (...commands: Command[]): void => commands.forEach((command) => worker.postMessage(command));
-    /** All answers up to the first that fits, which are then forgotten; `drawn` answers each
+    /** All answers up to the first that fits, removed from the queue; `drawn` answers each
         frame. */
     const until = async (fits: (answer: Answer) => boolean, drawn: boolean): Promise<Answer[]> => {
       const begin = performance.now();

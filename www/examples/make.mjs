@@ -1,18 +1,18 @@
-// Makes ring.gzip, the recording that the page has by itself: a drive all round the world `loop`,
-// as its lidar and its wheels would log it, by our own simulation.
+// Makes ring.gzip, the recording that comes with the page: a drive all round the world `loop`, as
+// its lidar and its wheels would log it, made by our own simulation.
 //
 //     simulate --world loop --sensor lidar --set lidar.beams=180 --seed 7 \
 //         --method scan-matching --carmen ring.log
 //     node make.mjs ring.log
 //
-// Of five scans one is left, to a centimetre: the robot goes 30 cm meanwhile, and a lidar of this
-// kind measures no better. Poses in it are those of the wheels: what the simulation knows is not.
+// One scan in five is kept, with ranges to a centimetre: the robot drives 30 cm between two of
+// them, and a lidar of this kind measures no better. The poses are odometry, not the truth.
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { gzipSync } from "node:zlib";
 
 const EVERY = 5;
-/** Words of ROBOTLASER1 before its ranges, the last of which is their number. */
+/** Words of ROBOTLASER1 before its ranges; the last of them is the number of ranges. */
 const HEAD = 9;
 const RANGE_DIGITS = 2;
 const POSE_DIGITS = 4;
@@ -28,7 +28,7 @@ const thin = (line) => {
 const kept = scans.filter((_, i) => i % EVERY === 0).map(thin);
 const text = [...comments, "# A simulated robot drives round the world `loop`; of five scans one, ranges to a centimetre", ...kept, ""].join("\n");
 const packed = gzipSync(text, { level: 9 });
-// The time of packing is nobody's business, and another one each time.
+// Clear the time stamp of packing, which would make each build differ.
 packed.fill(0, 4, 8);
 writeFileSync(new URL("ring.gzip", import.meta.url), packed);
 console.log(`${kept.length} scans, ${packed.length} bytes`);

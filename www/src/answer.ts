@@ -18,12 +18,12 @@ export function attempt<Name extends string, T>(name: Name, work: () => T): { [k
   return { [name]: result, error } as { [key in Name]: T | null } & { error: string };
 }
 
-/** Whether the module itself broke off: a panic is thrown as its text, a trap by the engine. What
-    it holds can no longer be relied on. */
+/** Whether the module itself failed: a panic is thrown as its text, a trap by the engine. Its state
+    can no longer be relied on. */
 const isBroken = (error: unknown): boolean => typeof error === "string" || error instanceof WebAssembly.RuntimeError;
 
-/** Something could not be done. A fault of the program is an error; else what was given, by its
-    name if it has one, cannot be used. */
+/** Reports a failure: a bug of the program as an error, unusable input with its name if it has
+    one. */
 export function fail(error: unknown, name = ""): void {
   const { about, text } = faultOf(error);
   if (about === "internal") console.error(error);

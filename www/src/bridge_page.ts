@@ -1,13 +1,13 @@
-// The address of the page that a bridge serves, from what somebody typed or scanned.
+// Finds the address of the page that a bridge serves, from text that was typed or scanned.
 
-/** Where a bridge listens that was told nothing else. */
+/** A bridge's default port. */
 const PORT = "8080";
 
-/** The whole address, with the token if there is one behind its `#`; null where it is none. */
+/** The whole address, with the token behind its `#` if there is one; null if it is none. */
 export function pageOf(typed: string): string | null {
   const text = typed.trim();
   const hasScheme = /^[a-z][a-z0-9+.-]*:\/\//i.test(text);
-  // The browser takes almost anything for an address.
+  // Browsers accept almost any text as an address.
   if (text === "" || /\s/.test(text)) return null;
   let url: URL;
   try {
@@ -18,7 +18,7 @@ export function pageOf(typed: string): string | null {
   if (!/^https?:$/.test(url.protocol) || url.username !== "" || url.password !== "") return null;
   const isPortSaid = hasScheme || /^(\[[^\]]*\]|[^/?#:]*):\d+/.test(text);
   if (!isPortSaid) url.port = PORT;
-  // A bridge's WebSocket stands beside its page.
+  // A bridge's WebSocket has the same host as its page.
   if (/^wss?:/i.test(text)) url.pathname = "/";
   return url.href;
 }

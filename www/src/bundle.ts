@@ -1,10 +1,10 @@
-// Parts of the page that are bundles of their own: a first visit does without them.
+// Loads parts of the page that have bundles of their own, because a first visit does not need them.
 
 import type { Store } from "./store.js";
 import { t } from "./words.js";
 
-/** Loads a part, which stands beside this one; null where it does not come, and then a person was
-    told. `what` begins a sentence. */
+/** Loads the bundle `name` from beside this one. If that fails, tells the user and returns null.
+    `what` begins the sentence of that message. */
 export async function bundle(store: Store, name: string, what: string): Promise<unknown> {
   try {
     return await import(new URL(name, import.meta.url).href);

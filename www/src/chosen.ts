@@ -1,27 +1,27 @@
-// Sorts files that were dropped or chosen together by what stands in them, whatever they are
-// called: a building, something else to open, or nothing that can be opened.
+// Sorts files that were dropped or chosen together by content, whatever their names: a building,
+// something else to open, or nothing that can be opened.
 
 import { SHORTCUT } from "./link.js";
 import { t } from "./words.js";
 
 export type Chosen =
   | { kind: "nothing" }
-  /** A map of ROS with its image, an OGmap.txt, a submap, or a floor plan. */
+  /** A ROS map with its image, an OGmap.txt, a submap, or a floor plan. */
   | { kind: "building"; name: string; files: readonly File[] }
   | { kind: "file"; file: File; content: Content }
   /** Poses over time, alone or with the recording that they belong to. */
   | { kind: "poses"; poses: File; log: File | null }
-  /** A ZIP archive: what is in it is looked at. */
+  /** A ZIP archive; its contents are looked at. */
   | { kind: "archive"; file: File }
   | { kind: "refused"; text: string };
 
-/** What one file holds; of a log and of what nobody knows the module says more. */
+/** What one file holds. Of logs and of unknown files, the module finds out more. */
 export type Content = "world" | "preset" | "graph" | "saved-map" | "link" | "log";
 
 type OpenedKind = Content | "poses" | "yaml" | "image" | "building" | "archive";
 type Kind = OpenedKind | { kind: "written"; words: string };
 
-/** All that can be opened, in words, and how such files are usually called. */
+/** All that can be opened, in words, and the usual names of such files. */
 const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   log: "a recording of ROS (.bag, .mcap) or of the bridge (.mcap), a CARMEN log (.clf, .log), a log of a rover with an RPLIDAR (.log), of four rangers (.csv) or of an RPLIDAR alone (.txt), also packed (.gz)",
   poses: "poses over time, with a recording or beside one (TUM or CSV)",
@@ -34,17 +34,17 @@ const WORDS: Readonly<Record<Exclude<OpenedKind, "image">, string>> = {
   building: "a floor plan (.svg), a submap (.smap), OGmap.txt",
   yaml: "or a map of ROS (.yaml with .pgm or .png)",
 };
-/** As a list for a sentence. */
+/** All of these as a list for a sentence. */
 export const opened = (): string => Object.values(WORDS).map((each) => t(each)).join(", ");
 
 const NAMED: Readonly<Record<string, Kind>> = {
   json: "world", url: "link", g2o: "graph", tum: "poses", slamlab: "saved-map", yaml: "yaml", yml: "yaml", pgm: "image", png: "image", svg: "building", smap: "building", txt: "building",
 };
 
-/** Bytes within which a file shows what it is, comments before it. */
+/** Bytes at the beginning of a file that show what it is; comments may come first. */
 const HEAD = 1 << 16;
 
-/** What the page writes for other programs, and where the same is to be had in a form that it
+/** Files that the page writes for other programs, and how to save the same in a form that it
     reads. */
 const WRITTEN_ONLY: readonly (readonly [pattern: RegExp, words: string])[] = [
   [/^\s*0\s*\n\s*SECTION\b|^\s*999\s*\n/, "a drawing (DXF): the floor plan that was saved with it (.svg) holds the same walls."],
@@ -54,11 +54,10 @@ const WRITTEN_ONLY: readonly (readonly [pattern: RegExp, words: string])[] = [
 /** A line of an OGmap.txt: width, height, resolution and origin, and nothing else. */
 const OG_MAP = /^\d+\s+\d+\s+[\d.e-]+\s+-?[\d.e+-]+\s+-?[\d.e+-]+\s*$/i;
 
-/** A line of a TUM trajectory: eight numbers, seven of which have a length of their own. */
+/** A line of a TUM trajectory: eight numbers, separated by blanks. */
 const TUM = /^(?:-?[\d.]+(?:e[+-]?\d+)?[ \t]+){7}-?[\d.]+(?:e[+-]?\d+)?[ \t]*$/i;
 
-/** Names of columns that a table of poses has, units behind them; of a log of rangers there is
-    more. */
+/** Column names of a table of poses, followed by units. A rangers' log has more columns. */
 const COLUMNS: readonly RegExp[] = [
   /^(?:time|t|timestamp|stamp|secs?|seconds|s)(?:[_ ]?[[(]?(?:m|u|µ|n)?s(?:ec)?s?[\])]?)?$/,
   /^(?:(?:pos|position|pose)_|[tp])?x\b|^(?:(?:pos|position|pose)_|[tp])?x_/,
@@ -72,12 +71,12 @@ function namesPoses(line: string): boolean {
   return COLUMNS.every((column) => names.some((name) => column.test(name))) && !names.includes("range0");
 }
 
-/** Of what is written for other programs, what it is. */
+/** What a file is that the page writes only for other programs. */
 function writtenOnly(text: string): string {
   return WRITTEN_ONLY.find(([pattern]) => pattern.test(text))?.[1] ?? "";
 }
 
-/** By how it begins; null where that does not tell. */
+/** The kind, judged by the beginning of the file; null if that does not decide. */
 function byContent(bytes: Uint8Array): Kind | null {
   const begins = (...sign: readonly number[]): boolean => sign.every((byte, at) => bytes[at] === byte);
   if (begins(0x89, 0x73, 0x6c, 0x61, 0x6d)) return "saved-map";
@@ -85,9 +84,9 @@ function byContent(bytes: Uint8Array): Kind | null {
   if (begins(0x50, 0x4b, 0x03, 0x04)) return "archive";
   const text = new TextDecoder().decode(bytes);
   if (/^P[25]\s/.test(text)) return "image";
-  // Bytes that are no text are named by the module where they are no recording.
+  // The module names binary files if they are no recording.
   if (text.includes("\0") || text.startsWith("#ROSBAG")) return "log";
-  // The first line that says something.
+  // The first line with content.
   const said = text.replace(/^\uFEFF?(?:[ \t]*(?:#(?!points|robot|landmarks).*)?\r?\n)*/, "");
   const first = said.slice(0, Math.max(0, said.search(/\r?\n|$/)));
   if (/^(?:VERTEX|EDGE|FIX)(?:_|\b)/.test(first)) return "graph";
@@ -98,7 +97,7 @@ function byContent(bytes: Uint8Array): Kind | null {
   if (OG_MAP.test(first)) return "building";
   if (/^image\s*:/m.test(said)) return "yaml";
   if (TUM.test(first) || namesPoses(first)) return "poses";
-  // A header may stand in a comment, before numbers.
+  // The header may be in a comment above the numbers.
   if (/^[-+\d.]/.test(first) && text.slice(0, text.length - said.length).split(/\r?\n/).some(namesPoses)) return "poses";
   const words = writtenOnly(said);
   if (words !== "") return { kind: "written", words };
@@ -106,14 +105,15 @@ function byContent(bytes: Uint8Array): Kind | null {
   return /^(?:[FR]LASER|ROBOTLASER\d|ODOM|PARAM|[S_]_t:)/.test(first) ? "log" : null;
 }
 
-/** By what it is called: what is damaged at its begin is told so by whoever reads such files. */
+/** The kind, judged by the name. If the beginning of a file is damaged, the reader of its format
+    reports it. */
 function byName(name: string): Kind {
   const ending = /\.(\w+)$/.exec(name)?.[1]?.toLowerCase() ?? "";
   return NAMED[ending] ?? "log";
 }
 
 async function kindOf(file: File): Promise<Kind> {
-  // That a file has gone is told where it is read as a whole.
+  // A file that is gone is reported when the whole file is read.
   const head = await file.slice(0, HEAD).arrayBuffer().catch(() => new ArrayBuffer(0));
   return byContent(new Uint8Array(head)) ?? byName(file.name);
 }

@@ -1,4 +1,4 @@
-// The page's end of the wire to the worker: sends commands, hands frames to scene and store.
+// The page's end of the connection to the worker: sends commands, passes frames to scene and store.
 
 import { degrees } from "./angle.js";
 import { hostOf, tokenOf } from "./bridge_address.js";
@@ -25,16 +25,17 @@ import { choices, forgetChoices, noteChoice } from "./visit.js";
 import { WayBack } from "./way_back.js";
 import { t } from "./words.js";
 
-/** A worker that breaks so soon after the last, wall milliseconds, would break for ever. */
+/** A worker that fails within this time after the last failure, in wall milliseconds, would go on
+    failing. */
 const SOON_AGAIN_MILLIS = 10_000;
 
-/** Files of one kind; without any, why there are none. */
+/** Files of one kind; if there are none, the reason. */
 export interface Collected {
   readonly files: readonly SavedFile[];
   readonly error: string;
 }
 
-/** What begins another run. */
+/** Commands that begin another run. */
 const BEGINS: ReadonlySet<Command["kind"]> = new Set(["start", "follow", "replay", "connect", "cable", "begin-at"]);
 
 export class Client {
@@ -43,8 +44,8 @@ export class Client {
   #run = 0;
   #undrawn = false;
   #simSpeed = 1;
-  /** What is said of the run that is about to start: what its building was read without, or what
-      it begins in place of. */
+  /** A note about the run that is about to start: which parts of its building were left out, or
+      which run it replaces. */
   #skipped = "";
   readonly files: Files;
   readonly robot: Robot;
@@ -53,17 +54,18 @@ export class Client {
   readonly #way: WayBack;
   /** Called when a run begins, before its first frame. */
   onStart: (isAgain: boolean) => void = () => {};
-  /** Called where there is no run and will be none: none could begin, or the worker is gone. */
+  /** Called if there is no run and will be none: none could begin, or the worker is gone. */
   onLost: () => void = () => {};
-  /** Called where another worker goes on for one that broke: it knows nothing yet. */
+  /** Called when a new worker replaces one that failed: it has no state yet. */
   onRestart: () => void = () => {};
-  /** Called with each command; where it returns true, somebody else sees to it. */
+  /** Called with each command; if it returns true, the command is handled elsewhere. */
   diverts: (command: Command) => boolean = () => false;
   #askLink: ((link: string | null) => void)[] = [];
-  /** Who waits for files, in the order in which they asked. */
+  /** Who waits for files, in the order of asking. */
   #collecting: ((collected: Collected) => void)[] = [];
 
-  /** `isBeside`: its run is held against the one that is shown, and has no say in the page. */
+  /** `isBeside`: this client's run is only compared with the one that is shown, and controls
+      nothing in the page. */
   constructor(private readonly store: Store, private readonly scene: Scene, private readonly isBeside = false) {
     this.files = new Files(this, store);
     this.robot = new Robot(this, store);
@@ -79,7 +81,7 @@ export class Client {
     return worker;
   }
 
-  /** The worker broke off: another one goes on, unless that one breaks, too. */
+  /** The worker failed: starts another one, unless the last failure was just before. */
   #broke(why: string): void {
     const breaksAgain = performance.now() - this.#brokeAt < SOON_AGAIN_MILLIS;
     this.#brokeAt = performance.now();
@@ -109,15 +111,15 @@ export class Client {
     if (!this.diverts(command)) this.relay(command, transfer);
   }
 
-  /** The same, whatever diverts commands. */
+  /** Sends a command past `diverts`. */
   relay(command: Command, transfer: Transferable[] = []): void {
-    // Who begins something here wants nothing else.
+    // Whoever begins something here does not want the offer of the last run.
     if (this.store.lastRun && BEGINS.has(command.kind)) this.store.set("last", { lastRun: null });
     this.#worker.postMessage(command, transfer);
   }
 
-  /** The link of a simulation as it would be had it begun with `setup`; null where none can tell
-      what was done. */
+  /** The link of the simulation as if it had begun with `setup`; null if no link can describe what
+      was done in it. */
   linkOf(setup: Setup): Promise<string | null> {
     this.relay({ kind: "keep", setup, asked: true });
     return new Promise((resolve) => this.#askLink.push(resolve));
@@ -135,18 +137,18 @@ export class Client {
     this.store.set("toast", { toast: { level: "good", text } });
   }
 
-  /** Ends it for good. */
+  /** Ends the worker for good. */
   end(): void {
     this.#worker.terminate();
   }
 
-  /** How far the next run goes at once, s. */
+  /** Run time up to which the next run goes at once, s. */
   #until: number | null = null;
-  /** What was asked of simulated runs that have not begun yet, and how many they are. */
+  /** What was asked of simulated runs that have not begun yet, and the number of such runs. */
   #asked: Partial<Setup> = {};
   #starts = 0;
 
-  /** One of them began or failed; other runs leave nothing to wait for. */
+  /** A requested run began or failed. After a run of another kind, no request is pending. */
   #answered(isSimulated: boolean): void {
     this.#starts = isSimulated ? Math.max(this.#starts - 1, 0) : 0;
     if (this.#starts === 0) this.#asked = {};
@@ -154,13 +156,13 @@ export class Client {
 
   /** Starts a simulated run with the present setup, changed by `patch`. */
   start(patch: Partial<Setup> = {}): void {
-    // Another building, robot or noise is none of the lesson.
+    // Changing the building, robot or noise leaves the lesson.
     const leaves = patch.lesson === undefined && (["world", "worldJson", "sensor", "seed"] as const).some((part) => part in patch);
     const asked = leaves ? { settings: withoutFault(this.store), ...patch, lesson: null } : patch;
-    // Who chooses a world and a sensor one right after the other means both.
+    // If somebody chooses a world and a sensor in quick succession, both apply.
     const setup = { ...this.store.setup, ...this.#asked, ...asked };
-    // Lessons are tried again and again, and the tour can be taken again.
-    // While another one is on its way the worker knows no longer of the run that is shown.
+    // There is no way back to a lesson or the tour: both can be started again. While another run is
+    // on its way, the worker no longer knows the run that is shown.
     const isMissed = setup.lesson === null && this.store.tour === null && !this.isBeside;
     if (isMissed && this.#starts === 0) this.#way.leave();
     this.#asked = { ...this.#asked, ...asked };
@@ -174,19 +176,19 @@ export class Client {
     this.send({ kind: "speed", factor });
   }
 
-  /** The cycle on or off, in the run and in those that follow. */
+  /** Turns the cycle on or off, in this run and in those that follow. */
   setCycle(on: boolean): void {
     const { store } = this;
-    // Both would stand over the map.
+    // Both would cover the map.
     store.set("run", { setup: { ...store.setup, cycle: on }, editing: on ? null : store.editing });
-    // The stages speak of the lines of a scan: they are worth seeing.
+    // The stages refer to the lines of a scan, so those are shown.
     store.setLayers({ found: on });
     this.send({ kind: "cycle", on });
     if (on && store.source === "sim" && store.status?.mode === "manual") this.explore();
     else this.#wake();
   }
 
-  /** Settings of this run and those that follow; what acts only on a restart waits for one. */
+  /** Applies settings to this run and later ones; what acts only on a restart waits for one. */
   configure(settings: SettingValues): void {
     const { store } = this;
     store.set("settings", { setup: { ...store.setup, settings } });
@@ -195,7 +197,7 @@ export class Client {
     if (!this.isBeside) noteChoice(store, { settings });
   }
 
-  /** Asks what the settings are in this run. */
+  /** Asks for the settings of this run. */
   #list(): void {
     this.send({ kind: "settings", settings: this.store.setup.settings });
   }
@@ -220,7 +222,7 @@ export class Client {
     this.#fromTheBeginning();
   }
 
-  /** A recording is mapped again. */
+  /** A recording is mapped again from its beginning. */
   #fromTheBeginning(): void {
     if (this.store.source === "replay") this.again();
     this.store.notify("run");
@@ -241,7 +243,7 @@ export class Client {
     }
   }
 
-  /** Begins again in the saved map, from here in it. */
+  /** Starts the run again in the saved map, from this start in it. */
   beginAt(start: MapStart): void {
     const { store } = this;
     if (!store.savedMap) return;
@@ -250,7 +252,7 @@ export class Client {
     this.again("scan-matching");
   }
 
-  /** Shows or hides submaps; whoever shows some wants to see them. */
+  /** Shows or hides submaps. If some are shown, their layer is turned on. */
   hideSubmaps(hidden: ReadonlySet<number>): void {
     const { store, scene } = this;
     store.set("submaps", { hiddenSubmaps: hidden });
@@ -259,14 +261,14 @@ export class Client {
 
   #examinedNumber = 0;
 
-  /** Asks the run what it knows of something in the map; older questions need no answer any
-      more. */
+  /** Asks the run what it knows of something in the map. Older questions no longer need an
+      answer. */
   examine(question: Question): void {
     this.send({ kind: "examine", number: (this.#examinedNumber += 1), ...question });
   }
 
-  /** Changes the map: between two places, map frame, m, which are opposite corners of a region or
-      the ends of a wall. */
+  /** Changes the map between two places (map frame, m): opposite corners of a region, or the ends
+      of a wall. */
   edit(what: EditName, [x0, y0]: readonly [number, number], [x1, y1]: readonly [number, number]): void {
     const corners = what === "erase" ? [x0, y0, x1, y0, x1, y1, x0, y1] : [x0, y0, x1, y1];
     this.send({ kind: "edit", what, corners });
@@ -278,7 +280,7 @@ export class Client {
     this.#wake();
   }
 
-  /** A door of the simulated world; it moves with the next step, so a paused run goes on. */
+  /** Opens or shuts a door of the world. It moves with the next step, so a paused run goes on. */
   setDoor(index: number, open: boolean): void {
     this.send({ kind: "door", index, open });
     this.#wake();
@@ -288,7 +290,7 @@ export class Client {
     this.#order({ kind: "explore" });
   }
 
-  /** To a moment of the run, s: it waits there, and goes on from there the same way, until
+  /** Goes to a moment of the run, s. The run waits there, and repeats itself from there until
       something else is done. */
   seek(time: number): void {
     this.#way.keep();
@@ -296,7 +298,7 @@ export class Client {
     this.send({ kind: "seek", time });
   }
 
-  /** To the scan before. */
+  /** Goes back to the scan before. */
   back(): void {
     if (this.store.source === "bridge") return;
     this.#way.keep();
@@ -308,7 +310,7 @@ export class Client {
     this.#order({ kind: "manual" });
   }
 
-  /** Nobody steers faster than time goes. */
+  /** Slows down to real time: nobody can steer faster than that. */
   #slowDown(): void {
     if (this.store.source === "sim" && this.store.speed > 1) this.setSpeed(1);
   }
@@ -328,7 +330,7 @@ export class Client {
     this.#wake();
   }
 
-  /** Asks all planners once there is a goal; without a start they begin where the robot is. */
+  /** Runs all planners as soon as there is a goal; without a start they begin at the robot. */
   contest(patch: Partial<Pick<Contest, "ground" | "seconds" | "start" | "goal">>): void {
     const { store } = this;
     const contest = { ...store.contest, ...patch, picking: "goal" as const, error: "" };
@@ -338,7 +340,7 @@ export class Client {
     if (goal && from) this.send({ kind: "contest", ask: { ground, ends: [...from, ...goal], seconds }, watched });
   }
 
-  /** Whose tree is drawn. */
+  /** Chooses the planner whose tree is drawn. */
   watch(watched: number): void {
     const { store } = this;
     store.set("contest", { contest: { ...store.contest, watched } });
@@ -357,24 +359,24 @@ export class Client {
     this.store.set("run", { aiming: false, isStopped: true });
     this.robot.stop();
     const { source, reading } = this.store;
-    // A robot is stopped also while a recording is being read.
+    // A robot can be stopped even while a recording is being read.
     if (source === "bridge" || (source === "sim" && !reading)) this.send({ kind: "stop" });
     if (reading || source === "replay") this.send({ kind: "cancel" });
   }
 
-  /** Does the experiment of a link again: to a moment, s, as fast as it goes, or at its speed. */
+  /** Repeats the experiment of a link: up to a moment, s, at once, or at its own speed. */
   follow(link: string, until: number | null = null): void {
     this.store.set("run", { loading: "the experiment" });
     this.#until = until;
     this.send({ kind: "follow", link });
   }
 
-  /** Puts the link of this run into the address, and on the clipboard. */
+  /** Puts the link of this run into the address and on the clipboard. */
   copyLink(): void {
     this.send({ kind: "link", setup: this.store.started });
   }
 
-  /** What runs now, from its beginning: with the method given, or else with the one it had. */
+  /** Starts the present run again, with the given method or the one that it had. */
   again(method?: MethodName): void {
     const { store } = this;
     if (store.source === "bridge" && this.robot.again(method ?? store.method)) return;
@@ -387,23 +389,23 @@ export class Client {
     return this.#run !== 0;
   }
 
-  /** What was asked for and cannot be; the run that begins in its place does not take that away. */
+  /** Reports a request that cannot be met; the run that begins instead keeps the message. */
   refuse(text: string): void {
     if (this.#run === 0) this.#skipped = text;
     else this.warn(text);
   }
 
-  /** A note that is read at once. */
+  /** A message to be read at once. */
   warn(text: string, way?: Toast["way"]): void {
     this.store.set("toast", { toast: { level: "warn", text, ...(way && { way }) } });
   }
 
-  /** The map as it was drawn so far, to be found in. */
+  /** Uses the map drawn so far as a prior map. */
   localiseInThisMap(): void {
     this.send({ kind: "read-prior-map", name: t`map of ${this.store.title}`, files: [] });
   }
 
-  /** The robot is to be found in this map from here on; none: among the walls of the world. */
+  /** Localises the robot in this map from here on; null: among the walls of the world. */
   localiseIn(priorMap: PriorMapSetup | null, method?: MethodName): void {
     const { store } = this;
     store.set("run", { setup: { ...store.setup, priorMap } });
@@ -417,14 +419,14 @@ export class Client {
     this.send({ kind: "drawn" });
   }
 
-  /** A recording goes as fast as it can; the simulation after it as fast as the one before. */
+  /** A recording goes as fast as it can; a simulation after it goes as fast as the one before. */
   #pace(next: SourceKind): void {
     if (next === "replay" && this.store.source === "sim") this.#simSpeed = this.store.speed;
     if (next === "sim" && this.store.source === "replay") this.store.speed = this.#simSpeed;
     this.setSpeed(next === "replay" ? Infinity : this.store.speed);
   }
 
-  /** A command to the robot means that it should move: a paused run goes on. */
+  /** A command to the robot means that it should move, so a paused run goes on. */
   #wake(): void {
     if (!this.store.playing) this.send({ kind: "play" });
   }
@@ -440,7 +442,7 @@ export class Client {
       this.#run = start.run;
       this.robot.begins(start.source);
       this.store.compared = this.files.begins(start.source) ? this.#comparedWith(start.method) : [];
-      // On the way to an earlier moment the view stays, and so does the speed.
+      // Going back to an earlier moment keeps the view and the speed.
       if (!start.isAgain) this.#pace(start.source);
       this.scene.clear();
       this.store.begin(start);
@@ -497,13 +499,13 @@ export class Client {
     quality: ({ run, quality }) => {
       if (run !== this.#run) return;
       this.store.set("quality", { quality, judging: null });
-      // The places are others now, or say something else.
+      // The tears may have moved or changed their meaning.
       if (this.store.thing?.kind === "torn") this.store.choose([]);
     },
     grade: ({ run, grade }) => {
       if (run !== this.#run) return;
       const { started: { lesson }, grade: before } = this.store;
-      // It stays passed, and is told again and again.
+      // A passed lesson stays passed and is reported again and again.
       if (lesson && grade?.isPassed && !before?.isPassed) notePassed(lesson);
       this.store.set("lesson", { grade });
     },
@@ -539,7 +541,7 @@ export class Client {
     "map-aligned": (aligned) => this.loadedMaps.aligned(aligned),
     renumbered: ({ submap, by }) => {
       const { store } = this;
-      // Those behind it are numbered anew.
+      // Submaps behind it are renumbered.
       const renumbered = [...store.hiddenSubmaps].filter((hidden) => by === 1 || hidden !== submap).map((hidden) => (hidden > submap || (by === 1 && hidden === submap) ? hidden + by : hidden));
       store.choose([]);
       store.set("submaps", { hiddenSubmaps: new Set(renumbered), chosenSubmap: by === 1 ? submap : null });
@@ -568,10 +570,10 @@ export class Client {
       this.store.set("run", { loading: "", seeking: null });
       this.note("warn", text);
       this.warn(text, this.files.wayOutOf(text));
-      // A link that is wrong leaves nothing to look at.
+      // After a bad link there is no run to look at.
       if (this.#run === 0) this.onLost();
       if (this.isBeside || this.#run !== 0) return;
-      // Nor does what was kept by another build.
+      // Choices kept by another build may not work either.
       if (isLink(location.hash)) history.replaceState(null, "", location.pathname + location.search);
       else if (!forgetChoices()) return;
       this.#skipped = text;
@@ -579,19 +581,19 @@ export class Client {
     },
   };
 
-  /** What methods other than the next one made of the log, the run that ends here among them. */
+  /** What methods other than `next` made of the log, including the run that ends here. */
   #comparedWith(next: MethodName): readonly Compared[] {
     const left = shownRun(this.store, this.scene);
     const earlier = this.store.compared.filter(({ method }) => method !== left?.method);
     return (left ? [...earlier, left] : earlier).filter(({ method }) => method !== next);
   }
 
-  /** A line of the log, of this moment of the run. */
+  /** Adds a line to the log, at this moment of the run. */
   note(level: Level, text: string): void {
     this.store.note({ time: this.store.status?.time ?? 0, level, text });
   }
 
-  /** What of a file is not in what was read of it: told when its run begins. */
+  /** Keeps a note of what was left out of a file, to be shown when its run begins. */
   #leaveOut(name: string, skipped: readonly string[]): void {
     this.#skipped = skipped.length > 0 ? t`${name}: left out ${skipped.join(", ")}.` : "";
   }

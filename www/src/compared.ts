@@ -1,22 +1,22 @@
-// What other methods made of the same log, to be held against the run that is shown.
+// What other methods made of the same log, for comparison with the run that is shown.
 
 import { TRAIL, TRAIL_STRIDE, type MethodName } from "./protocol/module.js";
 import { SAMPLE } from "./protocol/sample.js";
 import type { Store } from "./store.js";
 import type { Scene } from "./view/scene.js";
 
-/** A run as it was left. */
+/** A run in the state in which it was left. */
 export interface Compared {
   readonly method: MethodName;
-  /** Its place among those that are offered. */
+  /** Index of its method among those offered. */
   readonly place: number;
   /** See TRAIL. */
   readonly trail: Float32Array;
   readonly scans: number;
-  /** The part of the log that it had done, 0 to 1. */
+  /** The part of the log that was processed, 0 to 1. */
   readonly progress: number;
   readonly loopClosures: number;
-  /** What a scan cost, median, milliseconds. */
+  /** Median time for one scan, milliseconds. */
   readonly scanMillis: number;
 }
 
@@ -29,8 +29,8 @@ export function shownRun({ method, status, history, offer }: Store, { trail, tra
   return { method, place, trail: trail.slice(0, trailLength), scans, progress, loopClosures, scanMillis: costs[costs.length >> 1] ?? NaN };
 }
 
-/** How far two ways lie apart at the same times, as long as both go: root mean square and most, m.
-    Both begin at the origin of their map. */
+/** The distance between two trails at equal times, as long as both last: root mean square and
+    maximum, m. Both begin at the origin of their map. */
 export function apart(a: Float32Array, b: Float32Array): { rms: number; most: number } {
   let [squares, count, most, next] = [0, 0, 0, TRAIL_STRIDE];
   for (let i = 0; i + TRAIL_STRIDE <= b.length; i += TRAIL_STRIDE) {
@@ -44,7 +44,7 @@ export function apart(a: Float32Array, b: Float32Array): { rms: number; most: nu
   return { rms: count > 0 ? Math.sqrt(squares / count) : NaN, most: count > 0 ? most : NaN };
 }
 
-/** A number of a trail at a time between two of its points, the second of which is `next`. */
+/** A number of a trail at a time between two of its points; `next` is the second one. */
 function mix(trail: Float32Array, next: number, place: number, time: number): number {
   const last = next - TRAIL_STRIDE;
   const [from, to] = [trail[last + TRAIL.time] ?? NaN, trail[next + TRAIL.time] ?? NaN];

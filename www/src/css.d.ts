@@ -1,4 +1,4 @@
-// A style sheet imported by a component is its text; see build.mjs.
+// A style sheet that a component imports is text; see build.mjs.
 declare module "uplot/dist/uPlot.min.css" {
   const text: string;
   export default text;

@@ -1,13 +1,13 @@
-// Columns as CSV (RFC 4180): UTF-8, units in the header, a point before the decimals.
+// Columns as CSV (RFC 4180): UTF-8, units in the header, a decimal point.
 
 export interface Column {
   readonly title: string;
-  /** Empty for a pure number. */
+  /** Empty if the number has no unit. */
   readonly unit: string;
   readonly values: ArrayLike<number | string>;
 }
 
-/** A row for each value of the first column; what is not a finite number is left empty. */
+/** A row for each value of the first column; numbers that are not finite are left empty. */
 export function csvOf(columns: readonly Column[]): string {
   const header = columns.map(({ title, unit }) => quoted(unit === "" ? title : `${title} (${unit})`));
   const rows = Array.from({ length: columns[0]?.values.length ?? 0 }, (_, row) =>

@@ -1,5 +1,5 @@
-// A robot that has explored all does not look again, and knows nothing of a door that is opened
-// then. It can be sent there, and explores from there on.
+// A robot that has finished exploring does not look again, so it misses a door that is opened
+// later. The page offers to send it there; it then explores on from that place.
 
 import type { Client } from "./client.js";
 import { DOOR, DOOR_STRIDE } from "./protocol/module.js";
@@ -7,19 +7,19 @@ import type { Store } from "./store.js";
 import { t } from "./words.js";
 
 const TOPIC = "door";
-/** So long somebody may answer, wall milliseconds. */
+/** How long the offer stands, wall milliseconds. */
 const ASKED_MILLIS = 20_000;
-/** Goals nearer than this to one another are the same, m. */
+/** Goals nearer to one another than this count as the same, m. */
 const SAME_GOAL = 0.01;
 
-/** Offers to send the robot to doors that are opened once it is done. */
+/** Offers to send the robot to doors that are opened once it has finished. */
 export function watchDoors(store: Store, client: Client): void {
   let before: ReadonlySet<number> = new Set();
-  /** Opened since the robot is done. */
+  /** Doors opened since the robot finished. */
   const opened = new Set<number>();
-  /** Where it is still to look; null while it was not sent. */
+  /** Doors that it is still to visit; null if it was not sent. */
   let left: number[] | null = null;
-  /** Where it was sent last, and whether it took that up. */
+  /** The last goal that it was sent, and whether it has taken it up. */
   let [goal, isUnderWay] = [[NaN, NaN], false];
 
   const forget = (): void => {
@@ -66,7 +66,7 @@ export function watchDoors(store: Store, client: Client): void {
     const { status } = store;
     if (!status || (left === null && opened.size === 0)) return;
     if (left === null) {
-      // Somebody sent it elsewhere, or the run was begun again.
+      // Somebody sent it elsewhere, or restarted the run.
       if (!status.finished) forget();
       return;
     }

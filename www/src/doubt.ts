@@ -1,19 +1,19 @@
-// How surely a robot knows where it is, as one length.
+// How certain a robot's position is, as one length.
 
 import type { Status } from "./protocol/frame.js";
 import { ellipseOf } from "./view/layers/robot.js";
 
-/** The longer half axis of the ellipse in which the robot is with 95 % probability, m. */
+/** The longer half axis of the ellipse that contains the robot with 95 % probability, m. */
 export function doubtOf({ covXx, covXy, covYy }: Pick<Status, "covXx" | "covXy" | "covYy">): number {
   return ellipseOf(covXx, covXy, covYy).major;
 }
 
-/** What became of it over a run. */
+/** That length over a run. */
 export class DoubtHistory {
-  /** Seconds over which it has to shrink by half at least. */
+  /** Seconds within which it has to shrink by at least half. */
   static readonly SPAN = 20;
   static readonly MOST = 400;
-  /** A doubt that was smaller than this, m, does not catch the eye when it shrinks. */
+  /** A length below this, m, is too small to attract notice when it shrinks. */
   static readonly LEAST = 0.15;
   #samples: { time: number; doubt: number }[] = [];
 
@@ -25,13 +25,13 @@ export class DoubtHistory {
     this.#samples = [];
   }
 
-  /** Takes a sample; what it shrank from and to, where it just collapsed. */
+  /** Adds a sample. If the length just collapsed, returns what it shrank from and to. */
   add(time: number, doubt: number): { from: number; to: number } | null {
     const last = this.#samples.at(-1);
     if (last && time < last.time) this.clear();
     if (last?.time === time || !Number.isFinite(doubt)) return null;
     this.#samples.push({ time, doubt });
-    // Half as many say as much about a time twice as long.
+    // Half as many samples describe a time twice as long equally well.
     if (this.#samples.length > DoubtHistory.MOST) this.#samples = this.#samples.filter((_, i) => i % 2 === 0);
     const recent = this.#samples.filter((sample) => time - sample.time <= DoubtHistory.SPAN);
     const from = Math.max(...recent.map((sample) => sample.doubt));

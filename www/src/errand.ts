@@ -1,21 +1,22 @@
-// What a click on free floor means to the robot: it goes there only where that is what was chosen.
+// What a click on free floor means: the robot goes there only if the present mode allows it.
 
 import type { Store } from "./store.js";
 
-/** So long somebody may answer the question, wall milliseconds. */
+/** How long the question stands, wall milliseconds. */
 const ASKED_MILLIS = 12_000;
 const TOPIC = "errand";
 
-/** Whether the robot goes where the map is clicked, or it is asked first: an exploration, which
-    would end by that, is not given up unasked. The tour waits for the end of its own. */
+/** Whether a click on the map sends the robot there, or a question comes first: a goal would end an
+    exploration, so that is not done without asking. During the tour's exploration a click does
+    nothing. */
 export function clickSends({ source, status, setup, bridge, aiming, tour }: Store): "goes" | "asks" | "stays" {
   if (source === "replay" || (source === "bridge" && !bridge?.armed)) return "stays";
   if (aiming || (status?.mode ?? setup.mode) !== "explore") return "goes";
   return tour ? "stays" : "asks";
 }
 
-/** Sends the robot by `go`, or asks whether to; by Enter in place of a click the question that
-    stands is answered. */
+/** Sends the robot by `go`, or asks whether to. Enter, in place of a click, answers a question that
+    stands. */
 export function sendByClick(store: Store, go: () => void, isByKey: boolean): void {
   const meaning = clickSends(store);
   if (meaning === "goes") go();

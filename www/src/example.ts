@@ -1,5 +1,5 @@
-// The recording that the page has by itself, for who has none at hand. It comes when it is asked
-// for (www/examples/make.mjs tells how it was made).
+// The recording that comes with the page, for visitors who have none of their own. It is loaded on
+// demand (www/examples/make.mjs shows how it was made).
 
 import type { Client } from "./client.js";
 import type { Recording } from "./files.js";
@@ -8,12 +8,12 @@ import type { Store } from "./store.js";
 import { t } from "./words.js";
 
 const FILE = "examples/ring.gzip";
-/** What is in it, as its log is called. */
+/** The name of the log in it. */
 export const EXAMPLE = "ring.log";
 
 const SPEED = 20;
 const WATCH = word("A drive all round a ring, as a lidar and wheels logged it. Without a truth nobody knows the error: watch how far the way is off where it comes round, and how the map gives way there.");
-/** So long it is told what to watch, wall milliseconds. */
+/** How long the hint on what to watch stays, wall milliseconds. */
 const WATCH_MILLIS = 15_000;
 
 const examples = new WeakSet<File>();
@@ -32,7 +32,7 @@ export async function openExample(store: Store, client: Client): Promise<void> {
 
 export const isExample = (recording: Recording | null): boolean => recording !== null && examples.has(recording.file);
 
-/** Slow enough to be watched, and with what there is to watch. */
+/** Slow enough to be watched, with the layers that show something. */
 export function presentExample(store: Store, client: Client): void {
   client.setSpeed(SPEED);
   store.set("toast", { toast: { level: "info", text: WATCH, stands: WATCH_MILLIS } });

@@ -1,4 +1,4 @@
-// Files that a person gives: by what they are it is decided what is done with them.
+// Opens files that a person gives: what happens with them depends on what they are.
 
 import { chosen, type Content } from "./chosen.js";
 import type { Client } from "./client.js";
@@ -16,26 +16,25 @@ export interface PosesOf {
   readonly are: PosesAs;
 }
 
-/** A recording, which of its topics are meant (null: those that it has), and poses that came with
-    it. */
+/** A recording, the chosen topics (null: all that it has), and poses that came with it. */
 export interface Recording {
   readonly file: File;
   readonly topics: Topics | null;
   readonly poses: PosesOf | null;
 }
 
-/** Whoever gave a file that is none of those is told which are. */
+/** Offered with a refusal of a file: the list of what can be opened. */
 const OPENABLE: NonNullable<Toast["way"]> = { label: "What can be opened", go: () => void dispatchEvent(new Event("show-openable")) };
 
 export class Files {
-  /** The world editor, while it is open: what is read then is drawn on, and not driven in. */
+  /** The world editor, while it is open: a world read then is drawn on, not driven in. */
   desk: WorldDesk | null = null;
-  /** A ZIP archive is to be opened. */
+  /** Called when a ZIP archive is to be opened. */
   onArchive: (file: File) => void = () => {};
   /** The recording that is shown, and the one that is being read. */
   #shown: Recording | null = null;
   #opening: Recording | null = null;
-  /** Of the files that were given last. */
+  /** Names of the files that were given last. */
   #names: readonly string[] = [];
 
   constructor(private readonly client: Client, private readonly store: Store) {
@@ -46,7 +45,7 @@ export class Files {
     return this.#shown;
   }
 
-  /** A run begins; whether it is of the recording that was shown before. */
+  /** A run begins. Returns whether it is of the recording that was shown before. */
   begins(next: SourceKind): boolean {
     if (next !== "replay") return false;
     const isSame = this.store.source === "replay" && this.#shown?.file === this.#opening?.file;
@@ -54,7 +53,7 @@ export class Files {
     return isSame;
   }
 
-  /** Files that were dropped or chosen together. */
+  /** Opens files that were dropped or chosen together. */
   async openAll(files: readonly File[]): Promise<void> {
     this.#names = files.map(({ name }) => name);
     const given = await chosen(files);
@@ -65,7 +64,7 @@ export class Files {
     else if (given.kind === "file") await this.#openAs(given.content, given.file);
   }
 
-  /** What is offered where one of the files that were given was refused in these words. */
+  /** What to offer if one of the given files was refused with these words. */
   wayOutOf(text: string): Toast["way"] {
     return this.#names.some((name) => text.startsWith(`${name}: `)) ? OPENABLE : undefined;
   }
@@ -80,7 +79,7 @@ export class Files {
     else if (given.kind === "file") await this.#read("read-prior-map", given.file.name, files);
   }
 
-  /** Joins a saved map to the one that there is. */
+  /** Merges a saved map into the present one. */
   async mergeMap(files: readonly File[]): Promise<void> {
     const [file] = files;
     if (!file) return;
@@ -91,13 +90,13 @@ export class Files {
     });
   }
 
-  /** Opens a map beside the run, to be laid on what is drawn. */
+  /** Opens a map beside the run, to be aligned with the drawn map. */
   async loadMap(files: readonly File[]): Promise<void> {
     for (const file of files) await this.#openBeside("load-map", file);
   }
 
-  /** Maps a recorded log. Where it is of ROS, has several topics of a kind and none are meant, they
-      are asked for. */
+  /** Maps a recorded log. If it is of ROS and has several topics of a kind, and none are chosen,
+      asks for them. */
   async open(recording: Recording, method: MethodName = "scan-matching"): Promise<void> {
     const { file, topics, poses: given } = recording;
     await this.#reading(file.name, async () => {
@@ -111,13 +110,13 @@ export class Files {
     });
   }
 
-  /** The recording whose topics were asked for is mapped by these. */
+  /** Maps the recording whose topics were asked for, with these topics. */
   openTopics(topics: Topics): void {
     this.store.set("run", { asked: null });
     if (this.#opening) void this.open({ ...this.#opening, topics });
   }
 
-  /** The poses that were given are these. */
+  /** Answers what the given poses are. */
   async posesAre(are: PosesAs | "path"): Promise<void> {
     const { posesAsked, method } = this.store;
     this.store.set("run", { posesAsked: null });
@@ -143,8 +142,8 @@ export class Files {
     });
   }
 
-  /** Poses alone are a path beside the run, unless it is of a recording: then they may be its
-      odometry or its truth, as with the log that they came with. */
+  /** Poses alone are a path beside the run. If the run is of a recording, they may also be its
+      odometry or its truth, just as poses given together with a log. */
   async #openPoses(poses: File, log: File | null): Promise<void> {
     if (log || (this.store.source === "replay" && this.#shown)) this.store.set("run", { posesAsked: { poses, log } });
     else await this.#openBeside("load-path", poses);
@@ -172,7 +171,7 @@ export class Files {
     });
   }
 
-  /** Files may have gone since they were chosen. */
+  /** Does `work`, which reads a file: it may have gone since it was chosen. */
   async #reading(name: string, work: () => Promise<void>): Promise<void> {
     this.store.set("toast", { toast: null });
     try {

@@ -1,4 +1,4 @@
-// Telling experiments: each a run that is set up so that one thing is seen.
+// Instructive experiments: each is a run that is set up to show one thing.
 
 import type { Client } from "./client.js";
 import type { Setup } from "./protocol/module.js";
@@ -9,19 +9,19 @@ import type { LayerName } from "./view/scene.js";
 export interface Exhibit {
   readonly name: string;
   readonly title: string;
-  /** What it is about, in a line. */
+  /** Its subject, in one line. */
   readonly about: string;
   /** What to watch, and why it happens. */
   readonly watch: string;
-  /** What may be tried then. */
+  /** What to try next. */
   readonly then: string;
   readonly setup: Pick<Setup, "world" | "sensor" | "method" | "seed"> & Partial<Pick<Setup, "settings" | "cycle">>;
   readonly speed: number;
   readonly layers?: Partial<Record<LayerName, boolean>>;
   readonly tab?: Tab;
-  /** Whether its robot is to be carried off. */
+  /** Whether it offers to carry its robot elsewhere. */
   readonly kidnaps?: boolean;
-  /** Whether the view stays with the robot. */
+  /** Whether the view follows the robot. */
   readonly follow?: boolean;
 }
 
@@ -100,22 +100,23 @@ export const EXHIBITS: readonly Exhibit[] = [
   },
 ];
 
-/** What stays of one while it runs. */
+/** The part of an experiment that is kept while it runs. */
 export type Shown = Pick<Exhibit, "name" | "title" | "watch" | "then" | "setup" | "kidnaps">;
 
 const ADDRESS = "#experiment=";
 
-/** The address of an experiment, behind that of the page. */
+/** The address of an experiment, to be appended to that of the page. */
 export const addressOf = ({ name }: Pick<Exhibit, "name">): string => ADDRESS + name;
 
-/** The experiment at an address; `null` where it names none, the name where there is none of it. */
+/** The experiment at an address: `null` if it names none, the name itself if there is no such
+    experiment. */
 export function exhibitAt(hash: string): Exhibit | string | null {
   if (!hash.startsWith(ADDRESS)) return null;
   const name = hash.slice(ADDRESS.length);
   return EXHIBITS.find((each) => each.name === name) ?? name;
 }
 
-/** Whether the run that is shown, or being loaded, is that of an experiment. */
+/** Whether the run that is shown or being loaded is that of an experiment. */
 export function isOf({ setup: { world, method, seed } }: Shown, store: Store): boolean {
   const { setup } = store;
   if (store.loading !== "") return store.loading === world;

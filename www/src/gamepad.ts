@@ -1,9 +1,9 @@
-// A gamepad: its left stick drives, its right trigger button and B stop. Read once a frame while
-// one is connected and the page is in sight.
+// A gamepad: its left stick drives; its right trigger and B stop. It is read once per frame while
+// it is connected and the page is visible.
 
-/** What the page shows of a gamepad. */
+/** The state of a gamepad that the page shows. */
 export interface GamepadState {
-  /** As its maker calls it. */
+  /** Its maker's name for it. */
   readonly name: string;
   /** Of the stick, -1 to 1: up and left are positive. */
   readonly forward: number;
@@ -13,17 +13,17 @@ export interface GamepadState {
 }
 
 export interface GamepadActions {
-  /** The gamepad as it is now; null when there is none any more. */
+  /** Shows the present state of the gamepad; null if it is gone. */
   show(state: GamepadState | null): void;
   drive(forward: number, turn: number): void;
   stop(): void;
 }
 
-/** Within this part of its way a stick is at rest: worn ones never quite come back. */
+/** Dead zone of a stick, as part of its range: worn sticks never quite return to the centre. */
 const DEAD = 0.15;
 /** Smaller changes are not sent. */
 const STEP = 0.02;
-/** Buttons that stop, as the standard layout numbers them: B (or circle), and the right trigger. */
+/** Buttons that stop, numbered as in the standard layout: B (or circle), the right trigger. */
 const STOPS = [1, 7] as const;
 
 export function startGamepad(actions: GamepadActions): void {
@@ -41,7 +41,7 @@ export function startGamepad(actions: GamepadActions): void {
 
   let shown = "";
   const show = (state: GamepadState | null): void => {
-    // To a hundredth: a stick that rests still trembles.
+    // To a hundredth: a stick at rest still jitters.
     const now = state ? JSON.stringify({ ...state, forward: state.forward.toFixed(2), turn: state.turn.toFixed(2) }) : "";
     if (now !== shown) actions.show(state);
     shown = now;
@@ -50,7 +50,7 @@ export function startGamepad(actions: GamepadActions): void {
   const read = (): void => {
     const pads = navigator.getGamepads().filter((pad) => pad?.connected === true);
     frame = pads.length > 0 ? requestAnimationFrame(read) : 0;
-    // Of several, the one that is moved.
+    // Of several gamepads, the one that is moved.
     const axis = (index: number): number => pads.map((pad) => soft(pad?.axes[index] ?? 0)).find((value) => value !== 0) ?? 0;
     const stop = pads.some((pad) => STOPS.some((button) => pad?.buttons[button]?.pressed === true));
     if (stop && !stopping) {
@@ -59,7 +59,7 @@ export function startGamepad(actions: GamepadActions): void {
     }
     stopping = stop;
     // Up and left are negative on a gamepad. While a stop is pressed, or another window is in use,
-    // the stick says nothing.
+    // the stick is ignored.
     const [forward, turn] = [-axis(1) || 0, -axis(0) || 0];
     if (!document.hasFocus()) release();
     else if (!stop) send(forward, turn);
@@ -88,7 +88,7 @@ function soft(value: number): number {
   return Math.abs(value) < DEAD ? 0 : Math.max(-1, Math.min(1, (value - Math.sign(value) * DEAD) / (1 - DEAD)));
 }
 
-/** What its maker calls it, without the numbers that browsers put before or behind it. */
+/** Its maker's name, without the numbers that browsers put before or after it. */
 function nameOf(ids: readonly string[]): string {
   const names = ids.map((id) => id.replace(/\s*\((?:[^()]*\b)?Vendor:[^)]*\)/i, "").replace(/^[0-9a-f]{1,4}-[0-9a-f]{1,4}-/i, "").trim());
   return names.map((name) => name || "Gamepad").join(", ");

@@ -1,18 +1,18 @@
-// Samples of the run for the plots: columns that thin themselves out, so that an hour costs no more
+// Samples of the run for the plots, in columns that are thinned out, so that an hour costs no more
 // than a minute.
 
 import { SAMPLE, SAMPLE_STRIDE } from "./protocol/sample.js";
 
 /** A plot is some 300 pixels wide: more samples cost time and show nothing. */
 const MOST = 2000;
-/** Times that are nearer are of one scan, s. */
+/** Times closer than this belong to one scan, s. */
 const SAME_SCAN = 0.01;
 
 export class History {
   /** One column for each number of a sample, see SAMPLE. */
   columns: number[][] = [];
   version = 0;
-  /** Every so many samples one is kept. */
+  /** One sample in this many is kept. */
   keep = 1;
   #count = 0;
 
@@ -37,8 +37,8 @@ export class History {
     this.version += 1;
   }
 
-  /** Puts what is known better now into columns: of each sample the value at its time, not a number
-      where there is none. Times rise. */
+  /** Puts improved values into columns: each sample gets the value at its time, NaN if there is
+      none. Times rise. */
   correct(times: Float32Array, columns: readonly (readonly [column: number, values: Float32Array])[]): void {
     const mine = this.columns[SAMPLE.time] ?? [];
     let at = 0;

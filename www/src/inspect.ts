@@ -1,17 +1,17 @@
-// Reads the matrix of an inspection: its rows, and which are those of a wall or of a point.
+// Reads the matrix of an inspection: its rows, and which of them belong to a wall or a point.
 
 import type { Inspection } from "./protocol/module.js";
 import { t } from "./words.js";
 
-/** A row of the matrix: a number of the robot, of a wall, or of a point. */
+/** A row of the matrix: a state variable of the robot, of a wall, or of a point. */
 export interface Row {
   wall: number | null;
   symbol: string;
-  /** Whose number it is, in words. */
+  /** To whom the variable belongs, in words. */
   owner: string;
 }
 
-/** The robot's rows: its pose, then what its odometry errs always. */
+/** The robot's rows: its pose, then the systematic errors of its odometry. */
 const ROBOT_ROWS: readonly Row[] = [
   ...["x", "y", "θ"].map((symbol) => ({ wall: null, symbol, owner: "the robot" })),
   { wall: null, symbol: "curvature", owner: "the odometry" },
@@ -27,7 +27,7 @@ export function rowOf(inspection: Inspection, index: number): Row {
   return { wall, symbol: at % 2 === 0 ? "α" : "r", owner: t`wall ${wall}` };
 }
 
-/** The first of the two rows of a wall; null where the matrix has none. */
+/** The first of the two rows of a wall; null if it is not in the matrix. */
 export function firstRowOf(inspection: Inspection, wall: number): number | null {
   const at = inspection.landmarks.indexOf(wall);
   return at < 0 ? null : inspection.robotRows + 2 * at;

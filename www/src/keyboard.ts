@@ -3,12 +3,12 @@
 export interface KeyActions {
   drive(forward: number, turn: number): void;
   stop(): void;
-  /** Esc leaves what is open: whether it was for that alone, and stops nothing. */
+  /** Esc closes what is open. Returns whether that was its only purpose: nothing is stopped. */
   escape(): boolean;
-  /** Whether there is a robot to steer; otherwise the letters of driving are free for what acts
-      once. */
+  /** Whether there is a robot to steer; otherwise the letters for driving are free for keys that
+      act once. */
   steers(): boolean;
-  /** Keys that act once, by the lower-case key; some do the opposite with Shift. */
+  /** Keys that act once, in lower case; some do the opposite with Shift. */
   once: Readonly<Record<string, (shift: boolean) => void>>;
   /** Something modal is open and owns the keys. */
   busy(): boolean;
@@ -35,8 +35,8 @@ export function startKeyboard(actions: KeyActions): void {
     drive();
   };
 
-  // A button that was clicked keeps the focus: the space bar presses it only for who came to it by
-  // keys. For all others it stops the robot.
+  // A clicked button keeps the focus. The space bar presses it only if the focus came there by
+  // keys; otherwise it stops the robot.
   let isByKeys = true;
   addEventListener("pointerdown", () => (isByKeys = false), true);
   addEventListener("keydown", (event) => {
@@ -73,7 +73,7 @@ export function startKeyboard(actions: KeyActions): void {
   });
 
   addEventListener("keyup", (event) => {
-    // Some browsers press the button when the key comes up.
+    // Some browsers press the button when the key is released.
     if (event.code === "Space" && isStopping) event.preventDefault();
     if (event.code === "Space") isStopping = false;
     if (held.delete(event.code)) drive();
@@ -82,7 +82,7 @@ export function startKeyboard(actions: KeyActions): void {
   document.addEventListener("visibilitychange", release);
 }
 
-/** What the key would act on, through the shadow roots. */
+/** What the key would act on, looking through shadow roots. */
 function focusKind(event: KeyboardEvent): "field" | "button" | "page" {
   const target = event.composedPath()[0];
   if (target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && target.type !== "checkbox")) return "field";

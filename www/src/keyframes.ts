@@ -1,28 +1,28 @@
-// Scans of the run, one for each half metre or twenty degrees of the way: for whoever wants to lay
-// two of them on each other.
+// Scans of the run, one every half metre or twenty degrees, for visitors who want to register two
+// of them.
 
 import type { Status } from "./protocol/frame.js";
 
-/** A scan and where the map has it. */
+/** A scan and its pose in the map. */
 export interface Keyframe {
   /** Run time, s. */
   readonly time: number;
   /** x y heading in the map. */
   readonly pose: readonly [number, number, number];
-  /** x y of what it hit, map frame, m. */
+  /** x y of its hits, map frame, m. */
   readonly hits: Float32Array;
 }
 
 const LEAST_SHIFT = 0.5;
 const LEAST_TURN = 0.35;
 const MOST = 40;
-/** Fewer hits are no scan worth keeping. */
+/** A scan with fewer hits is not worth keeping. */
 const FEWEST = 20;
 
 export class Keyframes {
   #all: Keyframe[] = [];
 
-  /** The last scan, if the robot has moved on since the one that was kept last. */
+  /** Takes the last scan, if the robot has moved on since the last one kept. */
   take(status: Status, hits: Float32Array): void {
     if (hits.length < 2 * FEWEST) return;
     const last = this.#all.at(-1);

@@ -1,5 +1,5 @@
 // The run that was under way when the page was left: kept in this browser, and offered on the next
-// visit. A simulation is kept as the link that does it again, a recording with its file.
+// visit. A simulation is kept as a link that repeats it, a recording with its file.
 
 import type { Client } from "./client.js";
 import type { Recording } from "./files.js";
@@ -14,37 +14,37 @@ const KEY = "slamlab-last-run";
 const DATABASE = "slamlab";
 const FILES = "files";
 const RECORDING = "recording";
-/** How often what there is is kept, wall milliseconds. */
+/** Interval at which the run is kept, wall milliseconds. */
 const KEEPS_EVERY = 3000;
-/** What was left is offered for so long at least, however fast the new run goes, wall
+/** The last run is offered for at least this long, however fast the new run goes, wall
     milliseconds. */
 const OFFERED_MILLIS = 15_000;
-/** A larger recording is not kept, bytes: browsers have little more room for a page. */
+/** A larger recording is not kept, bytes: browsers allow a page little more storage. */
 const MOST_BYTES = 256e6;
 
 interface Told { readonly title: string; readonly method: MethodName; /** s of the run. */ readonly time: number }
-/** `link` is null where none can tell what was done: then it begins again from `setup`. */
+/** `link` is null if no link can describe what was done: then the run begins again from `setup`. */
 export type LastSimulation = Told & { readonly kind: "sim"; readonly link: string | null; readonly setup: Setup };
 export type LastRecording = Told & { readonly kind: "replay"; readonly settings: SettingValues };
 export type LastRun = LastSimulation | LastRecording;
 
-/** What was left, if somebody left something. */
+/** The run that was left, if there is one. */
 export function lastRun(): LastRun | null {
   try {
     const last = JSON.parse(localStorage.getItem(KEY) ?? "null") as LastRun | null;
     const isOne = last && (last.kind === "sim" || last.kind === "replay") && typeof last.title === "string" && Number.isFinite(last.time);
     return isOne ? last : null;
   } catch {
-    // Forbidden, or not written by us.
+    // Storage is forbidden, or the value is not ours.
     return null;
   }
 }
 
-/** What its world or recording is called on the page. */
+/** The name of its world or recording on the page. */
 export const shownTitle = (last: LastRun): string => (last.kind === "sim" && last.setup?.worldJson === null ? worldTitle(last.title) : last.title);
 
-/** Keeps what runs from here on. What was left before is offered until there is a new run to be
-    kept in its place. */
+/** Keeps the run from here on. The last run is offered until there is a new run to be kept in its
+    place. */
 export function keepLastRun(store: Store, client: Client): void {
   let offeredAt = 0;
   store.on("last", () => (offeredAt = performance.now()));
@@ -58,8 +58,8 @@ export function keepLastRun(store: Store, client: Client): void {
       store.set("last", { lastRun: null });
       if (!store.toast) offerRun(store, { title: shownTitle(offered), time: offered.time }, () => void goOn(store, client, offered));
     }
-    // A link may hold a whole world: of a run that stands still, and that nobody touches, there is
-    // nothing new to keep.
+    // A link may hold a whole world, so a run that stands still and is not touched is not written
+    // again.
     const at = `${status.time} ${status.byHand}`;
     if (source === "sim" && at !== keptAt) client.send({ kind: "keep", setup: store.started });
     keptAt = at;
@@ -69,7 +69,7 @@ export function keepLastRun(store: Store, client: Client): void {
       [kept, isKept] = [recording, false];
       void keepRecording(recording).then(() => (isKept = true));
     }
-    // What is offered is there.
+    // A run is offered only once its recording is stored.
     if (!isKept) return;
     const { title, method, setup: { settings } } = store;
     keep({ kind: "replay", title, method, time: status.time, settings });
@@ -81,7 +81,7 @@ export function keepSimulation({ title, method, status, started, lastRun: offere
   if (!offered && status) keep({ kind: "sim", title, method, time: status.time, link, setup: started });
 }
 
-/** Goes on in what was left. */
+/** Continues the last run. */
 export async function goOn(store: Store, client: Client, last = store.lastRun): Promise<void> {
   store.set("last", { lastRun: null });
   if (last?.kind === "sim") return last.link === null ? client.start(last.setup) : client.follow(last.link, last.time);
@@ -101,7 +101,7 @@ function keep(last: LastRun): void {
 
 async function keepRecording(recording: Recording): Promise<void> {
   if (recording.file.size + (recording.poses?.file.size ?? 0) > MOST_BYTES) return;
-  // A browser that has no room for it keeps nothing, and says so when it is asked for.
+  // A browser without room for it keeps nothing, and says so when asked for it.
   await inFiles("readwrite", (files) => files.put(recording, RECORDING)).catch(() => {});
 }
 

@@ -1,5 +1,5 @@
-// Maps and paths that are looked at beside the one that is drawn: where they lie in it, and which
-// of them are shown.
+// Loaded maps and paths that are shown beside the drawn map: where they lie in it, and which of
+// them are visible.
 
 import type { Client } from "./client.js";
 import type { Answer } from "./protocol.js";
@@ -12,7 +12,7 @@ type Told<Kind extends Answer["kind"]> = Extract<Answer, { kind: Kind }>;
 export class LoadedMaps {
   constructor(private readonly client: Client, private readonly store: Store) {}
 
-  /** Looks again where one of them lies. */
+  /** Aligns one of them again. */
   align(id: number): void {
     this.#patch(id, { isAligning: true });
     this.client.send({ kind: "align-map", id });
@@ -27,7 +27,7 @@ export class LoadedMaps {
     this.#patch(id, { shown });
   }
 
-  /** One more: where it lies is being looked for. */
+  /** Adds one whose place is being searched for. */
   loaded({ id, name, picture, path }: Told<"map-loaded">): void {
     this.#set([...this.store.loadedMaps, { id, name, picture, path, shown: true, alignment: null, error: "", isAligning: true }]);
     if (path) this.#tell(name, path);

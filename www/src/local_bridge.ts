@@ -1,9 +1,9 @@
 // The local bridge: devices at serial ports of this page, and the rules of a bridge, in a worker of
-// their own, so that no plan and no fit keeps them waiting. The page has the ports, and its Stop
-// comes straight here.
+// their own, so that no planning or fitting delays them. The page owns the ports, and its Stop
+// button comes straight here.
 //
 // The client, which maps and drives, exchanges the messages of a bridge with it over a message
-// port; `null` is its farewell.
+// port; `null` ends the connection.
 
 import init, { WebLocalBridge } from "../pkg/slamlab_cable.js";
 import { faultOf } from "./fault.js";
@@ -41,7 +41,7 @@ class Lines {
     this.flush();
   }
 
-  /** Something happened at a line. */
+  /** Handles an event at a line. */
   take({ line, event, bytes, came, why }: LineEvent): void {
     if (event === "opened") this.#bridge.opened(micros(), line);
     else if (event === "bytes" && bytes) this.#bridge.received(micros(), came === undefined ? micros() : 1000 * (came - performance.timeOrigin), line, bytes);
@@ -54,8 +54,8 @@ class Lines {
     this.flush();
   }
 
-  /** Stops the robot, and has the lines closed: also where the rules themselves have failed and
-      cannot say anything more. */
+  /** Stops the robot, and has the lines closed: also if the rules themselves have failed and cannot
+      act any more. */
   close(): void {
     clearInterval(this.#ticker);
     try {
@@ -73,7 +73,7 @@ class Lines {
     this.flush();
   }
 
-  /** What devices want of their lines, and messages for the client. */
+  /** Passes on what devices want of their lines, and messages for the client. */
   flush(): void {
     for (let line = 0; line < this.#count; line += 1) {
       for (let want = this.#bridge.next_want(line); want; want = this.#bridge.next_want(line)) {
@@ -117,7 +117,7 @@ function guard(act: () => void): void {
     act();
   } catch (error) {
     console.error(error);
-    // Nobody knows what comes of it: the robot is left standing.
+    // The rules may be in an unknown state: leave the robot standing.
     try {
       end();
     } catch (also) {

@@ -1,4 +1,4 @@
-// The log of a run: every entry is kept, and those of one topic are told as one line.
+// The log of a run: every entry is kept, and entries of one topic are shown as one line.
 
 import type { Level } from "./protocol/module.js";
 
@@ -6,11 +6,11 @@ export interface LogEntry {
   readonly time: number;
   readonly level: Level;
   readonly text: string;
-  /** Entries with the same topic are of one line, the newest of which stands. */
+  /** Entries with the same topic share one line, which shows the newest. */
   readonly topic?: string;
 }
 
-/** The newest entry of a line, and those that it stands for, the newest first. */
+/** The newest entry of a line, and the others that it stands for, the newest first. */
 export interface LogLine {
   readonly newest: LogEntry;
   readonly earlier: readonly LogEntry[];
@@ -23,8 +23,8 @@ export type LogKind = (typeof KINDS)[number];
 /** Most entries: an exploration of an hour has some hundred, a bridge may run for days. */
 export const MOST_ENTRIES = 2000;
 
-/** With one more. Where there are too many, the oldest of those goes that another one stands for:
-    a warning is not pushed out by a hundred legs of a way. */
+/** The log with one more entry. If there are too many, the oldest that has a newer one on its line
+    is dropped, so that a hundred legs of a path do not push out a warning. */
 export function withEntry(log: readonly LogEntry[], entry: LogEntry): readonly LogEntry[] {
   const all = [...log, entry];
   if (all.length <= MOST_ENTRIES) return all;
@@ -35,7 +35,7 @@ export function withEntry(log: readonly LogEntry[], entry: LogEntry): readonly L
   return all;
 }
 
-/** Those of a kind in which all of these words are found; `read` gives the text as it is shown. */
+/** Entries of a kind that contain all of these words; `read` gives the text as it is shown. */
 export function listed(log: readonly LogEntry[], kind: LogKind, search: string, read: (text: string) => string): readonly LogEntry[] {
   const words = search.toLowerCase().split(/\s+/).filter((word) => word !== "");
   return log.filter(({ level, text }) => (kind === "all" || level === kind) && words.every((word) => read(text).toLowerCase().includes(word)));

@@ -1,4 +1,4 @@
-// Composes the page: store, scene, client, components, keys. Nothing is decided here.
+// Composes the page: store, scene, client, components, keys. No logic here.
 
 import { bundle } from "./bundle.js";
 import { Client } from "./client.js";
@@ -83,7 +83,7 @@ keepView(store);
 keepLastRun(store, client);
 watchDoors(store, client);
 
-/** Makes each component where index.html has its place. */
+/** Creates each component at its place in index.html. */
 for (const slot of document.querySelectorAll<HTMLElement>("[data-place]")) {
   slot.append(Object.assign(document.createElement(slot.dataset["place"] ?? ""), { store, scene, client }));
 }
@@ -121,8 +121,8 @@ store.on("tab", () => {
   if (store.tab !== "filter") store.point({ hovered: [], pinned: null });
 });
 
-/** And of rooms, points of the scan, the map by the wheels alone and fields of the grid, only while
-    they are shown. */
+/** It also sends rooms, points of the scan, the map by odometry alone and fields of the grid only
+    while they are shown. */
 const asked = { rooms: false, points: false, wheels: false, field: null as FieldName | null };
 function askForLayers(): void {
   const { gridView: view, layers } = store;
@@ -143,7 +143,7 @@ client.onRestart = () => {
   requestInspection();
 };
 
-/** The registration lab, over all else; its code comes when it is opened first. */
+/** The registration lab, over everything else; its code is loaded when it is first opened. */
 let lab: SlamRegistration | null = null;
 async function showLab(): Promise<void> {
   if (client.robot.mayBeDriven) client.stop();
@@ -162,18 +162,19 @@ function hideLab(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
-/** What the tabs of filter, paths and settings show comes when one of them is chosen first. */
+/** The contents of the tabs of filter, paths and settings are loaded when one of them is first
+    chosen. */
 let panels: Promise<unknown> | null = null;
 store.on("tab", () => {
   if (store.tab !== "filter" && store.tab !== "paths" && store.tab !== "settings") return;
   panels ??= bundle(store, "panels.js", "This panel").then((part) => {
     if (!part) panels = null;
-    // It takes up room only now.
+    // Only now does it take up room.
     else store.notify("tab");
   });
 });
 
-/** What was chosen on the map is told by the inspector, whose code comes the first time. */
+/** The inspector shows what was chosen on the map; its code is loaded the first time. */
 let inspector: Promise<unknown> | null = null;
 store.on("chosen", () => {
   document.body.toggleAttribute("data-inspected", store.chosen !== null);
@@ -184,7 +185,7 @@ store.on("chosen", () => {
   });
 });
 
-/** Runs beside the one that is shown, the same way. */
+/** Runs beside the one that is shown, loaded in the same way. */
 let race: SlamRace | null = null;
 const besideIt = (): { store: Store; scene: Scene; client: Client; map: SlamMap } => {
   const parts = { store: new Store(), scene: new Scene() };
@@ -201,7 +202,7 @@ async function showRace(): Promise<void> {
   race.show();
 }
 
-/** What can be saved, and what is in an archive, the same way. */
+/** What can be saved, and what is in an archive, loaded in the same way. */
 let saving: SlamSaving | null = null;
 async function showSaving(): Promise<void> {
   if (!saving) {
@@ -224,7 +225,7 @@ async function openArchive(file: File): Promise<void> {
   await archive.open(file);
 }
 
-/** The world editor, the same way. The run waits behind it. */
+/** The world editor, loaded in the same way. The run waits behind it. */
 let editor: SlamEditor | null = null;
 let goesOn = false;
 async function showEditor(link: string | null = null): Promise<void> {
@@ -236,7 +237,7 @@ async function showEditor(link: string | null = null): Promise<void> {
       if (goesOn) client.send({ kind: "play" });
       return;
     }
-    // It reads the link of the address by itself.
+    // The editor reads the link of the address by itself.
     link = null;
     editor ??= Object.assign(document.createElement("slam-editor") as SlamEditor, { store, client, onClose: hideEditor });
   }
@@ -252,13 +253,13 @@ function hideEditor(): void {
   dispatchEvent(new Event("focus-map"));
 }
 
-/** What lies behind the lab cannot be reached, and what was said there goes with it. */
+/** Makes what lies behind the lab unreachable, and removes its messages. */
 function setBehind(isBehind: boolean): void {
   store.set("toast", { toast: null });
   for (const behind of document.querySelectorAll<HTMLElement>("#stage, #side")) behind.inert = isBehind;
 }
 
-// While the tour is under way the panels wait.
+// During the tour the panels wait.
 store.on("tour", () => document.body.toggleAttribute("data-tour", store.tour !== null));
 
 addEventListener("show-help", () => help.show());
@@ -295,7 +296,7 @@ startKeyboard({
     else if (store.chosen) store.choose([]);
     else if (store.editing || store.fence || store.aiming) store.set("run", { editing: null, fence: null, aiming: false });
     else return false;
-    // What is real is stopped by any Esc.
+    // With a real robot, any Esc stops it.
     return store.source !== "bridge";
   },
   once: {
@@ -323,7 +324,7 @@ startKeyboard({
     },
     r: () => client.again(),
     m: () => void showSaving(),
-    // Celej's key for it; where there is a robot to steer, only with Shift.
+    // Celej's key for it; with a robot to steer it needs Shift.
     a: () => void showSaving(),
     c: () => void showRace(),
     g: () => gallery.show(),
@@ -337,7 +338,7 @@ startKeyboard({
   },
 });
 
-/** What the page itself makes of a run. */
+/** Files that the page itself makes of a run. */
 async function made(kind: PageKind): Promise<SavedFile[]> {
   const stem = fileName(store.title);
   if (kind === "csv") return [...document.querySelectorAll<SlamCharts>("slam-plots, slam-consistency, slam-agreement, slam-twin")].flatMap((charts) => charts.table?.() ?? []);
@@ -353,7 +354,7 @@ async function made(kind: PageKind): Promise<SavedFile[]> {
   return drawing === null ? [] : [{ name: `${stem}-view.svg`, mime: "image/svg+xml", bytes: new TextEncoder().encode(drawing) }];
 }
 
-/** What is seen, as the layers that are on draw it. */
+/** The view as a drawing, with the layers that are on. */
 async function drawn(): Promise<string | null> {
   const part = await bundle(store, "svg_context.js", "The part that writes drawings") as typeof import("./view/svg_context.js") | null;
   if (!part) return null;
@@ -378,25 +379,26 @@ const figures = {
   /** WebGL2 or canvas. */
   get drawnWith() { return store.drawing.with; },
   get picture() { return map.picture(); },
-  /** Places where the robot may be; 0 where it knows. */
+  /** Number of points found in the last scan. */
   get points() { return scene.points.length / POINT_STRIDE; },
   /** Landmarks of the filter: number, kind, place and confidence. */
   get landmarks() { return landmarksOf(scene.landmarks); },
-  /** How well they are found again, a row for each gate. */
+  /** Number of gates for which the rate of landmarks found again is known, one row each. */
   get refinding() { return scene.refinding.length / REFINDING_STRIDE; },
-  /** Number and place of what is followed and moves. */
+  /** Number and place of the tracked moving things. */
   get tracks() { return tracksOf(scene.tracks); },
   get takenOut() { return scene.takenOut.length / 2; },
+  /** Number of places where the robot may be; 0 if it is localised. */
   get hypotheses() { return scene.hypotheses.length / HYPOTHESIS_STRIDE; },
-  /** Sides of what was changed by hand. */
+  /** Number of sides of the edits. */
   get edits() { return scene.edits.length / EDIT_STRIDE; },
-  /** How sure the map is of an obstacle at a point, 0 to 1; null where nothing is known. */
+  /** The probability of an obstacle at a point, 0 to 1; null if nothing is known. */
   probabilityAt: (x: number, y: number) => scene.tiles.probabilityAt(x, y),
   /** Where a hit of the last scan lies, map frame, m. */
   hit: (beam: number): [number, number] => [scene.scan[2 * beam] ?? NaN, scene.scan[2 * beam + 1] ?? NaN],
   get submaps() { return { count: scene.submaps.count, outcomes: [...scene.submaps.outcomes], glides: scene.submaps.glides }; },
   get hiddenSubmaps() { return [...store.hiddenSubmaps]; },
-  /** Where a submap is drawn, x y heading. */
+  /** The pose at which a submap is drawn, x y heading. */
   submap: (number: number) => [...scene.submaps.shown(number)],
   /** The two submaps of a loop closure. */
   closureOf: (row: number) => [...scene.submaps.closures.subarray(row * CLOSURE_STRIDE, row * CLOSURE_STRIDE + 2)],
@@ -409,15 +411,16 @@ const figures = {
 for (const name of OF_THE_STORE) Object.defineProperty(figures, name, { get: () => store[name], enumerable: true });
 Object.defineProperty(window, "slamlab", { value: Object.freeze(figures) });
 
-// An address that is changed while the page is open.
+// The address was changed while the page is open.
 addEventListener("hashchange", () => isSharedWorld(location.hash) && void showEditor(location.hash));
 addEventListener("hashchange", () => client.address.open(location.hash) || store.set("exhibit", { exhibit: null }));
-// Who begins something else leaves the experiment, and its address.
+// Beginning something else leaves the experiment, and its address.
 store.on("exhibit", () => {
   if (!store.exhibit && exhibitAt(location.hash) !== null) history.replaceState(null, "", location.pathname + location.search);
 });
 
-// And a lesson: one that was under way, or that nobody knows. One that is about to begin stays.
+// It also leaves a lesson: one that was under way, or an unknown one. One that is about to begin
+// stays.
 let taught: string | null = null;
 for (const topic of ["run", "lesson"] as const) {
   store.on(topic, () => {
@@ -433,12 +436,12 @@ for (const topic of ["run", "lesson"] as const) {
   });
 }
 
-// Nobody steers a robot from a page that is out of sight.
+// Nobody may steer a robot from a hidden page.
 document.addEventListener("visibilitychange", () => {
   if (document.hidden && client.robot.mayBeDriven) client.stop();
 });
 
-// A bridge that is there again may be of another build than the page.
+// A bridge that is back may be of another build than the page.
 let isOpen = false;
 store.on("bridge", () => {
   const wasOpen = isOpen;

@@ -1,38 +1,38 @@
-// The page's files, kept by the browser so that it opens without its server (offline_worker), and
-// what becomes of them when the server has a newer build.
+// The page's files, kept by the browser so that the page opens without its server (offline_worker),
+// and what happens to them when the server has a newer build.
 
 import { faultOf } from "./fault.js";
 import type { Store } from "./store.js";
 
-/** What there is without a server. */
+/** What is available without a server. */
 export type Offline =
   /** Nothing, and why. */
   | { kind: "none"; why: string }
-  /** Its files will be stored, or are just now. */
+  /** Its files will be stored, or are being stored. */
   | { kind: "storing" }
-  /** All of the page. */
+  /** The whole page. */
   | { kind: "kept" };
 
-/** A build that is not the one that is shown: it waits, or it took over from another window. */
+/** A build other than the one that is shown: it waits, or another window let it take over. */
 export type Renewal = "waits" | "took over" | null;
 
-/** Milliseconds after the first picture: what a first visit shows comes before. */
+/** Milliseconds after the first frame: what a first visit shows comes first. */
 const REST_MILLIS = 3000;
-/** Milliseconds within which a worker answers. */
+/** Timeout for an answer of a worker, milliseconds. */
 const ANSWER_MILLIS = 1000;
 
 let registered: ServiceWorkerRegistration | null = null;
-/** Somebody said here that the newer build is to take over. */
+/** Somebody asked here for the newer build to take over. */
 let isAskedFor = false;
 const watched = new WeakSet<ServiceWorker>();
 
-/** A build that waits takes over before anything has begun, if no other page is open; the page is
-    then loaded again. */
+/** A waiting build takes over before anything has begun, if no other page is open; the page is then
+    reloaded. */
 export async function renewFirst(): Promise<boolean> {
   const { serviceWorker } = navigator;
-  // No such thing where the address is neither https nor this computer's own.
+  // Service workers need https or this computer's own address.
   if (!serviceWorker?.controller) return false;
-  // A browser that is busy with another build answers late, or never: nobody waits for it.
+  // A browser that is busy with another build answers late, or never: do not wait for it.
   const waiting = (await soon(serviceWorker.getRegistration()))?.waiting;
   if (!waiting) return false;
   const { port1, port2 } = new MessageChannel();
@@ -47,12 +47,12 @@ export async function renewFirst(): Promise<boolean> {
   return true;
 }
 
-/** What is promised, if it comes within a second. */
+/** The value of the promise, if it comes within a second. */
 function soon<T>(promised: Promise<T>): Promise<T | undefined> {
   return Promise.race([promised, new Promise<undefined>((late) => setTimeout(() => late(undefined), ANSWER_MILLIS))]);
 }
 
-/** Keeps the page, once the robot is in the picture and the browser has nothing else to do. */
+/** Keeps the page, once the robot is visible and the browser is idle. */
 export function keepForOffline(store: Store): void {
   if (!navigator.serviceWorker) {
     return tell(store, "this browser keeps a page only where its address begins with https or is this computer's own");
@@ -65,11 +65,11 @@ export function keepForOffline(store: Store): void {
   });
 }
 
-/** Asks the server whether it has a newer build: a bridge that was away may be another. */
+/** Asks the server whether it has a newer build: a bridge that comes back may be another one. */
 export async function lookForNewer(store: Store): Promise<void> {
   const found = registered;
   if (!found) return;
-  // Not waited for: some browsers put it off for as long as they run.
+  // Not awaited: some browsers delay it for as long as they run.
   void found.update().then(() => note(store, found), () => undefined);
   await compare(store);
 }
@@ -78,7 +78,7 @@ async function compare(store: Store): Promise<void> {
   if (store.renewal === null && (await isNewerThere())) store.set("offline", { renewal: "waits" });
 }
 
-/** The build that waits takes over, here and now. */
+/** Lets the waiting build take over at once. */
 export function renew(): void {
   isAskedFor = true;
   if (registered?.waiting) registered.waiting.postMessage("take over");
@@ -91,7 +91,7 @@ async function kept(): Promise<string[]> {
   return (await caches.keys()).filter((name) => name.startsWith(ours));
 }
 
-/** Whether the server has another build than one that is kept. */
+/** Whether the server has a build other than a kept one. */
 async function isNewerThere(): Promise<boolean> {
   const answer = await fetch("offline_worker.js", { cache: "no-store" }).catch(() => null);
   if (!answer?.ok) return false;
@@ -99,7 +99,7 @@ async function isNewerThere(): Promise<boolean> {
   return names.some((name) => !text.includes(name.split(" ").at(-1) ?? ""));
 }
 
-/** Without what was kept, all comes from the server again: the newest. */
+/** Deletes what was kept, so that everything comes from the server again, and is the newest. */
 async function forget(): Promise<void> {
   await Promise.all((await kept()).map((name) => caches.delete(name)));
   location.reload();
@@ -117,7 +117,7 @@ function tell(store: Store, why: string): void {
 
 async function register(store: Store): Promise<void> {
   const { serviceWorker } = navigator;
-  // With one, whoever takes over later is another build.
+  // If there is one, a worker that takes over later is another build.
   let hadOne = serviceWorker.controller !== null;
   if (!hadOne && (navigator as { connection?: { saveData?: boolean } }).connection?.saveData) {
     return tell(store, "this browser is told to save data");
@@ -133,7 +133,7 @@ async function register(store: Store): Promise<void> {
     if (hadOne) await compare(store);
     registered = await serviceWorker.register("offline_worker.js", { updateViaCache: "none" });
   } catch (error) {
-    // With no server, what was kept is shown just now.
+    // Without a server, the page that is shown is the kept one.
     if (hadOne) store.set("offline", { offline: { kind: "kept" } });
     else tell(store, faultOf(error).text);
     return;
@@ -143,19 +143,19 @@ async function register(store: Store): Promise<void> {
   found.addEventListener("updatefound", () => note(store, found));
 }
 
-/** What stands at this address is another program by now, as happens to ports of one computer:
-    what was kept of this page goes. */
+/** The server at this address is another program by now, as happens with ports of one computer:
+    delete what was kept of this page. */
 async function isSomethingElse(earlier: ServiceWorkerRegistration): Promise<boolean> {
   const answer = await fetch("offline_worker.js", { method: "HEAD", cache: "no-store" }).catch(() => null);
   if (answer?.status !== 404) return false;
-  // Not waited for: some browsers put it off for as long as they run. Without what was kept its
+  // Not awaited: some browsers delay it for as long as they run. Without the kept files, the old
   // worker hides nothing.
   void earlier.unregister();
   await forget();
   return true;
 }
 
-/** Of the workers that there are, what it means for the page. */
+/** Derives from the present workers what they mean for the page. */
 function note(store: Store, registration: ServiceWorkerRegistration): void {
   const { installing, waiting, active } = registration;
   if (installing && !watched.has(installing)) {

@@ -1,5 +1,5 @@
-// The page's address, and what stands behind it: the link of a run, a lesson, or an experiment. The
-// other way round it gets the link of the run that is shown.
+// The page's address, and the part behind it: the link of a run, a lesson, or an experiment. It
+// also receives the link of the run that is shown.
 
 import type { Client } from "./client.js";
 import { exhibit, exhibitAt } from "./gallery.js";
@@ -9,12 +9,12 @@ import type { Store } from "./store.js";
 import { t } from "./words.js";
 
 export class PageAddress {
-  /** Name of the lesson that begins when it is known what there is. */
+  /** Name of the lesson that begins as soon as the list of lessons is known. */
   #wanted: string | null = null;
 
   constructor(private readonly client: Client, private readonly store: Store) {}
 
-  /** Begins what it names in its part after the `#`; `false` where that names nothing. */
+  /** Begins what the part after the `#` names; `false` if it names nothing. */
   open(hash: string): boolean {
     if (isLink(hash)) {
       this.client.follow(hash);
@@ -38,13 +38,13 @@ export class PageAddress {
     return false;
   }
 
-  /** It is known what there is. */
+  /** The list of lessons is known. */
   offered(): void {
     if (this.#wanted !== null) this.#lesson(this.#wanted);
     this.#wanted = null;
   }
 
-  /** Begins a lesson as soon as it is known what there is. */
+  /** Begins a lesson as soon as the list of lessons is known. */
   #lesson(name: string): void {
     const { lessons } = this.store.offer;
     if (lessons.length === 0) {
@@ -57,7 +57,7 @@ export class PageAddress {
     if (!this.client.hasRun) this.client.start();
   }
 
-  /** Puts a link into the address, and on the clipboard. */
+  /** Puts a link into the address and on the clipboard. */
   async give(link: string): Promise<void> {
     const address = addressOfLink(link);
     const letters = address.length;
@@ -76,7 +76,7 @@ export class PageAddress {
         ? "The link is copied: it does this run again, to the bit, with all that you did. It leads to this computer: for others write the address of a page of slamlab that they reach in place of what stands before the #."
         : "The link is copied: it does this run again, to the bit, with all that you did." } });
     } catch {
-      // No clipboard without the right to it, or without TLS.
+      // The clipboard needs permission and TLS.
       this.store.set("toast", { toast: { level: "info", text: "The link stands in the address of this page: it does this run again, with all that you did." } });
     }
   }

@@ -1,17 +1,17 @@
-// What is known of a run's past, and of what came after the moment that it went back to.
+// What is known of a run's past, and of what followed the moment that it went back to.
 
 import type { LogEntry } from "./log.js";
 import type { Store } from "./store.js";
 
-/** A moment that is told on the time line. */
+/** A moment that is marked on the time line. */
 export type Mark = Pick<LogEntry, "time" | "level" | "text">;
 
-/** Marks closer to each other than this share of the line would lie on one another. */
+/** Marks closer to each other than this share of the line would overlap. */
 const APART = 1 / 250;
-/** Most marks; then of those that lie close the older ones go. */
+/** Most marks; beyond that the older ones of those close together are dropped. */
 const MOST = 400;
 
-/** From the beginning to as far as the run came, or its recording goes, s. */
+/** From the beginning to the furthest time of the run, or to the end of its recording, s. */
 export function span({ status, furthest, source }: Store): number {
   if (!status) return 0;
   const { time, progress } = status;
@@ -20,8 +20,8 @@ export function span({ status, furthest, source }: Store): number {
   return Math.max(whole, furthest);
 }
 
-/** With one more; what somebody waited for and what went wrong are worth a mark. A run that goes
-    the same way again tells the same once more. */
+/** The marks with one more; events that somebody waited for and failures get a mark. A run that
+    repeats itself reports the same again. */
 export function marked(marks: readonly Mark[], { time, level, text }: Mark): readonly Mark[] {
   if (level === "info" || marks.some((mark) => mark.time === time && mark.text === text)) return marks;
   const all = [...marks, { time, level, text }].sort((a, b) => a.time - b.time);

@@ -1,8 +1,8 @@
-// The rest of the module: functions that a first visit does not run (xtask/src/bin/split-module).
-// It comes when somebody does more than watch, or at the latest, while the worker waits, at the
-// first call of one of them.
+// The rest of the module: functions that a first visit does not call (xtask/src/bin/split-module).
+// It is loaded when somebody does more than watch, or at the latest when one of them is called,
+// while the worker waits.
 
-/** What the first part exports for the rest; no flag where the module is whole. */
+/** The exports of the first part for the rest; no flag if the module was not split. */
 type First = WebAssembly.Exports & { readonly rest_is_loaded?: WebAssembly.Global<"i32"> };
 
 const url = (): URL => new URL("slamlab_web_rest.wasm", self.location.href);
@@ -13,7 +13,7 @@ export class Rest {
   readonly #first: First;
   #coming: Promise<void> | null = null;
 
-  /** Takes care of a module that was just instantiated. */
+  /** Registers a module that was just instantiated. */
   constructor(first: unknown) {
     this.#first = first as First;
     // The module calls it by this name (web/src/rest.rs).
@@ -24,7 +24,7 @@ export class Rest {
     return this.#first.rest_is_loaded?.value !== 0;
   }
 
-  /** Loads it, if it is not there, while the worker goes on. */
+  /** Loads the rest, if it is missing, without blocking the worker. */
   async whole(): Promise<void> {
     if (this.#isThere) return;
     this.#coming ??= this.#load();
@@ -44,12 +44,12 @@ export class Rest {
     if (!this.#isThere) this.#join(module);
   }
 
-  /** In the middle of a call there is nothing else to do than to wait. */
+  /** In the middle of a call, blocking is the only way. */
   #loadNow(): void {
     if (this.#isThere) return;
     const request = new XMLHttpRequest();
-    // By a name of its own: while the same file is on its way here, a browser's cache would have
-    // this wait for it, and that for this worker.
+    // A URL of its own: if the same file is already being loaded, a browser's cache would make this
+    // request wait for that one, which waits for this worker.
     request.open("GET", new URL("?now", url()), false);
     request.responseType = "arraybuffer";
     try {

@@ -1,5 +1,5 @@
 // A real robot, behind a bridge or at serial ports of this computer: which one it is, who may drive
-// it, and what is ordered of it besides driving.
+// it, and commands other than driving.
 
 import type { Client } from "./client.js";
 import { faultOf } from "./fault.js";
@@ -10,7 +10,7 @@ import { SerialPorts } from "./serial_ports.js";
 import type { Store } from "./store.js";
 import { t } from "./words.js";
 
-/** Wall milliseconds within which the answer to Drive comes. */
+/** Wall milliseconds within which Drive is answered. */
 const LEASE_MILLIS = 5000;
 
 export class Robot {
@@ -24,35 +24,35 @@ export class Robot {
 
   constructor(private readonly client: Client, private readonly store: Store) {}
 
-  /** Looks which serial ports this page may open already. */
+  /** Looks up which serial ports this page may already open. */
   prepare(): void {
     void this.#ports.prepare();
   }
 
-  /** A run of that source begins: one of another kind leaves the serial ports. */
+  /** A run of this source begins; if it is of another kind, the serial ports are closed. */
   begins(source: SourceKind): void {
     if (source !== "bridge" && this.plugged.length > 0) void this.#ports.forget();
   }
 
-  /** Devices at serial ports that this page has open. */
+  /** The devices at the serial ports that this page has open. */
   get plugged(): readonly string[] {
     return this.#ports.kinds;
   }
 
-  /** One more device at a serial port, which the browser asks the person for: among those behind
-      its usual adapters, or among all. */
+  /** Adds a device at a serial port. The browser asks the person for the port: among those of its
+      usual adapters, or among all. */
   async plug(kind: DeviceKind, ofAll: boolean): Promise<void> {
     try {
       await this.#ports.choose(kind, ofAll);
       this.#cable(this.store.setup.method);
     } catch (error) {
-      // The person closed the dialog: there is nothing to report.
+      // The person closed the dialog: nothing to report.
       if (error instanceof DOMException && error.name === "NotFoundError") return;
       this.client.warn(t`The port cannot be used: ${faultOf(error).text}`);
     }
   }
 
-  /** Drives what is at the serial ports. */
+  /** Drives the devices at the serial ports. */
   #cable(method: MethodName): void {
     this.client.send({ kind: "unplug" });
     const wire = this.#ports.begin();
@@ -64,14 +64,14 @@ export class Robot {
     this.client.send({ kind: "connect", url, token, ...this.#setup(method) });
   }
 
-  /** How it is mapped: a bridge has no map to hand out, so that without one its robot draws its
+  /** How it is mapped. A bridge has no map to hand out, so without a prior map its robot draws its
       own. */
   #setup(method: MethodName): LiveSetup {
     const { setup: { priorMap, cycle, settings }, tuning: { twin } } = this.store;
     return { method: needsPriorMap(method) && !priorMap ? "line-ekf" : method, priorMap, cycle, settings, twin };
   }
 
-  /** Maps it from here on with that method. `false` where there is none. */
+  /** Maps it from here on with this method. `false` if there is no robot. */
   again(method: MethodName): boolean {
     if (this.plugged.length > 0) void this.#ports.again().then(() => this.#cable(method));
     else if (this.#bridge) this.connect(this.#bridge.url, this.#bridge.token, method);
@@ -79,7 +79,7 @@ export class Robot {
     return true;
   }
 
-  /** Takes the right to drive, or gives it back. */
+  /** Takes the right to drive, or returns it. */
   lease(take: boolean): void {
     this.#askedLeaseAt = take ? performance.now() : -Infinity;
     const driver = this.store.bridge?.driver ?? "";
@@ -93,8 +93,8 @@ export class Robot {
     return source === "bridge" && (this.plugged.length > 0 || (bridge?.hasLease ?? false) || isAsked);
   }
 
-  /** Stops what is at the serial ports, past the worker that maps, which may be busy; what that
-      does is seen at a robot that this page drives, and of all others told. */
+  /** Stops the robot at the serial ports directly, bypassing the mapping worker, which may be busy.
+      The effect is visible if this page drives the robot; otherwise it is reported. */
   stop(): void {
     this.#ports.stop(false);
     const { source, bridge } = this.store;
@@ -111,7 +111,7 @@ export class Robot {
     this.client.send({ kind: "emergency", on });
   }
 
-  /** The bridge's own map begins from where the robot stands. */
+  /** Restarts the bridge's own map at the robot's present pose. */
   resetMap(): void {
     this.client.send({ kind: "reset-bridge-map" });
   }

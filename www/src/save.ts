@@ -1,9 +1,9 @@
-// Hands files to the person: downloads, and the map as a picture.
+// Saves files for the person: downloads, and the map as an image.
 
 import type { SavedFile } from "./protocol/module.js";
 import type { Tiles } from "./view/tiles.js";
 
-/** Wall milliseconds between two downloads: browsers give up the first when the second comes at
+/** Wall milliseconds between two downloads: browsers drop the first if the second follows at
     once. */
 const SPACING = 250;
 
@@ -11,7 +11,7 @@ export function downloadAll(files: readonly SavedFile[]): void {
   files.forEach((file, i) => setTimeout(() => download(new Blob([file.bytes], { type: file.mime }), file.name), i * SPACING));
 }
 
-/** The run's title as the name of a file, without its ending. */
+/** The run's title as a file name, without extension. */
 export function fileName(title: string): string {
   return title.replace(/[^\w-]+/g, "-") || "map";
 }
@@ -25,7 +25,7 @@ export function download(blob: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
-/** The grid as it is drawn, one pixel for each cell; null while nothing is known. */
+/** The grid as it is drawn, one pixel per cell; null while nothing is known. */
 export async function mapPicture(tiles: Tiles, background: string): Promise<Blob | null> {
   const box = tiles.bounds();
   if (!box) return null;

@@ -1,6 +1,6 @@
-// What the page asks of the screen that shows it. Media queries of the style sheets ask the same.
+// What the page needs to know of its screen. Style sheets use the same media queries.
 
-/** A phone, or a window as narrow: panels are sheets over the map. The list tells when that
+/** A phone, or an equally narrow window, where panels are sheets over the map. The list reports
     changes. */
 export function narrowScreen(): MediaQueryList {
   return matchMedia("(max-width: 760px)");
@@ -10,7 +10,7 @@ export function isNarrow(): boolean {
   return narrowScreen().matches;
 }
 
-/** Whether a finger points, and not a mouse. A worker has no screen. */
+/** Whether the pointer is a finger rather than a mouse. A worker has no screen. */
 export function isTouched(): boolean {
   return typeof matchMedia === "function" && matchMedia("(pointer: coarse)").matches;
 }

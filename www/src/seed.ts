@@ -1,6 +1,6 @@
-// Seeds that nobody chose.
+// Random seeds, for when nobody chose one.
 
-/** Short enough to be read out. */
+/** Short enough to be read aloud. */
 const BELOW = 100_000;
 
 export function anySeed(): number {

@@ -1,18 +1,18 @@
-// Serial ports of this computer, by Web Serial: the person chooses them, bytes go to and fro here.
-// What they mean, and when a line is opened again, is decided by the local bridge, in a worker of
-// its own (local_bridge.ts).
+// Serial ports of this computer, through Web Serial: the person chooses them, and bytes pass
+// through here. The local bridge, in a worker of its own (local_bridge.ts), interprets them and
+// decides when a line is reopened.
 
 import { faultOf } from "./fault.js";
 import type { LineWish, LocalBridgeAnswer, LocalBridgeCommand } from "./protocol/devices.js";
 import type { DeviceKind } from "./protocol/module.js";
 import { t } from "./words.js";
 
-/** Milliseconds before a line is tried again, the longest last. */
+/** Milliseconds before retries of a line; the last applies to all further ones. */
 const RETRY_MILLIS = [250, 500, 1000, 2000];
-/** Wall milliseconds that a port, or the worker with the rules, is waited for when it is left. */
+/** Wall milliseconds to wait for a port, or for the worker with the rules, on leaving. */
 const LEAVE_MILLIS = 1000;
 
-/** What is used of Web Serial; the library of the language does not know it. */
+/** The part of Web Serial used here; TypeScript's library has no types for it. */
 interface Port {
   readonly readable: ReadableStream<Uint8Array> | null;
   readonly writable: WritableStream<Uint8Array> | null;
@@ -27,8 +27,8 @@ interface Serial extends EventTarget {
   getPorts(): Promise<Port[]>;
 }
 
-/** Web Serial, where the browser has it: Chrome, Edge and Opera on a computer, from an address that
-    is this computer's or `https`. */
+/** Web Serial, if the browser has it: Chrome, Edge and Opera on a computer, from this computer's
+    own address or `https`. */
 export function webSerial(): Serial | null {
   return (navigator as Navigator & { serial?: Serial }).serial ?? null;
 }
@@ -39,26 +39,26 @@ class Line {
   writer: WritableStreamDefaultWriter<Uint8Array> | null = null;
   retry: ReturnType<typeof setTimeout> | null = null;
   tries = 0;
-  /** From when it breaks until it is opened again. */
+  /** From a failure until it is opened again. */
   isBroken = false;
   /** The run that uses it has ended. */
   isLeft = false;
-  /** When all that was written is sent and the port is closed. */
+  /** Resolves when all written bytes are sent and the port is closed. */
   readonly closed: Promise<void>;
   isClosed: () => void = () => {};
 
-  /** With `wasOpen` its port was open once, in this run or one before: it is the right one. */
+  /** `wasOpen`: its port was open once, in this run or an earlier one, so it is the right one. */
   constructor(readonly kind: string, public port: Port, public wasOpen = false) {
     this.closed = new Promise((done) => (this.isClosed = done));
   }
 
-  /** The same for another run. */
+  /** The same line for another run. */
   again(): Line {
     return new Line(this.kind, this.port, this.wasOpen);
   }
 
-  /** Whether this port may be the same adapter, put in again: it is then a new port to the
-      browser. */
+  /** Whether this port may be the same adapter plugged in again: the browser then reports a new
+      port. */
   isLike(port: Port): boolean {
     const [ours, theirs] = [this.port.getInfo(), port.getInfo()];
     return ours.usbVendorId !== undefined && ours.usbVendorId === theirs.usbVendorId && ours.usbProductId === theirs.usbProductId;
@@ -68,17 +68,17 @@ class Line {
 export class SerialPorts {
   #lines: Line[] = [];
   #rules: Worker | null = null;
-  /** Started beforehand, and kept from run to run. */
+  /** Started in advance, and kept from run to run. */
   #spare: Worker | null = null;
   #leaving: Promise<void> | null = null;
 
-  /** `failed`: the rules are of no use any more, and the lines were closed. */
+  /** `failed`: the rules have failed for good, and the lines were closed. */
   constructor(private readonly failed: (text: string) => void) {
     webSerial()?.addEventListener("connect", (event) => void this.#connected(event.target as unknown as Port));
   }
 
-  /** Starts the rules ahead of the first run, where somebody plugged a device before: it then
-      begins at once. */
+  /** Loads the rules before the first run if somebody has used a device before, so that the run can
+      begin at once. */
   async prepare(): Promise<void> {
     const ports = await webSerial()?.getPorts().catch(() => []);
     if (!ports?.length || this.#rules || this.#spare) return;
@@ -100,12 +100,12 @@ export class SerialPorts {
     this.#spare = spare;
   }
 
-  /** What is at the ports, in the order of their numbers. */
+  /** The devices at the ports, in the order of their numbers. */
   get kinds(): string[] {
     return this.#lines.map((line) => line.kind);
   }
 
-  /** Asks the person for the port of one more device: of those behind its usual adapters, or of
+  /** Adds a device. Asks the person for its port, among those of its usual adapters or among
       all. */
   async choose({ name: kind, adapters }: DeviceKind, ofAll: boolean): Promise<void> {
     const port = await webSerial()?.requestPort(ofAll ? {} : { filters: adapters });
@@ -115,19 +115,19 @@ export class SerialPorts {
     this.#lines = [...others.map((line) => line.again()), new Line(kind, port)];
   }
 
-  /** The same lines once more, for a run that restarts. */
+  /** Prepares the same lines for a run that restarts. */
   async again(): Promise<void> {
     await this.leave();
     this.#lines = this.#lines.map((line) => line.again());
   }
 
-  /** No device is at hand any more. */
+  /** Drops all devices. */
   async forget(): Promise<void> {
     await this.leave();
     this.#lines = [];
   }
 
-  /** Devices and rules begin, and open the lines. Returns the wire for the worker that maps and
+  /** Starts devices and rules, which open the lines. Returns the wire for the worker that maps and
       drives. */
   begin(): MessagePort {
     this.#endRules();
@@ -150,7 +150,7 @@ export class SerialPorts {
     this.#send({ kind: "stop", cutOff });
   }
 
-  /** The run that uses the lines ends: its robot is stopped first, then they are closed. A second
+  /** Ends the run that uses the lines: the robot is stopped first, then they are closed. A second
       call waits for the same end. */
   leave(): Promise<void> {
     this.#leaving ??= this.#leave().finally(() => (this.#leaving = null));
@@ -162,7 +162,7 @@ export class SerialPorts {
     const used = this.#lines.filter((line) => line.baud > 0);
     await within(LEAVE_MILLIS, Promise.all(used.map((line) => line.closed)));
     const hasAnswered = used.every((line) => line.isLeft);
-    // Rules that do not answer any more have not asked for it.
+    // Rules that no longer answer have not closed the line.
     for (const line of used) if (!line.isLeft) void this.#close(line);
     await Promise.all(used.map((line) => line.closed));
     if (hasAnswered && this.#rules) {
@@ -181,7 +181,7 @@ export class SerialPorts {
     this.#rules?.postMessage(command, transfer);
   }
 
-  /** Without its rules the robot is left alone: it stops by itself when nobody speaks to it. */
+  /** Without its rules the robot gets no more messages, so it stops by itself. */
   #lose(rules: Worker, text: string): void {
     if (this.#rules !== rules) return;
     this.#endRules();
@@ -189,13 +189,13 @@ export class SerialPorts {
     this.failed(t`The robot at the cable was left: ${text}`);
   }
 
-  /** An adapter was put in: where it is that of a line that broke, the line is opened at once. */
+  /** An adapter was plugged in: if it belongs to a broken line, that line is opened at once. */
   async #connected(port: Port): Promise<void> {
     const there = (await webSerial()?.getPorts()) ?? [];
     const down = this.#lines.filter((line) => line.baud > 0 && line.reader === null && !line.isLeft);
-    // One that is only busy, or was never open, is not put in again elsewhere.
+    // A port that is only busy, or was never open, is not looked for at another adapter.
     const alike = down.filter((line) => line.wasOpen && !there.includes(line.port) && line.isLike(port));
-    // Two identical adapters cannot be told apart: the person chooses.
+    // Two identical adapters cannot be told apart: the person has to choose.
     const line = down.find((line) => line.port === port) ?? (alike.length === 1 ? alike[0] : undefined);
     if (!line) return;
     [line.port, line.tries] = [port, 0];
@@ -222,7 +222,7 @@ export class SerialPorts {
     } else if (want === "close") {
       void this.#close(line);
     } else if (want === "reopen") {
-      // Its fault stands until it is open again.
+      // The error is shown until it is open again.
       if (line.reader !== null) void this.#broke(number, line, null);
     } else {
       line.tries = 0;
@@ -257,8 +257,7 @@ export class SerialPorts {
     }
   }
 
-  /** Reports that a line broke, if there is a reason to report, and tries it again after a
-      while. */
+  /** Reports that a line broke, if there is a reason to give, and tries it again after a while. */
   async #broke(number: number, line: Line, why: string | null): Promise<void> {
     if (line.isLeft || line.isBroken) return;
     line.isBroken = true;
@@ -276,7 +275,7 @@ function rulesWorker(): Worker {
   return new Worker(new URL("local_bridge.js", import.meta.url), { type: "module", name: "slamlab-local-bridge" });
 }
 
-/** Whether it ends in time, well or not. */
+/** Whether it ends in time, successfully or not. */
 async function within(millis: number, act: Promise<unknown>): Promise<boolean> {
   let timer: ReturnType<typeof setTimeout> | undefined;
   const late = new Promise<boolean>((done) => (timer = setTimeout(() => done(false), millis)));
@@ -285,12 +284,12 @@ async function within(millis: number, act: Promise<unknown>): Promise<boolean> {
   return ended;
 }
 
-/** Ends reading and writing, and closes the port; what is broken already is closed too, and what
-    hangs is given up. Unless it `sends` first what waits to be sent, that is forgotten: after a
-    fault an order to move would come late. */
+/** Ends reading and writing, and closes the port, even if it is broken; steps that hang are
+    abandoned. Bytes not sent yet are sent first only if `sends`: after a fault a command to move
+    would come late. */
 async function shut({ port, reader, writer, retry }: Pick<Line, "port" | "reader" | "writer" | "retry">, sends = true): Promise<void> {
   if (retry !== null) clearTimeout(retry);
-  // A device that takes nothing keeps a write waiting for ever.
+  // A device that accepts no bytes keeps a write waiting for ever.
   const isSent = writer && sends && (await within(LEAVE_MILLIS, writer.close()));
   if (writer && !isSent) await within(LEAVE_MILLIS, writer.abort());
   writer?.releaseLock();

@@ -1,6 +1,6 @@
-// What the browser keeps for this page. Storage may be forbidden: then nothing is kept.
+// What the browser keeps for this page. If storage is forbidden, nothing is kept.
 
-/** What `use` returns; null where storage is forbidden. */
+/** The result of `use`; null if storage is forbidden. */
 export function ifAllowed<T>(use: () => T): T | null {
   try {
     return use();

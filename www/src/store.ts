@@ -26,25 +26,25 @@ import type { TourStep } from "./tour.js";
 
 export type Theme = "system" | "light" | "dark";
 export const TABS = ["run", "status", "plots", "filter", "paths", "settings", "layers", "log"] as const;
-/** Empty where none was chosen, or it was shut again. */
+/** Empty if none was chosen, or it was closed again. */
 export type Tab = (typeof TABS)[number] | "";
 
 /** `frame` is notified at most ten times a second, the others at once. */
 export type Topic = "frame" | "run" | "view" | "log" | "toast" | "tab" | "theme" | "inspection" | "spot" | "bench" | "cycle" | "settings" | "calibration" | "sigma" | "bridge" | "doors" | "contest" | "fit" | "rooms" | "chosen" | "moved" | "quality" | "graph" | "submaps" | "tour" | "exhibit" | "lesson" | "last" | "offline" | "gamepad" | "drawing";
 
-/** Walls that light up on the map, in the matrix and in the list of matches. */
+/** Walls highlighted on the map, in the matrix and in the list of matches. */
 export interface Spot {
-  /** Under the pointer, wherever that is. */
+  /** Under the pointer, in any view. */
   readonly hovered: readonly number[];
   /** Chosen by a click, until another is. */
   readonly pinned: number | null;
 }
 
-/** A contest of planners as it is asked, and how it stands. */
+/** A contest of planners: its query and its state. */
 export interface Contest {
   readonly ground: Ground;
   readonly seconds: number;
-  /** Map frame, m; null where the robot is, or not yet chosen. */
+  /** Map frame, m; null: at the robot, or not yet chosen. */
   readonly start: readonly [number, number] | null;
   readonly goal: readonly [number, number] | null;
   /** What the next click on the map sets. */
@@ -59,9 +59,9 @@ export interface Toast {
   level: Level;
   text: string;
   topic?: string;
-  /** What can be done about it. */
+  /** An action that the message offers. */
   way?: { readonly label: string; readonly go: () => void };
-  /** How long it stands, wall milliseconds, unless it is closed; else as its level has it. */
+  /** How long it is shown, wall milliseconds, unless it is closed; by default its level decides. */
   stands?: number;
 }
 
@@ -81,12 +81,12 @@ export interface LoadedMap {
   readonly picture: LoadedMapPicture;
   /** Whether it is drawn. */
   readonly shown: boolean;
-  /** Where it lies in the map of this run; null while that is not known, and why. */
+  /** Where it lies in the map of this run; null while unknown: see `error`. */
   readonly alignment: MapAlignment | PathPlace | null;
-  /** Of poses over time, which have a way alone. */
+  /** Only for poses over time, which consist of a path alone. */
   readonly path: Omit<PosePathPicture, "way"> | null;
   readonly error: string;
-  /** Whether it is being looked for. */
+  /** Whether it is being aligned. */
   readonly isAligning: boolean;
 }
 
@@ -100,58 +100,58 @@ export class Store {
   source: SourceKind = "sim";
   title = "";
   playing = false;
-  /** A log that is being read, and how much of it is (0 to 1). */
+  /** A log that is being read, and the part that is done (0 to 1). */
   reading: { name: string; done: number } | null = null;
-  /** A recording of ROS with several topics of a kind, until it is said which are meant. */
+  /** A ROS recording with several topics of a kind, until they are chosen. */
   asked: { name: string; offered: RosTopics } | null = null;
-  /** Poses that were given, until it is said what they are; without a log they are beside the one
-      that is shown. */
+  /** Poses that were given, until it is known what they are; without a log they are beside the
+      shown one. */
   posesAsked: { poses: File; log: File | null } | null = null;
   /** The saved map that runs by scan matching go on in. */
   savedMap: SavedMap | null = null;
-  /** The pose graph that was opened last. */
+  /** The last pose graph that was opened. */
   solvedGraph: { readonly name: string; readonly graph: SolvedGraph } | null = null;
-  /** What a press on the map changes; null while it moves the view. */
+  /** The edit that a press on the map makes; null while it moves the view. */
   editing: EditName | null = null;
   /** The geofence that is being drawn. */
   fence: FenceDraft | null = null;
   /** World that is being loaded; empty when none is. */
   loading = "";
   speed = 4;
-  /** What can be chosen; empty until the module is there. */
+  /** The possible choices; empty until the module is loaded. */
   offer: Offer = { worlds: [], sensors: [], methods: [], devices: [], presets: [], lessons: [], dataSheet: "" };
   setup: Setup = { world: "office", worldJson: null, sensor: "lidar", seed: 7, method: "line-ekf", mode: "explore", cycle: false, settings: {}, calibration: null, priorMap: null, lesson: null };
-  /** What the present run was started from: settings that wait for a restart differ. */
+  /** The setup of the present run's start: settings that wait for a restart differ. */
   started: Setup = this.setup;
-  /** All settings, with what each is in this run. */
+  /** All settings, with their values in this run. */
   settings: SettingInfo[] = [];
   calibration: { fit: Calibration | null; error: string } = { fit: null, error: "" };
   sigma: { curve: SigmaCurve | null; error: string } = { curve: null, error: "" };
-  /** The fit of the drive, and what of it is in use. */
+  /** The fit of the drive, and which part of it is in use. */
   fit: { fit: DriveFit | null; error: string } = { fit: null, error: "" };
   tuning: Tuning = { preset: null, twin: false };
   /** Samples of the twin. */
   readonly twin = new History(TWIN_STRIDE);
   /** Doors of the simulated world, see DOOR. */
   doors: Float32Array = new Float32Array(0);
-  /** What serves this page; null while that is not known. */
+  /** What serves this page; null while unknown. */
   host: Host | null = null;
-  /** The bridge that is being talked to. */
+  /** The state of the connected bridge. */
   bridge: BridgeState | null = null;
   /** The walls of the bridge's own map, in its frame. */
   bridgeWalls: Float32Array = new Float32Array(0);
-  /** Whether the robot drives by the cycle, and what its stages gave. */
+  /** Whether the robot drives by the cycle, and the results of its stages. */
   inCycle = false;
   cycle: Cycle | null = null;
-  /** Of the present run. */
+  /** The method of the present run. */
   method: MethodName = this.setup.method;
-  /** Go to is chosen, and the next click on the map says where. */
+  /** Go to was pressed: the next click on the map sets the goal. */
   aiming = false;
-  /** Stop was pressed, and nothing else was asked of the robot since. */
+  /** Stop was pressed, and the robot got no other command since. */
   isStopped = false;
-  /** As far as the run came, or the one that it goes the way of again, s. */
+  /** The furthest time of the run, or of the run that it repeats, s. */
   furthest = 0;
-  /** What happened up to there. */
+  /** Marked events up to there. */
   marks: readonly Mark[] = [];
   /** The moment that it is on the way to, s. */
   seeking: number | null = null;
@@ -160,11 +160,11 @@ export class Store {
   layers: Record<LayerName, boolean> = Object.fromEntries(
     LAYERS.map((name) => [name, !["tree", "rawPath", "found", "points", "landmarks", "rooms", "submaps", "graph", "wheels"].includes(name)]),
   ) as Record<LayerName, boolean>;
-  /** Layers from the ground up. */
+  /** Layers from the bottom up. */
   layerOrder: readonly LayerName[] = LAYERS;
-  /** What the map is drawn with, and why not with WebGL2. */
+  /** What draws the map, and why not WebGL2. */
   drawing: { readonly with: "canvas" | "webgl2"; readonly why: string } = { with: "canvas", why: "" };
-  /** Whether the page opens without its server, and whether there is a newer build of it. */
+  /** Whether the page opens without its server, and whether a newer build of it exists. */
   offline: Offline = { kind: "storing" };
   renewal: Renewal = null;
   theme: Theme = "system";
@@ -172,45 +172,45 @@ export class Store {
   /** The filter's state, while its tab is open. */
   inspection: Inspection | null = null;
   spot: Spot = { hovered: [], pinned: null };
-  /** What the drive controller did on the bench. */
+  /** The response of the drive controller on the bench. */
   bench: BenchResponse | null = null;
   contest: Contest = { ground: "truth", seconds: 1, start: null, goal: null, picking: "goal", watched: 3, found: null, running: false, error: "" };
-  /** Rooms and doors, while their layer is on, and a place in the one that was chosen, m. */
+  /** Rooms and doors, while their layer is on, and a place in the chosen one, m. */
   rooms: Rooms | null = null;
-  /** The number of each of them, from 1; it stays while the map grows. */
+  /** The number of each room, from 1; it stays the same while the map grows. */
   roomNumbers: readonly number[] = [];
   roomSpot: readonly [number, number] | null = null;
-  /** Whether a click on the map asks what is there, and does nothing else. */
+  /** Whether a click on the map only inspects what is there. */
   inspecting = false;
-  /** What lies where somebody pointed at the map, and which of it is told. */
+  /** The things where somebody pointed at the map, and which of them is described. */
   chosen: { readonly things: readonly Thing[]; readonly at: number } | null = null;
-  /** What the run says of it, once it has answered. */
+  /** The run's answer about it, if there is one. */
   examined: Examined | null = null;
   /** Its outline on the map, m. */
   outline: Outline = [];
-  /** Submaps that are not drawn, the one that was chosen in their list, and those that can be put
-      back, the last one last. */
+  /** Submaps that are not drawn, the one chosen in their list, and those that can be put back, in
+      order of removal. */
   hiddenSubmaps: ReadonlySet<number> = new Set();
   chosenSubmap: number | null = null;
-  /** Maps that were loaded, the first one first. */
+  /** Loaded maps, in order of loading. */
   loadedMaps: readonly LoadedMap[] = [];
   /** What other methods made of the recording that is shown. */
   compared: readonly Compared[] = [];
-  /** By how much the last loop closure moved the map, m. */
+  /** How far the last loop closure moved the map, m. */
   moved = 0;
-  /** What the map was worth when it was asked for. */
+  /** The last judgement of the map. */
   quality: Quality | null = null;
-  /** What was left on the last visit, while it is offered. */
+  /** The run left on the last visit, while it is offered. */
   lastRun: LastRun | null = null;
-  /** What this try at a lesson has reached. */
+  /** The grade of this attempt at a lesson. */
   grade: Grade | null = null;
-  /** The part that is done where the map is being judged, 0 to 1. */
+  /** Progress of the judgement of the map, 0 to 1. */
   judging: number | null = null;
-  /** The step of a first visit; null outside of one. */
+  /** The step of the tour; null outside of one. */
   tour: TourStep | null = null;
   /** The experiment of the gallery that is shown. */
   exhibit: Shown | null = null;
-  /** The gamepad that is connected, and what it says. */
+  /** The connected gamepad, and its state. */
   gamepad: GamepadState | null = null;
   log: readonly LogEntry[] = [];
   toast: Toast | null = null;
@@ -232,17 +232,17 @@ export class Store {
     this.notify(topic);
   }
 
-  /** The planners are compared: a click on the map chooses their start or goal. */
+  /** Whether the planners are compared: a click on the map then sets their start or goal. */
   get comparesPaths(): boolean {
     return this.tab === "paths";
   }
 
-  /** Whether what is shown is a robot that is not heard. */
+  /** Whether the shown robot is out of contact. */
   get isCutOff(): boolean {
     return this.source === "bridge" && this.bridge?.connection !== "open";
   }
 
-  /** A run begins: what was shown of the one before is gone. */
+  /** A run begins: resets what was shown of the one before. */
   begin({ source, title, playing, method, setup, isAgain }: RunStart): void {
     if (!isAgain) [this.furthest, this.marks, this.seeking] = [0, [], null];
     this.history.clear();
@@ -254,9 +254,9 @@ export class Store {
       rooms: null, roomSpot: null, chosen: null, examined: null, outline: [], moved: 0, quality: null, judging: null, grade: null, log: [], status: null, hash: "", toast: null,
     };
     Object.assign(this, ended);
-    // A recording that is mapped again with what was fitted to it keeps the table.
+    // If a recording is mapped again with its own fit, the table of the fit stays.
     if (source !== this.source || title !== this.title) this.fit = { fit: null, error: "" };
-    // Another map: its places are others. Only a simulation knows true walls.
+    // Places of the old map mean nothing in the new one. Only a simulation knows true walls.
     const ground = source !== "sim" && this.contest.ground === "truth" ? "map" : this.contest.ground;
     this.contest = { ...this.contest, start: null, goal: null, picking: "goal", found: null, running: false, error: "", ground };
     const isBegun = method === "scan-matching";
@@ -288,12 +288,12 @@ export class Store {
     }
   }
 
-  /** What of the map is told, if anything is. */
+  /** The thing on the map that is described, if any. */
   get thing(): Thing | null {
     return this.chosen?.things[this.chosen.at] ?? null;
   }
 
-  /** Tells of what was pointed at; nothing more where there is nothing. */
+  /** Describes what was pointed at; with no things, nothing. */
   choose(things: readonly Thing[], at = 0): void {
     if (things.length === 0 && !this.chosen) return;
     this.set("chosen", { chosen: things.length > 0 ? { things, at } : null, examined: null, outline: [] });
@@ -304,7 +304,7 @@ export class Store {
     this.set("view", { layers: { ...this.layers, ...patch } });
   }
 
-  /** Puts a layer just over another one, or just under it. */
+  /** Puts a layer directly over or under another one. */
   moveLayer(name: LayerName, side: "over" | "under", other: LayerName): void {
     const rest = this.layerOrder.filter((layer) => layer !== name);
     rest.splice(rest.indexOf(other) + (side === "over" ? 1 : 0), 0, name);
@@ -325,8 +325,8 @@ export class Store {
     this.notify("log");
   }
 
-  /** Something was done that was not done before: what came after is no longer to come, and who
-      does something here wants nothing else. */
+  /** A new action: the recorded future of the run is void, and the last run is no longer
+      offered. */
   #fork(): void {
     if (this.lastRun) this.set("last", { lastRun: null });
     const time = this.status?.time ?? 0;
@@ -336,8 +336,7 @@ export class Store {
   }
 }
 
-/** The matrix that was there before goes with its own landmarks: without a new one there is
-    none. */
+/** The matrix of the state before is kept with its own landmarks if the new one has none. */
 function withMatrix(next: Inspection, before: Inspection | null): Inspection {
   if (next.coefficients.length > 0 || !before) return next;
   const { robotRows, landmarks, coefficients } = before;

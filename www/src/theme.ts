@@ -15,7 +15,7 @@ export function startTheme(store: Store): void {
 /** The next of system, light and dark that looks different from the present one. */
 export function switchTheme(store: Store): void {
   store.theme = isDark(store) ? "light" : "dark";
-  // Where it is not kept, the choice lasts as long as the page.
+  // If it cannot be stored, the choice lasts as long as the page.
   ifAllowed(() => localStorage.setItem(KEY, store.theme));
   apply(store);
   store.notify("theme");

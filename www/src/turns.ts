@@ -1,8 +1,8 @@
-// Long work in slices: between its turns a worker hears what it is sent.
+// Long work in slices, called turns: between them a worker handles its messages.
 
 export class Turns {
   readonly #channel = new MessageChannel();
-  /** A turn waits in the channel: one is enough. */
+  /** A turn is queued in the channel already: one is enough. */
   #isDue = false;
 
   constructor(turn: () => void) {
@@ -12,7 +12,7 @@ export class Turns {
     };
   }
 
-  /** Another turn is taken once all that waits has been heard. */
+  /** Takes another turn after all messages in the queue. */
   wake(): void {
     if (this.#isDue) return;
     this.#isDue = true;

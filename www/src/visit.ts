@@ -1,5 +1,5 @@
-// What the browser keeps from visit to visit: that there was one, what of the map and which panel
-// is shown, and how runs go: by which method, with which settings, how fast.
+// What the browser keeps from visit to visit: that there was one, how the map is shown, which panel
+// is open, and the choices for runs: method, settings, speed.
 
 import type { MethodName, SettingValues } from "./protocol/module.js";
 import { ofAnySensor } from "./protocol/setup.js";
@@ -17,8 +17,8 @@ const CHOICES = "slamlab-choices";
 
 const USUAL_SENSOR = "lidar";
 
-/** Whether nobody was here before. Where nothing can be kept nobody is greeted twice, so nobody is
-    greeted at all. */
+/** Whether this is the first visit. If storage is forbidden, no visit counts as the first, because
+    every visit would begin with the tour. */
 export function isFirstVisit(): boolean {
   return ifAllowed(() => localStorage.getItem(VISITED) ?? "") === "";
 }
@@ -27,7 +27,7 @@ export function noteVisit(): void {
   ifAllowed(() => localStorage.setItem(VISITED, "1"));
 }
 
-/** Shows the layers that were shown last, in their order, and keeps what is chosen from here on. */
+/** Restores the layers last shown, in their order, and keeps changes from here on. */
 export function keepView(store: Store): void {
   const kept = ifAllowed(() => localStorage.getItem(VIEW));
   if (kept) store.layers = { ...store.layers, ...switchesIn(kept) };
@@ -39,15 +39,15 @@ export function keepView(store: Store): void {
   }));
 }
 
-/** Turns the map as it was turned last, and keeps how it is turned from here on. */
+/** Restores the last rotation of the map, and keeps changes from here on. */
 export function keepTurn(map: { turn(angle: number): void; onTurn: (angle: number) => void }): void {
   const kept = Number(ifAllowed(() => localStorage.getItem(TURN)) ?? NaN);
   if (Math.abs(kept) <= Math.PI) map.turn(kept);
   map.onTurn = (angle) => ifAllowed(() => (angle === 0 ? localStorage.removeItem(TURN) : localStorage.setItem(TURN, String(angle))));
 }
 
-/** Opens the panel that was open last, once somebody listens for that, and keeps which one is open
-    from here on. */
+/** Opens the panel that was last open, and keeps changes from here on. To be called once the panels
+    listen. */
 export function keepTab(store: Store): void {
   const kept = ifAllowed(() => localStorage.getItem(TAB));
   const tab = TABS.find((each) => each === kept);
@@ -55,7 +55,7 @@ export function keepTab(store: Store): void {
   store.on("tab", () => ifAllowed(() => localStorage.setItem(TAB, store.tab)));
 }
 
-/** Whether somebody has opened what there is for submaps and other maps. */
+/** Whether somebody has opened the fold of submaps and other maps. */
 export function mapsAreOpen(): boolean {
   return ifAllowed(() => localStorage.getItem(MAPS)) === "open";
 }
@@ -64,24 +64,24 @@ export function noteMapsOpen(isOpen: boolean): void {
   ifAllowed(() => (isOpen ? localStorage.setItem(MAPS, "open") : localStorage.removeItem(MAPS)));
 }
 
-/** What a person chose of how simulated runs go. */
+/** A person's choices for simulated runs. */
 interface Choices {
   readonly method?: MethodName;
   readonly settings?: SettingValues;
   readonly speed?: number;
 }
 
-/** Keeps what somebody chose. A lesson, an experiment and the tour are not what they chose, and a
-    robot behind a bridge begins as its bridge has it. */
+/** Keeps a choice. A lesson, an experiment and the tour are not the person's choice, and a robot
+    behind a bridge begins as its bridge decides. */
 export function noteChoice({ source, tour, exhibit, setup: { lesson, sensor }, settings: infos }: Store, { settings, ...chosen }: Choices): void {
   if (source === "bridge" || tour || exhibit || lesson !== null) return;
   // A visit begins with the usual sensor.
   const kept = settings && { settings: sensor === USUAL_SENSOR ? settings : ofAnySensor(settings, infos) };
-  // JSON has no number without an end, which is the speed at its most.
+  // JSON has no Infinity, which is the highest speed.
   ifAllowed(() => localStorage.setItem(CHOICES, JSON.stringify({ ...choices(), ...chosen, ...kept }, (_, value: unknown) => (value === Infinity ? "max" : value))));
 }
 
-/** What was chosen on earlier visits; what none of ours can be is told by the module. */
+/** The choices of earlier visits; the module reports those that it does not know. */
 export function choices(): Choices {
   try {
     const { method, settings, speed } = JSON.parse(localStorage.getItem(CHOICES) ?? "{}") as Record<string, unknown>;
@@ -96,20 +96,20 @@ export function choices(): Choices {
   }
 }
 
-/** Forgets what the module of this build does not take; whether there was anything. */
+/** Forgets choices that this build does not accept. Returns whether there were any. */
 export function forgetChoices(): boolean {
   const had = Object.keys(choices()).length > 0;
   ifAllowed(() => localStorage.removeItem(CHOICES));
   return had;
 }
 
-/** The order that a text names; ours, if it does not name each layer once. */
+/** The layer order in a text; the default, unless it names each layer once. */
 function orderIn(text: string): readonly LayerName[] {
   const names = text.split(" ").filter((name): name is LayerName => (LAYERS as readonly string[]).includes(name));
   return names.length === LAYERS.length && new Set(names).size === LAYERS.length ? names : LAYERS;
 }
 
-/** The switches that a text names; none of one that is not ours. */
+/** The switches in a text; unknown ones are left out. */
 function switchesIn(text: string): Partial<Store["layers"]> {
   try {
     const named = JSON.parse(text) as Record<string, unknown> | null;

@@ -1,5 +1,5 @@
-// Runs the core for the page: with local_bridge.ts and registration/worker.ts the only file that
-// starts the WebAssembly module. Each command of the page has one handler.
+// Runs the core for the page: apart from local_bridge.ts and registration/worker.ts the only file
+// that starts a WebAssembly module. Each command of the page has one handler.
 
 import init, { WebRun, offer, read_link } from "../pkg/slamlab_web.js";
 import { fail, post } from "./answer.js";
@@ -23,13 +23,13 @@ import { RosImport } from "./source/ros.js";
 import { Run } from "./source/run.js";
 import { titleOf } from "./worlds.js";
 
-/** Steps within which a simulated sensor surely scans. */
+/** Steps within which a simulated sensor is certain to scan. */
 const MOST_STEPS = 400;
 
 const player = new Player();
 let reading: LogReading | null = null;
 let importing: RosImport | null = null;
-/** Which import waits for the module of file formats. */
+/** Identifies the import that waits for the module of file formats. */
 let asksFor: symbol | null = null;
 let conversation: Conversation | null = null;
 const savedMap = new GoingOn();
@@ -43,7 +43,7 @@ function stopReading(): void {
   player.resume();
 }
 
-/** Ends what is being read, if something is. */
+/** Stops reading a file. Returns whether one was being read. */
 function interrupt(): boolean {
   asksFor = null;
   const isReading = reading !== null || importing !== null;
@@ -53,7 +53,7 @@ function interrupt(): boolean {
 
 type Replay = Extract<Command, { kind: "replay" }>;
 
-/** Reads a log slice by slice, and begins its run. `notes`: what its import had to say. */
+/** Reads a log slice by slice, and begins its run. `notes`: messages of its import. */
 function readLog(replay: Replay, notes: readonly string[]): void {
   const { kind: _, name, bytes, topics, ...setup } = replay;
   const log = new LogReading(name, bytes, setup);
@@ -74,7 +74,7 @@ function readLog(replay: Replay, notes: readonly string[]): void {
   player.schedule();
 }
 
-/** Makes a recording of ROS one of ours, slice by slice, and reads that. */
+/** Converts a ROS recording to our format, slice by slice, and reads the result. */
 async function importRos(replay: Replay): Promise<void> {
   const { name, bytes, topics } = replay;
   const asked = (asksFor = Symbol(name));
@@ -115,7 +115,7 @@ function converse(setup: ConversationSetup, wire: Wire): void {
   conversation = new Conversation(player, setup, wire);
 }
 
-/** Does something to a run that takes commands: every one but a recording. */
+/** Applies a command to the run, unless it is a recording, which takes none. */
 function command(act: (run: Run) => void): void {
   const { run } = player;
   if (!run || run.kind === "replay") return;
@@ -124,19 +124,20 @@ function command(act: (run: Run) => void): void {
   player.changed();
 }
 
-/** To another moment of the run; what would come after it is shown at once. */
+/** Goes to another moment of the run. A file that is being read would come first, so reading
+    stops. */
 function seek(...where: Parameters<Player["seek"]>): void {
   interrupt();
   given("", () => player.seek(...where));
 }
 
-/** Changes the map of a run of any source. */
+/** Edits the map of a run of any source. */
 function changeMap(act: (module: WebRun) => void, words: string): void {
   player.run?.changeMap(act, words);
   player.changed();
 }
 
-/** Does something that takes a submap out of the map or puts one back. */
+/** Removes a submap from the map or puts one back. */
 function renumber(act: (run: Run) => Renumbering | null): void {
   const { run } = player;
   if (!run) return;
@@ -145,23 +146,23 @@ function renumber(act: (run: Run) => Renumbering | null): void {
     if (renumbering) post({ kind: "renumbered", ...renumbering });
   });
   player.changed();
-  // What was said of the whole map is of another one.
+  // The judgement of the whole map applied to another map.
   if (run.kind === "replay" && run.finished) player.judge();
 }
 
-/** How the log calls what a person changed. */
+/** The words for an edit in the log. */
 const EDITED: Readonly<Record<EditName, string>> = {
   erase: "A region of the map was erased by hand",
   wall: "A wall was drawn by hand",
   glass: "Glass was drawn by hand",
 };
 
-/** Does something to a simulation. */
+/** Applies a command to the run, if it is a simulation. */
 function simulated(act: (run: Run) => void): void {
   if (player.run?.kind === "sim") command(act);
 }
 
-/** `null` where there is none: a person did what no link tells, or the world in it is too large. */
+/** `null` if no link can describe what a person did, or the world in it is too large. */
 function linkOf({ module }: Run, setup: Setup): string | null {
   try {
     return module.link(setup);
@@ -197,7 +198,7 @@ const handlers: Handlers<Command> = {
   keep: ({ setup, asked = false }) => {
     const { run } = player;
     const link = run?.kind === "sim" ? linkOf(run, setup) : null;
-    // Who asked waits for an answer.
+    // The asking side waits for an answer.
     if (run?.kind === "sim" || asked) post({ kind: "kept", link, asked });
   },
   replay: (command) => {
@@ -236,7 +237,7 @@ const handlers: Handlers<Command> = {
   }),
   kidnap: () => simulated((run) => run.command((module) => module.kidnap(), "Kidnapped: the robot was carried elsewhere, and does not know")),
   configure: ({ settings }) => {
-    // A robot that the bridge has not named yet is to have them too.
+    // A robot that the bridge has not named yet gets them too.
     if (conversation) conversation.configure(settings);
     else player.run?.module.configure(settings);
     player.changed();
@@ -292,8 +293,8 @@ function attend(what: Watched): void {
   else player.show();
 }
 
-/** What the page says while somebody looks around, as first_visit.mjs does; for anything else the
-    rest of the module is there first. */
+/** The commands sent while somebody looks around, as in first_visit.mjs; before any other, the rest
+    of the module is loaded. */
 const OF_A_FIRST_VISIT: ReadonlySet<Command["kind"]> = new Set([
   "start", "speed", "settings", "wheels", "play", "pause", "step", "back", "seek", "drawn", "keep", "inspect", "rooms", "points", "field", "examine",
   "explore", "manual", "goto", "drive", "stop", "cancel", "hold-at", "door", "quality",
@@ -314,18 +315,18 @@ async function load(): Promise<void> {
 
 const module = load();
 
-/** Commands are done one after the other. */
+/** Commands are handled one after the other. */
 let before = module;
 
 self.onmessage = ({ data: command }: MessageEvent<Command>) => {
   before = before.then(async () => {
     try {
       await module;
-      // Where it cannot come, the command is refused, and what there is goes on.
+      // If it cannot be loaded, the command is refused, and the run goes on.
       if (!isOfAFirstVisit(command)) await rest?.whole();
       handle(handlers, command);
     } catch (error) {
-      // Who asked for a file waits for an answer.
+      // The asking side waits for an answer.
       if (command.kind === "collect") post({ kind: "collected", files: [], error: faultOf(error).text });
       else fail(error);
     }

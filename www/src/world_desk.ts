@@ -1,10 +1,10 @@
-// What the client hands to the world editor, whose code is a bundle of its own.
+// The client's interface to the world editor, whose code is a bundle of its own.
 
 import type { WorldFault } from "./protocol/module.js";
 
 export interface WorldDesk {
-  /** A world to draw on: the text of its file, and what of the file it came from is not in it. */
+  /** Opens a world for editing: the text of its file, and what was left out of the original. */
   open(name: string, text: string, skipped: readonly string[]): void;
-  /** What is wrong with the drawing of this number; null: nothing. */
+  /** The error in the drawing of this number; null: none. */
   judge(number: number, fault: WorldFault | null): void;
 }

@@ -1,4 +1,4 @@
-// What the worlds that come with the page are called, wherever one is named to people.
+// The titles of the built-in worlds, wherever one is named to people.
 
 const TITLES: Readonly<Record<string, string>> = {
   office: "Office: rooms off a corridor",
@@ -15,9 +15,9 @@ const TITLES: Readonly<Record<string, string>> = {
   campus: "Campus: 120 houses, for speed",
 };
 
-/** A world that is new here is called by its name. */
+/** A world without a title here is called by its name. */
 export const worldTitle = (name: string): string => (Object.hasOwn(TITLES, name) ? TITLES[name] : undefined) ?? name;
 
-/** The same of what a run begins in: somebody's own world is called as they called it. */
+/** The title of a run's world: somebody's own world keeps the name that they gave it. */
 export const titleOf = ({ world, worldJson }: { readonly world: string; readonly worldJson: unknown }): string =>
   worldJson === null ? worldTitle(world) : world;

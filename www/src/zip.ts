@@ -1,5 +1,5 @@
-// ZIP archives: files into one, and what is in one. A worker does it, begun for each of them: the
-// page draws meanwhile, and what holds ZIP's own code is loaded only then.
+// ZIP archives: packs files into one, lists and unpacks them. Each task starts a worker, so that
+// the page can draw meanwhile, and the ZIP code is loaded only then.
 
 import type { SavedFile } from "./protocol/module.js";
 import { t } from "./words.js";
@@ -32,12 +32,12 @@ export async function packed(files: readonly SavedFile[]): Promise<Blob> {
   return archive;
 }
 
-/** What is in it; folders, and what macOS adds for itself, are not listed. */
+/** Its contents; folders, and the files that macOS adds for itself, are not listed. */
 export async function entriesOf(archive: Blob): Promise<readonly Entry[]> {
   return (await ask("list", { kind: "list", archive, most: MOST_FILES })).entries;
 }
 
-/** Unpacks these files of it, in this order; those that are damaged are named. */
+/** Unpacks these files of it, in this order; damaged ones are named. */
 export async function unpacked(archive: Blob, wanted: readonly string[]): Promise<{ files: readonly File[]; damaged: readonly string[] }> {
   const { files, damaged } = await ask("unpack", { kind: "unpack", archive, wanted });
   const found = new Map(files.map(({ name, content }) => [name, content]));

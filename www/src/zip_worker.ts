@@ -1,14 +1,15 @@
-// ZIP archives off the page's thread: what is in one, its files with their sums checked, and files
-// into one. Over zip.js, whose own workers are not needed here, and with the browser's own inflate.
+// ZIP archives off the page's main thread: lists one, unpacks its files and verifies their
+// checksums, packs files into one. It uses zip.js without that library's own workers, and with the
+// browser's own inflate.
 
 import { BlobReader, BlobWriter, configure, type FileEntry, Uint8ArrayReader, ZipReader, ZipWriter } from "@zip.js/zip.js/lib/zip-core-external.js";
 import type { ZipAnswer, ZipAsk, ZipFault } from "./zip.js";
 
 configure({ useWebWorkers: false, useCompressionStream: true });
 
-/** Larger files than that are no recordings, but an archive that was made to fill the memory. */
+/** No recording is larger than this; an archive that is was made to fill the memory. */
 const MOST_BYTES = 1 << 30;
-/** Packed already: trying again costs time and gains nothing. */
+/** Compressed already: compressing again costs time and gains nothing. */
 const IS_PACKED = /\.(?:png|slamlab|gz)$/;
 
 class Fault extends Error {
@@ -43,7 +44,7 @@ async function* entriesOf(archive: Blob): AsyncGenerator<FileEntry> {
 async function list(archive: Blob, most: number): Promise<ZipAnswer> {
   const entries: { name: string; size: number }[] = [];
   for await (const { filename: name, uncompressedSize: size } of entriesOf(archive)) {
-    // What macOS adds for itself is not listed.
+    // Files that macOS adds for itself are not listed.
     if (!/(?:^|\/)(?:__MACOSX\/|\.)/.test(name)) entries.push({ name, size });
     if (entries.length > most) throw new Fault({ kind: "many", most });
   }
@@ -66,14 +67,14 @@ async function unpacked(archive: Blob, wanted: readonly string[]): Promise<ZipAn
   return { kind: "unpack", files, damaged };
 }
 
-/** Null of an entry that is not what its sum says, or cannot be unpacked. */
+/** Null if an entry does not match its checksum, or cannot be unpacked. */
 async function contentOf(entry: FileEntry): Promise<Blob | null> {
   const pieces: BlobPart[] = [];
   let size = 0;
   const writable = new WritableStream<Uint8Array<ArrayBuffer>>({
     write(piece) {
       size += piece.length;
-      // No more is held than was said.
+      // Stop at the declared size.
       if (size > entry.uncompressedSize) throw new Fault({ kind: "damaged" });
       pieces.push(piece.slice());
     },

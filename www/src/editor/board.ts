@@ -1,4 +1,4 @@
-// The canvas that is drawn on: pointer, wheel, fingers and keys become what the model does.
+// The drawing canvas: translates pointer, wheel, touch and keys into actions of the model.
 
 import { css, LitElement, type TemplateResult } from "lit";
 import { shared } from "../ui/style.js";
@@ -13,7 +13,7 @@ import { gridOf, onGrid } from "./snap.js";
 import { made, measure } from "./tools.js";
 
 const ARROWS: Readonly<Record<string, Point>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-/** How far an arrow goes with Shift, cells. */
+/** How far an arrow key moves with Shift, cells. */
 const FAR = 10;
 
 export class EditorBoard extends LitElement {
@@ -24,11 +24,11 @@ export class EditorBoard extends LitElement {
     p { position: absolute; left: 12px; bottom: 10px; margin: 0; padding: 4px 9px; border-radius: 8px; background: var(--glass); font-size: 12.5px; pointer-events: none; max-width: calc(100% - 24px); }
   `];
 
-  /** Set by whoever makes the element. */
+  /** Set by the creator of the element. */
   model!: EditorModel;
   readonly camera = new Camera();
   #colours: Colours | null = null;
-  /** The view has all of the drawing, until somebody moves it. */
+  /** The view shows the whole drawing until somebody moves it. */
   #isWhole = true;
   #last: Point | null = null;
   readonly #resized = new ResizeObserver(() => this.#resize());
@@ -36,7 +36,7 @@ export class EditorBoard extends LitElement {
   override firstUpdated(): void {
     const canvas = this.canvas;
     const at = (x: number, y: number): Point => this.camera.toMap(x, y);
-    // Whoever holds Alt wants a point exactly where it is.
+    // Alt switches snapping off: the point stays exactly where it is.
     for (const kind of ["pointerdown", "pointermove", "pointerup"] as const) canvas.addEventListener(kind, (event) => (this.model.isHeldOff = event.altKey), { capture: true });
     listenToGestures(canvas, {
       pan: (dx, dy) => this.#look(() => this.camera.panBy(dx, dy)),
@@ -49,7 +49,7 @@ export class EditorBoard extends LitElement {
         return true;
       },
       draw: (from, to) => {
-        // On empty ground the same press moves the view.
+        // A drag that starts on empty ground moves the view.
         const before = this.#last ?? from;
         this.#last = to;
         const isView = this.model.drag(this.#from ?? (this.#from = at(...from)), at(...to), this.camera.scale);
@@ -65,7 +65,7 @@ export class EditorBoard extends LitElement {
     this.model.on(() => this.draw());
   }
 
-  /** Where the press began, m: the view may move under it. */
+  /** Where the press began, m: the view may move meanwhile. */
   #from: Point | null = null;
 
   get canvas(): HTMLCanvasElement {
@@ -97,7 +97,7 @@ export class EditorBoard extends LitElement {
     this.draw();
   }
 
-  /** Takes the colours of the theme anew. */
+  /** Reads the colours of the theme again. */
   recolour(): void {
     this.#colours = null;
     this.draw();

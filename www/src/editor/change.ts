@@ -4,15 +4,15 @@ import type { Part, Point } from "./drawing.js";
 import { cornersOf, distance, lineOf, minus, plus, turned } from "./outline.js";
 import { tidy } from "./snap.js";
 
-/** Thinner than this nothing becomes, m. */
+/** The least thickness of anything, m. */
 const LEAST = 0.02;
 
-/** Something to take hold of: a corner, a point of a way, a radius, or the turn of the whole. */
+/** A handle to drag: a corner, a point of a path, a radius, or the turn of the whole. */
 export interface Handle { readonly at: Point; readonly what: "corner" | "radius" | "turn"; readonly index: number }
 
 const tidyPoint = ([x, y]: Point): Point => [tidy(x), tidy(y)];
 
-/** Every point of a part sent elsewhere; `turn` is what that turns it by, rad. */
+/** Maps every point of a part; a part with an angle is turned by `turn`, rad. */
 function mapped(part: Part, to: (point: Point) => Point, turn: number): Part {
   const put = (point: Point): Point => tidyPoint(to(point));
   switch (part.kind) {
@@ -45,7 +45,7 @@ export function moved(part: Part, by: Point): Part {
   return mapped(part, (point) => plus(point, by), 0);
 }
 
-/** About its middle; +90° takes the x axis to the y axis. */
+/** Turned about its middle; +90° takes the x axis to the y axis. */
 export function rotated(part: Part, angle: number): Part {
   const middle = middleOf(part);
   return mapped(part, (point) => plus(middle, turned(minus(point, middle), angle)), angle);
@@ -58,7 +58,7 @@ export function middleOf(part: Part): Point {
   return [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
 }
 
-/** `arm`: how far the handle that turns it stands out, m. */
+/** `arm`: distance of the turning handle from the part, m. */
 export function handlesOf(part: Part, arm: number): Handle[] {
   const corners = lineOf(part).points.map((at, index): Handle => ({ at, what: "corner", index }));
   switch (part.kind) {
@@ -78,7 +78,7 @@ export function handlesOf(part: Part, arm: number): Handle[] {
   }
 }
 
-/** With a handle drawn to a place. `step`: turns stop at multiples of it, rad; 0: anywhere. */
+/** The part with a handle dragged to a place. `step`: turns snap to multiples, rad; 0: no snap. */
 export function dragged(part: Part, handle: Handle, to: Point, step: number): Part {
   const angleTo = (centre: Point): number => {
     const angle = Math.atan2(to[1] - centre[1], to[0] - centre[0]);
@@ -98,7 +98,7 @@ export function dragged(part: Part, handle: Handle, to: Point, step: number): Pa
       if (value.shape === "circle") return { kind: "obstacle", value: { ...value, radius: tidy(Math.max(distance(value.centre, to), LEAST)) } };
       if (value.shape !== "rectangle") return { kind: "obstacle", value: { ...value, points: put(value.points) } };
       if (handle.what === "turn") return { kind: "obstacle", value: { ...value, angle: wrapped(angleTo(value.centre) - Math.PI / 2) } };
-      // The corner across stays where it is.
+      // The opposite corner stays where it is.
       const across = cornersOf(value)[(handle.index + 2) % 4] as Point;
       const angle = value.angle ?? 0;
       const [width, height] = turned(minus(to, across), -angle);

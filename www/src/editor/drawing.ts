@@ -1,6 +1,6 @@
-// A world that is being drawn: what stands in its file, and how parts of it are added, changed and
-// taken out. Nothing is changed in place, so that a drawing of before is one to go back to.
-// Metres and radians, x right, y up, as in the file.
+// A world that is being drawn: the contents of its file, and how its parts are added, changed and
+// removed. Nothing is changed in place, so an earlier drawing can be restored. Metres and radians,
+// x right, y up, as in the file.
 
 export type Point = readonly [number, number];
 export type Material = "opaque" | "glass" | "dark";
@@ -30,7 +30,7 @@ export interface Drawing {
   readonly movers?: readonly Mover[];
 }
 
-/** A part of a drawing: one of many, by its number, or the only one. */
+/** A reference to a part of a drawing: one of several, by its index, or a part that exists once. */
 export type PartRef =
   | { readonly kind: "obstacle" | "door" | "mover"; readonly index: number }
   | { readonly kind: "start" | "goal" };
@@ -44,12 +44,12 @@ export type Part =
 
 export const EMPTY: Drawing = { slamlab_world: 1, name: "my world", start: { x: 0, y: 0, heading: 0 }, obstacles: [] };
 
-/** The drawing of a file that the core has read; what it has not read is told by its check. */
+/** The drawing of a file that the core has read; what the core has not read, its check reports. */
 export function parsed(text: string): Drawing {
   return JSON.parse(text) as Drawing;
 }
 
-/** The text of its file. */
+/** The drawing as the text of its file. */
 export function written(drawing: Drawing): string {
   return `${JSON.stringify(drawing, null, 1)}\n`;
 }
@@ -59,13 +59,13 @@ export function sameRef(a: PartRef | null, b: PartRef | null): boolean {
   return !("index" in a) || !("index" in b) || a.index === b.index;
 }
 
-/** All its parts: what lies on top comes last. */
+/** All parts; the topmost comes last. */
 export function partsOf(drawing: Drawing): PartRef[] {
   const refs = (kind: "obstacle" | "door" | "mover", list: readonly unknown[] = []): PartRef[] => list.map((_, index) => ({ kind, index }));
   return [...refs("obstacle", drawing.obstacles), ...refs("door", drawing.doors), ...refs("mover", drawing.movers), ...(drawing.goal ? [{ kind: "goal" } as const] : []), { kind: "start" }];
 }
 
-/** What a reference means; null where there is none. */
+/** The part that a reference means; null if there is none. */
 export function partAt(drawing: Drawing, ref: PartRef): Part | null {
   switch (ref.kind) {
     case "start": return { kind: "start", value: drawing.start };
@@ -80,7 +80,7 @@ function part<K extends Part["kind"]>(kind: K, value: Extract<Part, { kind: K }>
   return value === undefined ? null : ({ kind, value } as Part);
 }
 
-/** With one more part, and where it stands; start and goal take the place of what was there. */
+/** With one more part, and the reference to it. Start and goal replace the existing ones. */
 export function added(drawing: Drawing, { kind, value }: Part): [Drawing, PartRef] {
   switch (kind) {
     case "start": return [{ ...drawing, start: value }, { kind }];
@@ -91,7 +91,7 @@ export function added(drawing: Drawing, { kind, value }: Part): [Drawing, PartRe
   }
 }
 
-/** With another value of one part. */
+/** The drawing with another value of one part. */
 export function replaced(drawing: Drawing, ref: PartRef, next: Part): Drawing {
   const put = <T>(list: readonly T[] | undefined, index: number, value: T): T[] => (list ?? []).map((old, at) => (at === index ? value : old));
   switch (next.kind) {
@@ -103,7 +103,7 @@ export function replaced(drawing: Drawing, ref: PartRef, next: Part): Drawing {
   }
 }
 
-/** Without one part; the robot has to start somewhere, so its start stays. */
+/** The drawing without one part. The start stays, because the robot has to start somewhere. */
 export function removed(drawing: Drawing, ref: PartRef): Drawing {
   const without = <T>(list: readonly T[] | undefined, index: number): T[] => (list ?? []).filter((_, at) => at !== index);
   switch (ref.kind) {

@@ -1,5 +1,5 @@
-// The world editor: it lies over the map, and its code is loaded when it is opened first. What is
-// drawn is a world file; whether a robot can be in it the core says.
+// The world editor: it lies over the map, and its code is loaded when it is first opened. The
+// drawing is a world file; the core decides whether a robot can be in it.
 
 import { LitElement, nothing, type TemplateResult } from "lit";
 import type { Client } from "../client.js";
@@ -26,31 +26,31 @@ import { sharedHash, sharedWorld } from "./share.js";
 import { layout } from "./style.js";
 import { type ToolName, TOOLS } from "./tools.js";
 
-/** Where the browser keeps the drawing. */
+/** The key under which the browser keeps the drawing. */
 const KEPT = "slamlab-drawing";
-/** Wall milliseconds of rest before a drawing is checked and kept. */
+/** Idle time before a drawing is checked and kept, wall milliseconds. */
 const REST = 200;
-/** A run that has gone on for longer is not ended without a question, s. */
+/** A run that has lasted longer is not ended without a question, s. */
 const LONG_RUN = 60;
 
 export class SlamEditor extends LitElement implements WorldDesk {
   static override styles = [shared, layout];
 
-  /** Set by whoever makes the element. */
+  /** Set by the creator of the element. */
   store!: Store;
   client!: Client;
   onClose: () => void = () => {};
   readonly #model = new EditorModel();
-  /** The number of what was last asked to be checked, and a file among it that is to be opened. */
+  /** The number of the last requested check, and the file to be opened, if it is of one. */
   #number = 0;
   #opening: { number: number; name: string; text: string; skipped: readonly string[] } | null = null;
-  /** What is done when that is opened, or refused. */
+  /** What to do when that file is opened, or refused. */
   #next: (() => void) | null = null;
   #resting = 0;
   #checked: Drawing | null = null;
   #seenThrough: { readonly drawing: Drawing; readonly isOpen: boolean } | null = null;
   #judged: Drawing | null = null;
-  /** A run is to begin as soon as the drawing is judged; with a question, or surely. */
+  /** A run is to begin as soon as the drawing is judged; with a question first, or without. */
   #runsThen: "perhaps" | "surely" | null = null;
   #isFirst = true;
   #isBegun = false;
@@ -72,7 +72,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     if (!this.#isBegun) this.#listen();
     this.#isBegun = true;
     document.addEventListener("keydown", this.#keyOfNobody);
-    // Where what reads worlds could not be loaded, it is asked for again.
+    // If the reader of worlds could not be loaded, it is requested again.
     if (this.#isFirst) this.#openFirst();
   }
 
@@ -83,11 +83,11 @@ export class SlamEditor extends LitElement implements WorldDesk {
     takeDrops(this, (files) => void this.client.files.openAll(files));
   }
 
-  /** Until it is there nothing can be drawn that it would sweep away. */
+  /** Opens the first drawing. Nothing can be drawn before, or it would be lost. */
   #openFirst(): void {
     const kept = ifAllowed(() => localStorage.getItem(KEPT));
     const linked = isSharedWorld(location.hash) ? location.hash : null;
-    // The drawing of before is one step behind that of the link.
+    // The last drawing is one undo step behind that of the link.
     this.#next = kept && linked ? () => void this.openLink(linked) : null;
     if (kept) this.open("your last drawing", kept, []);
     else if (linked) void this.openLink(linked);
@@ -100,14 +100,14 @@ export class SlamEditor extends LitElement implements WorldDesk {
     if (this.client.files.desk === this) this.client.files.desk = null;
   }
 
-  /** Draws on the world of a link. */
+  /** Opens the world of a link for editing. */
   async openLink(hash: string): Promise<void> {
     try {
       this.open("the world of the link", await sharedWorld(hash), []);
     } catch (error) {
       const { text } = faultOf(error);
       this.#say(text, true);
-      // The world behind is opened in its place, which says something of its own.
+      // The world of the run is opened instead, and brings its own message.
       this.client.refuse(text);
       if (this.#isFirst) this.#openPresent();
     }
@@ -117,7 +117,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     return this.renderRoot.querySelector("editor-board");
   }
 
-  /** The world of the run behind the editor. */
+  /** Opens the world of the run behind the editor. */
   #openPresent(): void {
     const { source, started } = this.store;
     if (source !== "sim") return this.open("an empty floor", written(EMPTY), []);
@@ -174,7 +174,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   /** Has the drawing checked, and keeps it. */
   #check(): void {
     const { drawing } = this.#model;
-    // What is being opened is judged first; the drawing that is kept may be that.
+    // A file being opened is judged first; it may be the very drawing that is kept.
     if (this.#isFirst || this.#opening || drawing === this.#checked) return;
     this.#checked = drawing;
     const text = written(drawing);
@@ -183,7 +183,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       return true;
     });
     if (!isKept) this.#say("This browser has no room for the drawing, or keeps nothing: save it as a file before you leave the page.", true);
-    // The address of a link is that of another drawing from here on.
+    // From here on the link in the address would be that of another drawing.
     if (isSharedWorld(location.hash)) history.replaceState(null, "", location.pathname + location.search);
     this.client.send({ kind: "check-world", text, number: ++this.#number });
   }
@@ -192,7 +192,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     this.#model.isHeldOff = isOff;
   }
 
-  /** What is pressed while nothing has the focus, as after a click beside the fields. */
+  /** Keys pressed while nothing has the focus, as after a click beside the fields. */
   readonly #keyOfNobody = (event: KeyboardEvent): void => {
     if (event.target === document.body) this.#key(event);
   };
@@ -226,7 +226,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     return undefined;
   }
 
-  /** Begins a run in the drawing. A run that somebody has waited for is not ended without a
+  /** Begins a run in the drawing. A run that has lasted for long is not ended without a
       question. */
   #run(isSure: boolean): void {
     const { drawing, fault } = this.#model;
@@ -261,7 +261,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
       await navigator.clipboard.writeText(location.href);
       this.#say("The link is copied: it opens this drawing.");
     } catch {
-      // No clipboard without the right to it, or without TLS.
+      // The clipboard needs permission and TLS.
       this.#say("The link stands in the address of this page: it opens this drawing.");
     }
   }
@@ -276,7 +276,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
     else this.client.send({ kind: "world-file", world });
   }
 
-  /** Of the drawing as it was last checked: while something is moved, nothing is looked for. */
+  /** Whether the walls have a gap, by the last check: not while something is moved. */
   #isOpen(): boolean {
     const drawing = this.#checked;
     if (!drawing) return false;
@@ -287,7 +287,7 @@ export class SlamEditor extends LitElement implements WorldDesk {
   override render(): TemplateResult {
     const model = this.#model;
     const { tool, draft, fault } = model;
-    // What is wrong with it comes first.
+    // Errors of the drawing come first.
     const isOpen = !fault && !draft && this.#isOpen();
     return html`
       <div class="page">

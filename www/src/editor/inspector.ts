@@ -1,4 +1,4 @@
-// The chosen part in numbers: the same that is drawn, typed in.
+// The chosen part in numbers, which can be edited as well as drawn.
 
 import { nothing, type TemplateResult } from "lit";
 import { icons } from "../ui/icons.js";
@@ -14,7 +14,7 @@ export const MATERIALS: Readonly<Record<Material, string>> = { opaque: "Wall: re
 
 const radians = (text: string): number => (Number(text) * Math.PI) / 180;
 
-/** A field of a number. What is no number is not taken. */
+/** A field for a number. Other input is ignored. */
 function number(id: string, label: string, unit: string, value: string, step: number, put: (text: string) => void): TemplateResult {
   const change = (event: Event): void => {
     const text = valueOf(event);
@@ -42,7 +42,7 @@ export function inspector(model: EditorModel): TemplateResult {
   `;
 }
 
-/** Its middle. */
+/** The fields of its middle. */
 function place(model: EditorModel, part: Part): TemplateResult {
   const [x, y] = middleOf(part);
   return html`
@@ -51,7 +51,7 @@ function place(model: EditorModel, part: Part): TemplateResult {
   `;
 }
 
-/** What its kind alone has. */
+/** The fields that only its kind has. */
 function own(model: EditorModel, part: Part): TemplateResult | typeof nothing {
   switch (part.kind) {
     case "goal": return nothing;

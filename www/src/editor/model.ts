@@ -1,5 +1,5 @@
-// What the editor of worlds knows and does, without a page around it: the drawing and its past, the
-// tool in hand, what is being set, what is chosen and what is wrong.
+// State and actions of the world editor, without a page around it: the drawing and its history, the
+// current tool, the part being drawn, what is chosen and what is wrong.
 
 import type { WorldFault } from "../protocol/module.js";
 import { dragged, type Handle, handlesOf, middleOf, moved, rotated } from "./change.js";
@@ -9,14 +9,14 @@ import { Past } from "./past.js";
 import { gridOf, type Snapped, snapped } from "./snap.js";
 import { type Draft, made, type ToolName, TOOLS } from "./tools.js";
 
-/** How near something is meant, pixels. */
+/** How near a pointer has to be to hit something, pixels. */
 const REACH = 11;
-/** Turns stop at multiples of this, rad. */
+/** Turns snap to multiples of this, rad. */
 const TURN_STEP = Math.PI / 12;
-/** How far the handle of a turn stands out, pixels. */
+/** Distance of the turning handle, pixels. */
 const ARM = 30;
 
-/** What a press holds while it moves. */
+/** What a press holds while the pointer moves. */
 type Held =
   | { readonly what: "handle"; readonly handle: Handle; readonly part: Part; readonly ref: PartRef }
   | { readonly what: "part"; readonly part: Part; readonly ref: PartRef }
@@ -30,9 +30,9 @@ export class EditorModel {
   #held: Held | null = null;
   tool: ToolName = "wall";
   material: Material = "opaque";
-  /** Whether points are drawn to ends, right angles and the grid. */
+  /** Whether points snap to ends, right angles and the grid. */
   snaps = true;
-  /** The same, held off for a moment by a key. */
+  /** Whether a key suspends snapping for the moment. */
   isHeldOff = false;
   chosen: PartRef | null = null;
   draft: Draft | null = null;
@@ -59,14 +59,14 @@ export class EditorModel {
     return this.#past.canRedo;
   }
 
-  /** Another drawing; the one before is one step back. */
+  /** Opens another drawing; the one before is one undo step back. */
   open(drawing: Drawing): void {
     this.#past.put(drawing);
     this.chosen = this.draft = null;
     this.notify();
   }
 
-  /** Begins with this drawing: there is none before. */
+  /** Begins with this drawing: there is no earlier one. */
   begin(drawing: Drawing): void {
     this.#past = new Past(drawing);
     this.notify();
@@ -85,7 +85,7 @@ export class EditorModel {
     this.notify();
   }
 
-  /** The one after or before the chosen one. */
+  /** Chooses the next or the previous part. */
   chooseNext(by: 1 | -1): void {
     const refs = partsOf(this.drawing);
     const at = refs.findIndex((ref) => sameRef(ref, this.chosen));
@@ -97,7 +97,7 @@ export class EditorModel {
     return this.chosen && partAt(this.drawing, this.chosen);
   }
 
-  /** The part that is wrong, where it is one. */
+  /** The part with the error, if the error is in one. */
   get wrong(): PartRef | null {
     const { part = "", index = null } = this.fault ?? {};
     if (part === "start" || part === "goal") return { kind: part };
@@ -115,7 +115,7 @@ export class EditorModel {
     return part ? handlesOf(part, ARM / scale) : [];
   }
 
-  /** Another value of the chosen part. Steps of one gesture are taken back together. */
+  /** Sets another value of the chosen part. Steps of one gesture are undone together. */
   change(part: Part, gesture: string | null = null): void {
     if (this.chosen) this.#past.put(replaced(this.drawing, this.chosen, part), gesture);
     this.notify();
@@ -168,7 +168,7 @@ export class EditorModel {
     this.notify();
   }
 
-  /** Where a point is meant at this magnification. */
+  /** The snapped position of a point at this magnification. */
   snap(point: Point, scale: number, but: PartRef | null = null): Snapped {
     if (!this.snaps || this.isHeldOff) return snapped(point, null);
     const points = this.draft?.points ?? [];
@@ -194,7 +194,7 @@ export class EditorModel {
     this.set(at.point, REACH / scale);
   }
 
-  /** Sets a point with the tool in hand; on one that was set it ends what is drawn. */
+  /** Places a point with the current tool; one on the last or the first point ends the draft. */
   set(point: Point, reach: number): void {
     const { takes } = TOOLS[this.tool];
     const points = this.draft?.points ?? [];
@@ -206,7 +206,7 @@ export class EditorModel {
     else this.notify();
   }
 
-  /** What was set becomes a part, where it makes one. */
+  /** Turns the draft into a part, if its points make one. */
   finish(closed: boolean): void {
     const { draft } = this;
     this.draft = null;
@@ -220,7 +220,7 @@ export class EditorModel {
     this.notify();
   }
 
-  /** A press moves: from where it began, to where it is. Says whether it moves the view. */
+  /** A press moves, from where it began to where it is. Returns whether that moves the view. */
   drag(from: Point, to: Point, scale: number): boolean {
     this.#held ??= this.#grab(from, scale);
     const held = this.#held;
@@ -266,7 +266,7 @@ export class EditorModel {
     return { what: "part", part: held, ref };
   }
 
-  /** The press has ended there; else it is of no more account. */
+  /** The press has ended; with `isDone` false it is cancelled. */
   drop(isDone: boolean, scale: number): void {
     const held = this.#held;
     this.#held = null;

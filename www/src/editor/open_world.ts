@@ -1,15 +1,15 @@
-// Whether a drawing lets the robot out: walls around it that have a gap somewhere.
+// Whether a robot could leave a drawing: the walls around it have a gap somewhere.
 
 import { type Drawing, partAt, partsOf, type Point } from "./drawing.js";
 import { lineOf } from "./outline.js";
 
-/** A gap that is narrower lets nobody through, m; larger worlds are looked at more coarsely. */
+/** Cell size, m: no robot passes through a narrower gap. Larger worlds get coarser cells. */
 const CELL = 0.1;
 const MOST_CELLS = 250_000;
-/** Free cells around all that is drawn. */
+/** Free cells around the whole drawing. */
 const MARGIN = 2;
 
-/** Whether a way leads from the start to the outside; shut doors are walls, and open ones lead to
+/** Whether a path leads from the start to the outside. Shut doors are walls; open ones lead to
     where somebody drew them. */
 export function isOpenWorld(drawing: Drawing): boolean {
   const lines = wallsOf(drawing);
@@ -30,7 +30,7 @@ export function isOpenWorld(drawing: Drawing): boolean {
   return reachesEdge(taken, columns, rows, at([x, y]));
 }
 
-/** Straight pieces of all that shuts a robot in: a post alone does not. */
+/** Straight pieces of everything that encloses a robot; a post alone does not. */
 function wallsOf(drawing: Drawing): (readonly [Point, Point])[] {
   return partsOf(drawing).flatMap((ref) => {
     const part = partAt(drawing, ref);
@@ -43,10 +43,10 @@ function wallsOf(drawing: Drawing): (readonly [Point, Point])[] {
   });
 }
 
-/** Over sides alone, so that nothing slips through a wall that runs across the cells. */
+/** Moves only between cells that share a side, so that nothing slips through a diagonal wall. */
 function reachesEdge(taken: Uint8Array, columns: number, rows: number, start: number): boolean {
   const open = [start];
-  // Who stands in a wall is told so elsewhere.
+  // A start inside a wall is reported elsewhere.
   if (taken[start] === 1) return false;
   taken[start] = 1;
   for (let cell = open.pop(); cell !== undefined; cell = open.pop()) {

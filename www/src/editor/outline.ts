@@ -1,9 +1,9 @@
-// Where the parts of a drawing are: their corners, how far a place is from them, the box of all.
+// The geometry of the parts of a drawing: their corners, the distance to a place, the bounding box.
 
 import type { Box } from "../view/camera.js";
 import { type Drawing, type Obstacle, type Part, partAt, type PartRef, partsOf, type Point, sameRef } from "./drawing.js";
 
-/** Radius of the circle that stands for robot and goal, m. */
+/** Radius of the circle that represents robot and goal, m. */
 export const MARK_RADIUS = 0.15;
 
 export function turned([x, y]: Point, angle: number): Point {
@@ -23,7 +23,7 @@ export function cornersOf(obstacle: Obstacle): readonly Point[] {
   return ([[-1, -1], [1, -1], [1, 1], [-1, 1]] as const).map(([x, y]) => plus(centre, turned([x * width / 2, y * height / 2], angle)));
 }
 
-/** Its line of points, and whether the last joins the first. */
+/** Its points as a line, whether the last joins the first, and its radius. */
 export function lineOf(part: Part): { points: readonly Point[]; closed: boolean; radius: number } {
   switch (part.kind) {
     case "obstacle": {
@@ -53,7 +53,7 @@ function holds(points: readonly Point[], [x, y]: Point): boolean {
   return inside;
 }
 
-/** From a place to a part, m; 0 within what is solid. */
+/** Distance from a place to a part, m; 0 within a solid. */
 export function distanceTo(part: Part, place: Point): number {
   const { points, closed, radius } = lineOf(part);
   const isSolid = part.kind === "obstacle" && part.value.shape !== "polyline";
@@ -64,7 +64,7 @@ export function distanceTo(part: Part, place: Point): number {
   return Math.min(first, ...sides);
 }
 
-/** The part at a place, within a reach, m: the nearest, of equals the one on top. */
+/** The nearest part within `reach` (m) of a place; of equally near ones the one on top. */
 export function partNear(drawing: Drawing, place: Point, reach: number): PartRef | null {
   let [best, least]: [PartRef | null, number] = [null, reach];
   for (const ref of partsOf(drawing)) {
@@ -75,7 +75,7 @@ export function partNear(drawing: Drawing, place: Point, reach: number): PartRef
   return best;
 }
 
-/** Ends and corners of all parts but one: what others are joined to. */
+/** Ends and corners of all parts except one, for others to snap to. */
 export function endsOf(drawing: Drawing, but: PartRef | null): Point[] {
   const ends: Point[] = [];
   for (const ref of partsOf(drawing)) {
@@ -86,7 +86,7 @@ export function endsOf(drawing: Drawing, but: PartRef | null): Point[] {
   return ends;
 }
 
-/** The box around everything; around an empty floor of 8 x 6 m where there is nothing. */
+/** The bounding box of everything; if there is nothing, that of an empty floor of 8 x 6 m. */
 export function boxOf(drawing: Drawing): Box {
   const { x, y } = drawing.start;
   const box = { minX: x, minY: y, maxX: x, maxY: y };

@@ -1,4 +1,4 @@
-// Draws a drawing on a canvas: the grid, its parts, what is chosen and what is being set.
+// Paints a drawing on a canvas: the grid, its parts, what is chosen and what is being drawn.
 
 import { colourOf } from "../ui/plot_style.js";
 import type { Camera } from "../view/camera.js";
@@ -19,7 +19,7 @@ export interface Picture {
   readonly chosen: PartRef | null;
   readonly wrong: PartRef | null;
   readonly handles: readonly Handle[];
-  /** What is being drawn, as it would be. */
+  /** The part being drawn, as it would become. */
   readonly draft: Part | null;
   readonly points: readonly Point[];
   /** Where the next point would be. */
@@ -37,8 +37,8 @@ export function paint(context: CanvasRenderingContext2D, camera: Camera, colours
     const part = partAt(picture.drawing, ref);
     return part ? [{ ref, part }] : [];
   });
-  // Outlines of all that is solid come first and what is within them last: where parts lie on or at
-  // each other no line parts them, as none parts the walls of a building.
+  // Outlines of all solids come first and their interiors last: where solids overlap or touch, no
+  // line separates them, just as none separates the walls of a building.
   const isSolid = ({ part }: (typeof parts)[number]): boolean => part.kind === "obstacle" && part.value.shape !== "polyline";
   const [solids, others] = [parts.filter(isSolid), parts.filter((each) => !isSolid(each))];
   const paintOutline = ({ ref, part }: (typeof parts)[number]): void => {
@@ -79,7 +79,7 @@ function paintGrid(context: CanvasRenderingContext2D, camera: Camera, colours: C
   rules(camera.scale >= 14 ? 1 : 5, 1);
 }
 
-/** Begins the path of a part; where its first point is, null where it has none. */
+/** Begins the path of a part. Returns its first point, or null if it has none. */
 function trace(context: CanvasRenderingContext2D, camera: Camera, part: Part): [number, number] | null {
   const { points, closed, radius } = lineOf(part);
   const at = points.map((point) => camera.toScreen(...point));
@@ -95,7 +95,7 @@ function trace(context: CanvasRenderingContext2D, camera: Camera, part: Part): [
   return first;
 }
 
-/** What is within a solid part, over whatever is drawn there. */
+/** Fills the interior of a solid part, over whatever is drawn there. */
 function fillPart(context: CanvasRenderingContext2D, camera: Camera, part: Part, colours: Colours): void {
   if (!trace(context, camera, part)) return;
   context.save();
@@ -107,7 +107,7 @@ function fillPart(context: CanvasRenderingContext2D, camera: Camera, part: Part,
   context.restore();
 }
 
-/** With a halo only its outline, broad. */
+/** With a halo, draws only a broad outline. */
 function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part, colours: Colours, halo: string | null): void {
   const first = trace(context, camera, part);
   if (!first) return;
@@ -126,7 +126,7 @@ function paintPart(context: CanvasRenderingContext2D, camera: Camera, part: Part
   context.lineWidth = 3;
   switch (part.kind) {
     case "obstacle":
-      // Of a solid the inner half lies under what is within.
+      // The interior of a solid covers the inner half of its outline.
       if (part.value.shape !== "polyline") context.lineWidth = 5;
       if (part.value.material === "glass") context.setLineDash([9, 5]);
       context.stroke();
@@ -180,7 +180,7 @@ function paintLengths(context: CanvasRenderingContext2D, camera: Camera, part: P
   if (part.kind === "start" || part.kind === "goal" || points.length > 60) return;
   if (radius > 0 && part.kind === "obstacle") return label(context, colours, `r ${radius.toFixed(2)} m`, camera.toScreen(...(points[0] as Point)));
   const isBox = part.kind === "obstacle" && part.value.shape === "rectangle";
-  // Of a box, two sides tell all.
+  // Two sides describe a box.
   const ends = isBox ? points.slice(0, 2) : closed ? points : points.slice(0, -1);
   ends.forEach((a, i) => {
     const b = points[(i + 1) % points.length] as Point;

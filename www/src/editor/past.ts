@@ -1,14 +1,14 @@
-// What was drawn before, to go back to and forth again.
+// The undo and redo history of a drawing.
 
 import type { Drawing } from "./drawing.js";
 
-/** Steps that are kept; the oldest go first. */
+/** Steps kept; the oldest are dropped first. */
 const MOST_STEPS = 500;
 
 export class Past {
   #steps: Drawing[];
   #at = 0;
-  /** What the newest step is a part of: dragging a corner is one step, not one for each move. */
+  /** The gesture of the newest step: dragging a corner is one step, not one for each move. */
   #gesture: string | null = null;
 
   constructor(first: Drawing) {
@@ -27,8 +27,7 @@ export class Past {
     return this.#at < this.#steps.length - 1;
   }
 
-  /** The drawing is this from here on. Steps of one `gesture`, one right after the other, are taken
-      back together. */
+  /** Records a new drawing. Consecutive steps of one `gesture` are undone together. */
   put(drawing: Drawing, gesture: string | null = null): void {
     if (drawing === this.drawing) return;
     const joins = gesture !== null && gesture === this.#gesture && this.#at > 0;
@@ -38,7 +37,7 @@ export class Past {
     this.#gesture = gesture;
   }
 
-  /** What comes now is a gesture of its own. */
+  /** The next change is a gesture of its own. */
   pause(): void {
     this.#gesture = null;
   }

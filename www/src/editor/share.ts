@@ -1,15 +1,16 @@
-// A drawing in an address: its file, packed and in letters that an address takes. `#world=…`
+// A drawing in an address: its file, compressed and encoded in letters that an address allows.
+// `#world=…`
 
 import { WORLD_PREFIX as PREFIX } from "../link.js";
 import { t } from "../words.js";
 
-/** Longer ones are not read, bytes: packed, and unpacked. */
+/** Longer ones are not read, bytes: compressed, and uncompressed. */
 const MOST_PACKED = 64_000;
 const MOST_TEXT = 4_000_000;
 
-/** What stands behind the page's address for this text.
+/** The part of the address from `#` on that holds this text.
 
-    Throws where the text is too long for an address. */
+    Throws if the text is too long for an address. */
 export async function sharedHash(text: string): Promise<string> {
   const compact = JSON.stringify(JSON.parse(text));
   const packed = await throughStream(new TextEncoder().encode(compact), new CompressionStream("deflate-raw"), MOST_TEXT);
@@ -22,7 +23,7 @@ export async function sharedHash(text: string): Promise<string> {
 
 /** The text of the file in an address.
 
-    Throws where there is none, in words. */
+    If there is none, throws an error with a sentence for people. */
 export async function sharedWorld(hash: string): Promise<string> {
   if (hash.length > MOST_PACKED) throw new Error(t`The link to a world has ${hash.length} letters, at most ${MOST_PACKED} are read.`);
   try {
@@ -34,7 +35,7 @@ export async function sharedWorld(hash: string): Promise<string> {
   }
 }
 
-/** What comes out of it, of at most so many bytes: little can be packed that is much. */
+/** The output of the stream, of at most `most` bytes: a small input can expand to a huge one. */
 async function throughStream(bytes: Uint8Array<ArrayBuffer>, stream: CompressionStream | DecompressionStream, most: number): Promise<Uint8Array> {
   const parts: Uint8Array[] = [];
   let length = 0;

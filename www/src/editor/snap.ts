@@ -1,18 +1,18 @@
-// Where a point is meant: at the end of another wall, straight on or at a right angle, or on the
-// grid. Whoever wants none of that holds it off.
+// Snaps a point: to the end of another wall, straight on or at a right angle, or to the grid.
+// Snapping can be suspended.
 
 import type { Point } from "./drawing.js";
 import { distance } from "./outline.js";
 
 export interface SnapAid {
-  /** Ends and corners that a point may be joined to. */
+  /** Ends and corners that a point may snap to. */
   readonly ends: readonly Point[];
-  /** The point that it is drawn from, and the one before that. */
+  /** The point that the line is drawn from, and the one before that. */
   readonly from: Point | null;
   readonly before: Point | null;
   /** Width of a cell of the grid, m. */
   readonly grid: number;
-  /** How near is near enough, m. */
+  /** Distance within which a point snaps, m. */
   readonly reach: number;
 }
 
@@ -49,12 +49,12 @@ export function onGrid(value: number, grid: number): number {
   return tidy(Math.round(value / grid) * grid);
 }
 
-/** Without the tails of binary fractions: to a tenth of a millimetre. */
+/** Rounds to a tenth of a millimetre, without the tails of binary fractions. */
 export function tidy(value: number): number {
   return Math.round(value * 1e4) / 1e4 + 0;
 }
 
-/** A cell of the grid that can be told apart at this magnification (pixels for each metre), m. */
+/** A grid cell large enough to be seen at this magnification (pixels per metre), m. */
 export function gridOf(scale: number): number {
   return scale >= 90 ? 0.05 : scale >= 36 ? 0.1 : scale >= 14 ? 0.25 : scale >= 6 ? 0.5 : 1;
 }

@@ -1,5 +1,5 @@
-// The layout of the editor: tools above, then board and panel side by side; on a phone one below
-// the other.
+// The layout of the editor: tools above, then board and panel side by side, or one below the other
+// on a phone.
 
 import { css } from "lit";
 

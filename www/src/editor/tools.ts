@@ -1,4 +1,4 @@
-// The tools of the editor: what each makes of the points that were set with it.
+// The tools of the editor: what each makes of the points placed with it.
 
 import { t } from "../words.js";
 import { tidy } from "./snap.js";
@@ -10,9 +10,9 @@ export type ToolName = "select" | "wall" | "glass" | "box" | "post" | "door" | "
 export interface Tool {
   readonly title: string;
   readonly key: string;
-  /** What to do, for who has a pointer. */
+  /** Instructions for pointer users. */
   readonly words: string;
-  /** How many points it takes: of as many as one likes the person says when it is enough. */
+  /** How many points it takes; with "many", the person ends the draft. */
   readonly takes: 0 | 1 | 2 | "many";
 }
 
@@ -28,12 +28,12 @@ export const TOOLS: Readonly<Record<ToolName, Tool>> = {
   goal: { title: "Goal", key: "G", words: "Set where the robot should go.", takes: 1 },
 };
 
-/** How a person walks that nobody said anything of: speed, m/s, and radius, m. */
+/** Default speed, m/s, and radius, m, of a person. */
 const PERSON = { speed: 0.5, radius: 0.2 } as const;
 
 export interface Draft { readonly tool: ToolName; readonly points: readonly Point[] }
 
-/** What a draft makes; null where its points make nothing yet. */
+/** The part that a draft makes; null while its points make none. */
 export function made({ tool, points }: Draft, material: Material, closed: boolean): Part | null {
   const [a, b] = points;
   const surface = tool === "glass" ? "glass" : material;
@@ -57,7 +57,7 @@ export function made({ tool, points }: Draft, material: Material, closed: boolea
   }
 }
 
-/** The measures of a draft from its last point to where the pointer is: m and °. */
+/** The measures of a draft from its last point to the pointer: m and °. */
 export function measure({ tool, points }: Draft, at: Point): string {
   const last = points.at(-1);
   if (!last || tool === "goal" || tool === "select") return "";
@@ -73,7 +73,7 @@ export function degrees(angle: number): string {
   return String(Math.round((angle * 1800) / Math.PI) / 10 + 0);
 }
 
-/** A part, as a person calls it. */
+/** A part's name for people. */
 export function called(part: Part): string {
   switch (part.kind) {
     case "door": return "Door";

@@ -4,8 +4,8 @@ import { type Box, type Camera, union } from "../view/camera.js";
 import type { Palette } from "../view/palette.js";
 import type { State } from "./model.js";
 
-/** A robot's map, as the bridge sends it: runs of four times their number, and 0 for unknown, 1 for
-    free, 2 for occupied. */
+/** A robot's map, as the bridge sends it, in runs: each is four times its length, plus 0 for
+    unknown, 1 for free, 2 for occupied. */
 export interface MapBody {
   readonly revision: number;
   readonly cell: number;
@@ -24,19 +24,19 @@ export interface Drawn {
   readonly chosen: boolean;
 }
 
-/** Radius of a robot's sign, CSS pixels: it is seen however far away the map is ... */
+/** Radius of a robot's symbol, CSS pixels, so that it is visible at any zoom ... */
 export const SIGN = 9;
-/** ... but where robots stand close together on a small map it is no larger than that, or than
-    this, m. */
+/** ... but on a small map, where robots stand close together, it shrinks to SIGN_METRES, m, and not
+    below this, CSS pixels. */
 const LEAST_SIGN = 5;
 const SIGN_METRES = 1.2;
-/** Names are written where there is room for them, and no more than these: a frame is short. */
+/** Names are written where there is room for them, and at most this many, to keep a frame short. */
 const MOST_NAMES = 60;
 /** Height of a name, CSS pixels. */
 const NAME = 15;
 const MOST_CELLS = 64_000_000;
 
-/** Null of a map without a cell. */
+/** Null for a map without cells. */
 export async function gridOf(map: MapBody, palette: Palette): Promise<Grid | null> {
   const { width, height, cell, corner: [x, y] } = map;
   if (!(width > 0 && height > 0 && width * height <= MOST_CELLS)) return null;
@@ -46,14 +46,14 @@ export async function gridOf(map: MapBody, palette: Palette): Promise<Grid | nul
   for (const run of map.runs) {
     const tone = tones[run & 3];
     for (const end = Math.min(at + Math.floor(run / 4), width * height); at < end; at += 1) {
-      // The lowest row comes first, and is the last of a picture.
+      // The lowest row comes first in the map, and last in an image.
       if (tone) pixels.data.set(tone, 4 * ((height - 1 - Math.floor(at / width)) * width + (at % width)));
     }
   }
   return { image: await createImageBitmap(pixels), box: { minX: x, minY: y, maxX: x + width * cell, maxY: y + height * cell } };
 }
 
-/** What holds grid and robots. */
+/** The bounding box of grid and robots. */
 export function boxOf(grid: Grid | null, robots: readonly Drawn[]): Box | null {
   return robots.reduce<Box | null>((box, { pose: [x, y] }) => union(box, { minX: x - 1, minY: y - 1, maxX: x + 1, maxY: y + 1 }), grid?.box ?? null);
 }
@@ -94,7 +94,7 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
       context.fill();
       context.stroke();
     }
-    // Where it looks.
+    // The direction in which it looks.
     context.beginPath();
     context.moveTo(sign, 0);
     context.lineTo(1.8 * sign, 0);
@@ -113,7 +113,7 @@ export function draw(context: CanvasRenderingContext2D, camera: Camera, grid: Gr
   write(context, camera, robots, sign, palette);
 }
 
-/** Names beside their robots, none over another: that of the chosen one first. */
+/** Names beside their robots, without overlap: the chosen robot's name first. */
 function write(context: CanvasRenderingContext2D, camera: Camera, robots: readonly Drawn[], sign: number, palette: Palette): void {
   context.lineWidth = 3;
   context.strokeStyle = palette.css.free;
@@ -139,13 +139,13 @@ function overlap(a: Box, b: Box): boolean {
   return a.minX < b.maxX && b.minX < a.maxX && a.minY < b.maxY && b.minY < a.maxY;
 }
 
-/** Corners of each state's shape, and the first of them, rad: not everyone can tell colours
-    apart. */
+/** Corners of each state's shape, and the direction of the first, rad: not everyone can tell
+    colours apart. */
 const CORNERS: Readonly<Record<State, readonly [number, number]>> = {
   emergency: [8, Math.PI / 8], away: [4, Math.PI / 4], silent: [4, Math.PI / 4], alert: [4, 0], lost: [5, 0], driving: [3, 0], standing: [32, 0],
 };
 
-/** In a circle of radius 1. */
+/** The shape in a circle of radius 1. */
 export function outline(state: State): [number, number][] {
   const [count, first] = CORNERS[state];
   return Array.from({ length: count }, (_, n) => first + (2 * Math.PI * n) / count).map((angle) => [Math.cos(angle), Math.sin(angle)]);

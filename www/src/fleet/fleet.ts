@@ -1,7 +1,8 @@
-// All robots behind the router on one page: where they are, how they do, and what stops them.
+// All robots behind the router on one page: where they are, how they are, and a button to stop
+// them.
 //
-// In: /fleet.json of the bridge, asked again when it was answered, so that what is shown is the
-// newest and nothing queues. Out: /fleet/stop.
+// In: /fleet.json of the bridge, requested again after each answer, so that the newest state is
+// shown and nothing queues. Out: /fleet/stop.
 
 import { css, LitElement, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
@@ -16,15 +17,15 @@ import { html, svg, t } from "../words.js";
 import { boxOf, colours, draw, type Drawn, type Grid, gridOf, type MapBody, outline, SIGN } from "./draw.js";
 import { type Changes, Fleet, type Frame, type Robot, type State } from "./model.js";
 
-/** Between two questions, ms. */
+/** Time between two requests, ms. */
 const ASK = 200;
-/** After one that was not answered. */
+/** Time after a request that was not answered, ms. */
 const ASK_AGAIN = 1000;
-/** A question is given up after so long. */
+/** Timeout of a request, ms. */
 const PATIENCE = 5000;
-/** Between two looks at the map of the frame. */
+/** Time between two requests for the map of the frame, ms. */
 const MAP = 10_000;
-/** A click this near a robot, CSS pixels, is one on it. */
+/** A click this near to a robot, CSS pixels, chooses it. */
 const NEAR = 3 * SIGN;
 
 const WORDS: Readonly<Record<State, string>> = {
@@ -37,7 +38,7 @@ const WORDS: Readonly<Record<State, string>> = {
   standing: word("standing by"),
 };
 
-/** The same shape as in the map. */
+/** The same shape as on the map. */
 const sign = (state: State): TemplateResult => html`<svg viewBox="-1.2 -1.2 2.4 2.4" aria-hidden="true">${svg`<polygon points=${outline(state).map((point) => point.join()).join(" ")}></polygon>`}</svg>`;
 
 export class SlamFleet extends LitElement {
@@ -97,7 +98,7 @@ export class SlamFleet extends LitElement {
   #grid: Grid | null = null;
   #map: { of: string; revision: number; at: number } | null = null;
   #fitted = "";
-  /** From where each robot goes to where it was told last. */
+  /** The motion of each robot to the place last reported. */
   readonly #ways = new Map<string, { from: readonly [number, number, number]; to: readonly [number, number, number]; since: number }>();
 
   constructor() {
@@ -197,7 +198,7 @@ export class SlamFleet extends LitElement {
     return this.#frames.find(({ key }) => key === this.frameKey);
   }
 
-  /** The map of one robot of the frame that is there. */
+  /** Requests the map of one robot of the frame that is there. */
   async #askForMap(now: number): Promise<void> {
     const frame = this.#frame;
     const from = frame?.robots.find(({ here }) => here);
@@ -333,7 +334,7 @@ export class SlamFleet extends LitElement {
   }
 }
 
-/** Where it is drawn between two tellings. */
+/** Where a robot is drawn between two reports. */
 function between({ from, to, since }: { from: readonly [number, number, number]; to: readonly [number, number, number]; since: number }, now: number): readonly [number, number, number] {
   const part = Math.min(1, (now - since) / ASK);
   const turn = Math.atan2(Math.sin(to[2] - from[2]), Math.cos(to[2] - from[2]));

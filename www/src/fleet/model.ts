@@ -1,8 +1,8 @@
-// All robots behind the router, as the bridge tells of them; what is urgent; who shares a map.
+// All robots behind the router, as the bridge reports them; what is urgent; who shares a map.
 
 import type { DisarmReasonName } from "../protocol/module.js";
 
-/** A slot of /fleet.json. Times are µs of the bridge's clock, when it was heard. */
+/** A slot of /fleet.json. Times are when something was heard, µs of the bridge's clock. */
 export interface Robot {
   readonly name: string;
   readonly here: boolean;
@@ -18,7 +18,7 @@ export interface Robot {
   readonly page: string | null;
 }
 
-/** Of a robot that only drove: what changed of its slot. */
+/** The changes in the slot of a robot that only drove. */
 export type Moved = Pick<Robot, "name" | "heard" | "pose" | "pose_heard">;
 
 export interface Changes {
@@ -30,25 +30,25 @@ export interface Changes {
   readonly moved: readonly Moved[];
 }
 
-/** How a robot does, the most urgent first. */
+/** The state of a robot, the most urgent first. */
 export const STATES = ["emergency", "away", "silent", "alert", "lost", "driving", "standing"] as const;
 export type State = (typeof STATES)[number];
 
-/** A robot says something each second; after so long without, s, something is wrong. */
+/** A robot reports every second; after this long without a report, s, something is wrong. */
 const SILENT = 3;
-/** An alert is urgent for so long, s; it is shown until there is another. */
+/** How long an alert is urgent, s; it is shown until there is another. */
 const FRESH = 60;
 const MICROS = 1e6;
-/** Reasons that somebody has to look after, whoever is there. */
+/** Reasons that need attention, whoever is there. */
 const TROUBLE: ReadonlySet<DisarmReasonName> = new Set(["link", "silence", "bumper", "battery", "stall", "runaway", "geofence"]);
 
-/** Whether somebody has to look after a robot that was disarmed so. The link also comes up when a
-    bridge starts, which nobody drove meanwhile: of it only who was driving has to know. */
+/** Whether a robot disarmed in this way needs attention. The reason is "link" also when a bridge
+    starts and nobody was driving; so a lost link counts only if there was a driver. */
 const isTrouble = ({ armed, reason, driver }: NonNullable<Robot["safety"]>): boolean => !armed && TROUBLE.has(reason) && (reason !== "link" || driver !== "");
 
 /** Robots whose poses are drawn together. */
 export interface Frame {
-  /** Name of the map's file; null where the map is the robot's alone. */
+  /** Name of the map's file; null if only this robot has the map. */
   readonly file: string | null;
   readonly key: string;
   readonly robots: readonly Robot[];
@@ -59,11 +59,11 @@ export class Fleet {
   revision = 0;
   leftOut = 0;
   connected = false;
-  /** The bridge's clock less this page's, µs. */
+  /** The bridge's clock minus this page's, µs. */
   #ahead = 0;
 
   take(changes: Changes, now: number): void {
-    // The bridge was started again, and knows nothing of who was there before.
+    // The bridge was restarted, and knows nothing of the robots of before.
     if (changes.revision < this.revision) this.robots.clear();
     for (const robot of changes.robots) this.robots.set(robot.name, robot);
     for (const moved of changes.moved) {
@@ -91,7 +91,7 @@ export class Fleet {
     return safety?.armed ? "driving" : "standing";
   }
 
-  /** Those whose name holds `part`, the most urgent first. */
+  /** Robots whose name contains `part`, the most urgent first. */
   sorted(part: string, now: number): { robot: Robot; state: State }[] {
     const wanted = part.trim().toLocaleLowerCase();
     return [...this.robots.values()]
@@ -100,12 +100,12 @@ export class Fleet {
       .sort((a, b) => STATES.indexOf(a.state) - STATES.indexOf(b.state) || a.robot.name.localeCompare(b.robot.name, undefined, { numeric: true }));
   }
 
-  /** Who shares a map, the most robots first. */
+  /** Groups of robots that share a map, the largest first. */
   frames(): Frame[] {
     const frames = new Map<string, { file: string | null; key: string; robots: Robot[] }>();
     for (const robot of this.robots.values()) {
       if (!robot.pose) continue;
-      // In a map of its own: none is kept, or it is not known where the robot lies in that.
+      // It has a map of its own if no map is kept, or if its place in that map is unknown.
       const file = robot.map_file && robot.pose_state !== "unplaced" ? robot.map_file : null;
       const key = file === null ? `robot:${robot.name}` : `file:${file}`;
       const frame = frames.get(key) ?? { file, key, robots: [] };

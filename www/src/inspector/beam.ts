@@ -1,5 +1,5 @@
-// A beam of the last scan: how long it was, how long the map would have it, and how likely that is
-// by the two usual models of a range sensor.
+// A beam of the last scan: its range, the range that the map predicts, and how likely the
+// measurement is by the two usual models of a range sensor.
 
 import { EXAMINED_BEAM, type MethodName } from "../protocol/module.js";
 import { equals, formula, fraction, hat, id, op, row, sub, sup } from "../registration/formula.js";
@@ -9,7 +9,7 @@ import { segment } from "./outlines.js";
 import { type Figure, GONE, type Known, type Told } from "./told.js";
 import { metres, number } from "./words.js";
 
-/** What each method makes of a single beam. */
+/** How each method uses a single beam. */
 const USED: Readonly<Record<MethodName, string>> = {
   odometry: "The pose does not depend on it: the method counts wheels only, and the map is drawn with it.",
   "line-ekf": "The filter does not weigh beams one by one: it fits lines to them, and matches those. The map is drawn with it.",
@@ -20,7 +20,7 @@ const USED: Readonly<Record<MethodName, string>> = {
   "histogram-localisation": "Each cell of the histogram is weighed by the distances of the ends of beams from the nearest wall of the prior map.",
 };
 
-/** The residual in standard deviations beyond which a beam is no noise. */
+/** The residual, in standard deviations, beyond which it is not noise. */
 const BEYOND = 3;
 
 export function beam(number_: number, { store, examined }: Known): Told {
@@ -31,7 +31,7 @@ export function beam(number_: number, { store, examined }: Known): Told {
   const at = (name: keyof typeof EXAMINED_BEAM): number => told[EXAMINED_BEAM[name]] ?? NaN;
   const [z, sigma, expected, d, fieldSigma, random] = [at("range"), at("sigma"), at("expected"), at("nearest"), at("fieldSigma"), at("random")];
   const isOfWalls = at("walls") === 1;
-  // A map of cells knows a surface to a cell, and the beam is compared with that.
+  // A grid knows a surface to one cell, and the beam is compared with that.
   const spread = isOfWalls ? sigma : fieldSigma;
   const residual = z - expected;
   const density = Math.exp(-0.5 * (residual / spread) ** 2) / (Math.sqrt(2 * Math.PI) * spread);

@@ -1,5 +1,5 @@
-// A cell of the grid: how surely it is occupied, and what one more look would make of it. Counts of
-// hits and misses are not kept anywhere: their sum is.
+// A cell of the grid: how surely it is occupied, and what one more observation would change. Counts
+// of hits and misses are not kept anywhere, only their sum.
 
 import { equals, formula, fraction, id, op, row, sub, sup } from "../registration/formula.js";
 import { CELL } from "../protocol/module.js";

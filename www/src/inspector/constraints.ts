@@ -1,5 +1,5 @@
-// Constraints of the pose graph: a loop closure with why it was accepted or not, and the join of
-// two submaps that follow each other.
+// Constraints of the pose graph: a loop closure, with the reason why it was accepted or not, and
+// the join of two consecutive submaps.
 
 import { degrees } from "../angle.js";
 import { CLOSURE, CLOSURE_STRIDE, type SUBMAP } from "../protocol/module.js";
@@ -38,12 +38,12 @@ export function closure(name: ClosureName, { scene: { submaps } }: Known): Told 
       ["Agrees", percent(f.part), "closure-part", "Of what both could see, the part that is the same"],
     ],
     formulas: [residual((name) => f[name])],
-    // Its layer draws it, with where the new one would lie.
+    // Its layer draws it, with the place where the new one would lie.
     outline: [],
   };
 }
 
-/** A join by its later submap. */
+/** A join, given by its later submap. */
 export function join(later: number, { scene: { submaps } }: Known): Told {
   const title = t`Submap ${later - 1} to submap ${later}`;
   if (later >= submaps.count) return { title, words: GONE, figures: [], outline: [] };
@@ -62,7 +62,7 @@ export function join(later: number, { scene: { submaps } }: Known): Told {
   };
 }
 
-/** What a constraint's residual is made of, as both kinds of them have it. */
+/** The parts of a constraint's residual that both kinds have. */
 type Part = keyof typeof CLOSURE & keyof typeof SUBMAP;
 
 function residual(at: (name: Part) => number): Formula {

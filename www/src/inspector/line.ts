@@ -1,5 +1,5 @@
 // A wall of the line map: its numbers, what the robot should see of it, how the last scan was
-// matched to it, and what would flip that match.
+// matched to it, and what would change that match.
 
 import { nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
@@ -54,7 +54,7 @@ export function line(wall: number, { store, scene: { lines, landmarks, status },
   };
 }
 
-/** Where the row of a number begins. */
+/** The row that has `wanted` at `place`: where it begins. */
 function rowOf(rows: Float32Array | Float64Array, stride: number, place: number, wanted: number): number | null {
   for (let row = 0; row + stride <= rows.length; row += stride) if (rows[row + place] === wanted) return row;
   return null;
@@ -62,7 +62,7 @@ function rowOf(rows: Float32Array | Float64Array, stride: number, place: number,
 
 const winnerOf = (wall: number, sighting: Sighting): Candidate | undefined => (sighting.decision === "matched" && sighting.wall === wall ? sighting.candidates.find((each) => each.wall === wall) : undefined);
 
-/** d² of the last scan's line that was taken for it. */
+/** d² of the last scan's line that was matched to it. */
 function matched(wall: number, inspection: Inspection | null): Formula[] {
   const own = inspection?.sightings.map((sighting) => winnerOf(wall, sighting)).find((candidate) => candidate !== undefined);
   if (!own || !inspection) return [];
@@ -77,7 +77,7 @@ function matched(wall: number, inspection: Inspection | null): Formula[] {
   }];
 }
 
-/** What became of the lines of the last scan that were compared with it. */
+/** The outcome for the lines of the last scan that were compared with it. */
 function association(wall: number, inspection: Inspection | null): TemplateResult {
   if (!inspection) return html``;
   const own = inspection.sightings.filter((s) => s.wall === wall);
@@ -95,7 +95,7 @@ function candidates({ candidates: all }: Sighting): string {
 
 const AXES = [["turned to the right by", "turned to the left by"], ["nearer by", "farther by"]] as const;
 
-/** What would flip this match: nearest to either side, of its direction and of its distance. */
+/** What would change this match: the nearest values on either side, direction and distance. */
 function flips({ flips: rows, decision }: Sighting): TemplateResult {
   if (decision !== "matched") return html``;
   const at = (row: number, place: number): number => rows[row * FLIP_STRIDE + place] ?? NaN;

@@ -1,7 +1,7 @@
-// The inspector: a card that tells of what was pointed at on the map. It is a bundle of its own.
+// The inspector: a card about what was pointed at on the map. It is a bundle of its own.
 //
-// While a run goes on its numbers follow, at most once a second; the run is asked only for what no
-// frame brings, and only while that is told.
+// During a run its numbers are updated, at most once a second. The run is asked only for what
+// frames do not contain, and only while that is shown.
 
 import { css, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { card } from "../ui/card.js";
@@ -25,7 +25,7 @@ import type { Formula, Known, Told } from "./told.js";
 /** How often the run is asked again, wall milliseconds. */
 const AGAIN_MILLIS = 1000;
 
-/** What each kind of thing tells. */
+/** What is shown about each kind of thing. */
 const TELL: { readonly [Kind in Thing["kind"]]: (thing: Extract<Thing, { kind: Kind }>, known: Known) => Told } = {
   torn: ({ tear }) => torn(tear),
   closure: ({ name }, known) => closure(name, known),
@@ -89,7 +89,7 @@ export class SlamInspector extends SlamElement {
     if (question) this.client.examine(question);
   }
 
-  /** What the run has to be asked of it; null where frames bring all. */
+  /** The question for the run about it; null if frames contain everything. */
   #questionOf(thing: Thing): Question | null {
     switch (thing.kind) {
       case "cell": case "frontier": return { x: thing.x, y: thing.y };
@@ -122,7 +122,7 @@ export class SlamInspector extends SlamElement {
   protected override updated(changed: PropertyValues): void {
     super.updated(changed);
     const { thing } = this.store;
-    // The map draws it with its next picture.
+    // The map draws it in its next frame.
     const outline = thing && !this.#isHidden(thing) ? this.#tell(thing).outline : [];
     if (JSON.stringify(outline) !== JSON.stringify(this.store.outline)) this.store.set("spot", { outline });
   }
@@ -133,7 +133,7 @@ export class SlamInspector extends SlamElement {
     return tell(thing, { store, scene, examined: store.examined });
   }
 
-  /** What is not drawn is not told of. */
+  /** Things that are not drawn are not described. */
   #isHidden({ kind }: Thing): boolean {
     const { layers } = this.store;
     const layer = ({ closure: "closures", join: "graph", torn: "torn", truth: "truth", door: "truth", doorway: "rooms", room: "rooms", beam: "scan" } as const)[kind as "closure"];

@@ -19,7 +19,7 @@ const TORN: Readonly<Record<TearName, string>> = {
   unproven: "Nothing proves the way between",
 };
 
-/** What it means, and what may be done. */
+/** What it means, and what can be done about it. */
 const MEANS: Readonly<Record<TearName, string>> = {
   doubled: "What was seen at one time would agree with what was seen at the other if it lay elsewhere: a loop that should join the two is missing, or a wrong one pulls them apart.",
   contradicted: "At one time the robot saw through what stands there by the other, and nothing nearby fits: the two parts may be different places, laid on one another.",
@@ -90,10 +90,10 @@ const OF_MATERIAL = [
   "The truth, which only a simulator knows. A dark wall sends little light back: from farther away it is not seen, and beams say nothing.",
 ] as const;
 
-/** A wall of the world, by its row: a line as the map would have it, if it knew all. */
+/** A wall of the world, given by its row: the line that a perfect map would have. */
 export function truth(index: number, { scene: { truth: walls, materials } }: Known): Told {
   const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = walls.subarray(4 * index, 4 * index + 4);
-  // The normal points from where the map begins to the wall.
+  // The normal points from the origin of the map to the wall.
   const normal = Math.atan2(x2 - x1, y1 - y2);
   const signed = x1 * Math.cos(normal) + y1 * Math.sin(normal);
   const alpha = signed < 0 ? Math.atan2(x1 - x2, y2 - y1) : normal;

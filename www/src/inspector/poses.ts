@@ -1,5 +1,5 @@
-// What has a place that is known to an ellipse: the robot, a corner or a post, somebody who walks,
-// and places where the robot may be.
+// Things whose position is known with an uncertainty ellipse: the robot, a corner or a post, a
+// walker, and places where the robot may be.
 
 import { HYPOTHESIS, HYPOTHESIS_STRIDE, LANDMARK, LANDMARK_STRIDE, TRACK, TRACK_STRIDE } from "../protocol/module.js";
 import { equals, formula, id, op, row, sub } from "../registration/formula.js";
@@ -12,7 +12,7 @@ import { ellipse, ring } from "./outlines.js";
 import { type Figure, type Formula, GONE, type Known, type Told } from "./told.js";
 import { angle, metres, number, place } from "./words.js";
 
-/** Half axes of the 95 % ellipse, and how they come from the covariance. */
+/** Half axes of the 95 % ellipse, and their derivation from the covariance. */
 function doubt(xx: number, xy: number, yy: number): { figures: Figure[]; formula: Formula; axes: ReturnType<typeof ellipseOf> } {
   const axes = ellipseOf(xx, xy, yy);
   const root = (...inside: Element[]): Element => {
@@ -43,7 +43,7 @@ export function robot({ store, scene }: Known): Told {
   const { x, y, heading, covXx, covXy, covYy, covHeading, time, truthX, truthY, positionError } = status;
   const about = doubt(covXx, covXy, covYy);
   const title = store.offer.methods.find(({ name }) => name === store.method)?.title ?? store.method;
-  // Only a simulator knows the truth, and only who asked for it is told.
+  // Only a simulator knows the truth, and it is shown only on request.
   const isTruthShown = store.source === "sim" && store.layers.truth && Number.isFinite(truthX);
   const truth: Figure[] = isTruthShown ? [
     ["Truly at", place(truthX, truthY), "robot-truth", "Known to the simulator only"],
@@ -120,7 +120,7 @@ export function hypothesis(x: number, y: number, { scene: { hypotheses } }: Know
   const at = (row: number, name: keyof typeof HYPOTHESIS): number => hypotheses[row * HYPOTHESIS_STRIDE + HYPOTHESIS[name]] ?? NaN;
   const away = (row: number): number => Math.hypot(at(row, "x") - x, at(row, "y") - y);
   const nearest = rows.sort((a, b) => away(a) - away(b))[0];
-  // They move with the robot; one that is far from where it was chosen is another.
+  // They move with the robot; one far from the chosen place is another one.
   if (nearest === undefined || away(nearest) > 1) return { title: "A place where the robot may be", words: GONE, figures: [], outline: [] };
   return {
     title: "A place where the robot may be",

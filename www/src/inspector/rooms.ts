@@ -1,5 +1,5 @@
-// Rooms and doors: those that were found in the map, doors of the simulated world, and what a
-// person drew into the map.
+// Rooms and doors: those that were found in the map, doors of the simulated world, and the edits of
+// a person.
 
 import { DOOR, DOOR_STRIDE, EDIT, EDIT_STRIDE, LEAF } from "../protocol/module.js";
 import { equals, formula, fraction, id, op, row, sub, sum, sup } from "../registration/formula.js";
@@ -28,11 +28,11 @@ export function door(index: number, { scene: { doors }, examined }: Known): Told
   };
 }
 
-/** A door that was found in the map, by its posts. */
+/** A door that was found in the map, given by its posts. */
 export function doorway(posts: readonly number[], { store: { rooms, roomNumbers }, examined }: Known): Told {
   const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = posts;
-  // The map is read again and again: of the doors now, the one whose middle is where its middle
-  // was.
+  // Doors are extracted again and again: take the present one whose middle is where the old one had
+  // its middle.
   const away = ([x, y]: readonly [number, number]): number => Math.hypot(x - (x1 + x2) / 2, y - (y1 + y2) / 2);
   const found = rooms?.doors.find(({ middle }) => away(middle) < 0.3);
   if (!rooms || !found) return { title: "Doorway", words: GONE, figures: [], outline: [] };
@@ -52,7 +52,7 @@ export function doorway(posts: readonly number[], { store: { rooms, roomNumbers 
   };
 }
 
-/** Whether a gap is open, by what the map shows of it. */
+/** Whether a gap is open, as far as the map shows it. */
 function leafOf(examined: Known["examined"]): { figures: readonly Figure[]; formulas: readonly Formula[] } {
   const told = examined?.leaf;
   if (!told) return { figures: [], formulas: [] };
@@ -73,7 +73,7 @@ function leafOf(examined: Known["examined"]): { figures: readonly Figure[]; form
   };
 }
 
-/** A room or a corridor, by a place in it. */
+/** A room or a corridor, given by a place in it. */
 export function room(x: number, y: number, { store: { rooms, roomNumbers } }: Known): Told {
   const at = rooms && roomAt(rooms, x, y);
   const found = rooms && at !== null ? rooms.regions[at] : undefined;
@@ -110,7 +110,7 @@ const MEANS = [
   "Nothing is driven through it. Light goes through glass, so beams that say it is free do not take it away.",
 ] as const;
 
-/** What a person changed, by its number. */
+/** A person's edit, given by its number. */
 export function edit(change: number, { scene: { edits } }: Known): Told {
   const rows = Array.from({ length: edits.length / EDIT_STRIDE }, (_, i) => i * EDIT_STRIDE).filter((row) => edits[row + EDIT.number] === change);
   const [first] = rows;

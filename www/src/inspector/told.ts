@@ -1,5 +1,5 @@
-// What is told of a thing, whatever it is: a title, some sentences, its figures with their units,
-// formulas with their numbers put in, and where it lies on the map.
+// What is shown about any thing: a title, some sentences, figures with units, formulas with their
+// numbers inserted, and its outline on the map.
 
 import type { TemplateResult } from "lit";
 import type { Examined } from "../protocol.js";
@@ -7,14 +7,14 @@ import type { Store } from "../store.js";
 import type { Outline } from "../view/layers/layer.js";
 import type { Scene } from "../view/scene.js";
 
-/** Name, value with its unit, the name that tests know it by, and what it means. */
+/** Name, value with its unit, the identifier that tests use, and the meaning. */
 export type Figure = readonly [name: string, value: string, id: string, meaning?: string];
 
-/** Of what was chosen once and was forgotten, merged or left since. */
+/** For something that was chosen and has since been forgotten, merged or left behind. */
 export const GONE = "It is not there any more.";
 
 export interface Formula {
-  /** As its source has it. */
+  /** As in its source. */
   readonly general: Element;
   /** With the numbers of this thing. */
   readonly numbers: Element | readonly Element[];
@@ -24,7 +24,7 @@ export interface Formula {
 
 export interface Told {
   readonly title: string;
-  /** What became of it, in a word or two. */
+  /** Its outcome, in a word or two. */
   readonly fate?: string;
   readonly words?: string;
   readonly figures: readonly Figure[];
@@ -33,10 +33,10 @@ export interface Told {
   readonly outline: Outline;
 }
 
-/** What it can be told from. */
+/** The data from which a thing is described. */
 export interface Known {
   readonly store: Store;
   readonly scene: Scene;
-  /** What the run said of it, if it was asked and has answered. */
+  /** The run's answer about it, if there is one. */
   readonly examined: Examined | null;
 }

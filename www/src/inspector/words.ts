@@ -1,4 +1,4 @@
-// Numbers as the inspector writes them, in sentences and in formulas.
+// Numbers as the inspector writes them, in sentences and formulas.
 
 import { degrees } from "../angle.js";
 import { equals, formula, id, op, row } from "../registration/formula.js";
@@ -17,7 +17,7 @@ export function angle(radians: number, digits = 1): string {
   return `${fixed(degrees(radians), digits)}°`;
 }
 
-/** A number in a formula, to so many digits that count. */
+/** A number in a formula, with so many significant digits. */
 export function number(value: number, digits = 3): Element {
   if (!Number.isFinite(value)) return id("–");
   const size = Math.abs(value);
@@ -49,15 +49,15 @@ function numeral(text: string): Element {
   return made;
 }
 
-/** The same with its sign before it, as it follows another. */
+/** The same with its sign before it, to follow another term. */
 export function added(value: number, digits = 3): Element {
   const sign = op(value < 0 ? "−" : "+");
-  // At the beginning of its row it would be taken for the sign of a number.
+  // At the beginning of a row the sign would be taken as that of a number.
   sign.setAttribute("form", "infix");
   return row(sign, number(Math.abs(value), digits));
 }
 
-/** x cos α + y sin α = r, with its numbers. */
+/** x cos α + y sin α = r, with numbers. */
 export function lineEquation(alpha: number, r: number): Element {
   return formula(row(number(Math.cos(alpha)), op("·"), id("x"), added(Math.sin(alpha)), op("·"), id("y"), equals(), number(r)));
 }

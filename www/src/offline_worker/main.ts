@@ -1,16 +1,16 @@
-// The service worker: keeps the page's own files, all of one build, so that it opens without its
-// server. What a server says of itself (bridge.json, metrics, sockets) is no file of the page, and
-// passes by untouched.
+// The service worker: keeps the page's own files, all of one build, so that the page opens without
+// its server. What a server says of itself (bridge.json, metrics, sockets) is no file of the page;
+// such requests pass through untouched.
 //
 // 1. A build names its files with the hashes of their contents (build.mjs). They are stored when
-//    the worker is installed: those that the last build had too are taken from there, the others
-//    are loaded and must have the content that was named. So nothing of two builds is ever mixed.
-// 2. Where a page is open, a new build waits. It takes over when somebody says so, or when the only
-//    page is loaded again, before anything has begun in it: never in the middle of a run.
+//    the worker is installed. Files that the last build also had are taken from there; the others
+//    are loaded and must have the named content. So two builds are never mixed.
+// 2. While a page is open, a new build waits. It takes over when somebody says so, or when the only
+//    page is reloaded, before anything has begun in it: never in the middle of a run.
 
-/** Path below the scope to hash: hexadecimal digits of SHA-256, from the first on. */
+/** Path below the scope to hash: the first hexadecimal digits of SHA-256. */
 declare const FILES: Readonly<Record<string, string>>;
-/** What all of them together are called. */
+/** The name of this set of files. */
 declare const BUILD: string;
 declare const self: ServiceWorkerGlobalScope;
 
@@ -19,7 +19,7 @@ const scope = new URL(self.registration.scope);
 const OURS = `slamlab ${scope.pathname} `;
 const hashes: ReadonlyMap<string, string> = new Map(Object.entries(FILES));
 
-/** Under what a file is stored: what it is called, and what is in it. */
+/** The key of a file: its name and its content. */
 function keyOf(path: string, hash: string): URL {
   const key = new URL(path, scope);
   key.searchParams.set("content", hash);
@@ -30,7 +30,7 @@ async function store(): Promise<void> {
   const cache = await caches.open(OURS + BUILD);
   for (const [path, hash] of hashes) {
     const key = keyOf(path, hash);
-    // Of this cache too: an installation that was broken off goes on.
+    // Of this cache too, so that an interrupted installation goes on.
     const kept = await caches.match(key);
     await cache.put(key, kept ?? (await load(path, hash)));
   }
@@ -46,17 +46,17 @@ async function load(path: string, hash: string): Promise<Response> {
   return response;
 }
 
-/** The file as this build has it. The browser may have thrown it away: then as the server does. */
+/** The file of this build. If the browser has deleted it, the server's. */
 async function answer(request: Request, path: string, hash: string): Promise<Response> {
   const cache = await caches.open(OURS + BUILD);
   return (await cache.match(keyOf(path, hash))) ?? fetch(request);
 }
 
-/** Takes over where no page but the one that asks is open, and says whether it does. */
+/** Takes over if no page but the asking one is open, and tells it whether it does. */
 async function takeOverAlone(asking: MessagePort | undefined): Promise<void> {
   const pages = await self.clients.matchAll({ type: "window", includeUncontrolled: true });
   const isAlone = pages.filter(({ url }) => url.startsWith(scope.href)).length <= 1;
-  // Before: to take over may take until the worker of before has nothing to do.
+  // Answer first: taking over may have to wait until the old worker has nothing to do.
   asking?.postMessage(isAlone);
   if (isAlone) await self.skipWaiting();
 }
@@ -67,7 +67,7 @@ self.addEventListener("activate", (event) => {
   const tidy = async (): Promise<void> => {
     const names = await caches.keys();
     await Promise.all(names.filter((name) => name.startsWith(OURS) && name !== OURS + BUILD).map((name) => caches.delete(name)));
-    // The first one serves the page that brought it.
+    // The first worker serves the page that installed it.
     await self.clients.claim();
   };
   event.waitUntil(tidy());

@@ -2,47 +2,47 @@
 
 import type { BridgeStatus } from "./module.js";
 
-/** What happened at a line, by its number. */
+/** An event at a line, given by its number. */
 export interface LineEvent {
   line: number;
   event: "opened" | "bytes" | "broken";
   bytes?: Uint8Array;
-  /** When they came, ms since 1970: the worker may be busy when they do. */
+  /** When the bytes came, ms since 1970: the worker may have been busy then. */
   came?: number;
-  /** Why it broke: cause and cure. */
+  /** Why it broke: cause and remedy. */
   why?: string;
 }
 
-/** What the device at a line wants done with it. */
+/** What a device wants done with its line. */
 export interface LineWish {
   line: number;
-  /** `well`: the next time that it breaks it is tried again soon. */
+  /** `well`: if it breaks again, the first retry comes soon. */
   want: "open" | "write" | "dtr" | "well" | "reopen" | "close";
   baud: number;
   bytes: Uint8Array<ArrayBuffer>;
   on: boolean;
 }
 
-/** To the local bridge, the worker with the rules for a robot at ports of this page. */
+/** Messages to the local bridge, the worker with the rules for a robot at ports of this page. */
 export type LocalBridgeCommand =
-  /** `driver` leads to the client; over it go the messages of a bridge. */
+  /** `driver` leads to the client, and carries the messages of a bridge. */
   | { kind: "begin"; devices: readonly string[]; driver: MessagePort }
   | ({ kind: "line" } & LineEvent)
   /** The person stops the robot; with `cutOff` its motors stay off. */
   | { kind: "stop"; cutOff: boolean }
-  /** Has the lines closed, the robot stopped before. */
+  /** Stops the robot, then has the lines closed. */
   | { kind: "end" };
 
-/** And from it. */
+/** Messages from it. */
 export type LocalBridgeAnswer =
   | ({ kind: "line" } & LineWish)
-  /** The rules are of no use any more. */
+  /** The rules have failed for good. */
   | { kind: "failed"; text: string };
 
-/** `lost` is tried again, `refused` is not. */
+/** After `lost` there are retries, after `refused` there are none. */
 export type Connection = "connecting" | "open" | "lost" | "refused";
 
-/** What the bridge, and this page's connection to it, say of themselves. */
+/** The state of the bridge, and of this page's connection to it. */
 export interface BridgeState extends BridgeStatus {
   connection: Connection;
   /** Why the connection is not open; empty while it is. */

@@ -3,25 +3,25 @@
 
 import type { Cycle, FieldChange, GridChange, Inspection, Rooms, RunStatus, SourceKind, Submaps } from "./module.js";
 
-/** One submap was taken out, or put back: those behind it are numbered anew. */
+/** A submap was removed or put back: those behind it are renumbered. */
 export interface Renumbering { readonly submap: number; readonly by: -1 | 1 }
 
-/** Submaps as they changed; after a renumbering all of them come again. */
+/** Changed submaps; after a renumbering all of them are sent again. */
 export interface SubmapsChange extends Submaps { readonly renumbered: readonly Renumbering[] }
 
 
-/** The current figures. NaN where there is none (no truth in a recording). */
+/** The current figures. NaN if there is none (no truth in a recording). */
 export interface Status extends RunStatus {
   source: SourceKind;
-  /** Seconds of `time` for each second of the wall clock, over the last second or so. */
+  /** Seconds of `time` per wall second, over the last second or so. */
   realTimeFactor: number;
   /** Recordings: seconds left at the present pace. */
   remaining: number;
-  /** Why it ended, in words. */
+  /** Why the run ended, in words. */
   reason: string;
   /** What the robot is about to do, in words. */
   activity: string;
-  /** Distance between estimate and truth, m, and its heading, rad. */
+  /** Position error of the estimate, m; the heading error is in rad. */
   positionError: number;
   headingError: number;
   /** Distance between dead reckoning and truth, m. */
@@ -33,25 +33,24 @@ export interface Status extends RunStatus {
   features: number;
 }
 
-/** What the time of the run is meant to be at any wall time, so that pictures can be drawn between
-    two steps. */
+/** The intended run time at any wall time, so that pictures can be drawn between two steps. */
 export interface Clock {
   /** Milliseconds since 1970, comparable between page and worker. */
   wall: number;
   /** Seconds of the run at that wall time. */
   time: number;
-  /** Seconds of the run for each second; 0 where the run stands still or goes as fast as it can. */
+  /** Run seconds per wall second; 0 if the run stands still or goes as fast as possible. */
   rate: number;
 }
 
-/** What a run changed. Arrays are flat; null where nothing changed since the frame before. */
+/** What a run changed. Arrays are flat; null if nothing changed since the frame before. */
 export interface Change {
   grid: GridChange | null;
-  /** The map was redrawn: all earlier blocks are void. */
+  /** The map was redrawn: all earlier blocks are invalid. */
   gridReset: boolean;
-  /** x y of what the last scan hit. */
+  /** x y of the hits of the last scan. */
   scan: Float32Array | null;
-  /** How each of these was read, see BEAM. */
+  /** How each beam was read, see BEAM. */
   beams: Float32Array | null;
   /** x1 y1 x2 y2 of the lines found in it. */
   found: Float32Array | null;
@@ -59,9 +58,9 @@ export interface Change {
   lines: Float64Array | null;
   /** Landmarks with their confidence, see LANDMARK. */
   landmarks: Float32Array | null;
-  /** How well they are found again, gate by gate, see REFINDING; empty without a truth. */
+  /** How often landmarks are found again, gate by gate, see REFINDING; empty without a truth. */
   refinding: Float32Array | null;
-  /** What the stages of the cycle gave. */
+  /** The results of the stages of the cycle. */
   cycle: Cycle | null;
   /** Whether the robot drives by the cycle. */
   inCycle: boolean;
@@ -69,19 +68,19 @@ export interface Change {
   doors: Float32Array | null;
   /** x1 y1 x2 y2 of the true walls, without doors. */
   truth: Float32Array | null;
-  /** What each of them is made of: 0 opaque, 1 glass, 2 dark. */
+  /** The material of each true wall: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array | null;
   /** x1 y1 x2 y2 of the walls of the prior map; empty for other methods. */
   priorMap: Float32Array | null;
-  /** Poses that the robot may have, see HYPOTHESIS; empty where it knows. */
+  /** Poses that the robot may have, see HYPOTHESIS; empty if it is localised. */
   hypotheses: Float32Array | null;
-  /** x y of the particles behind them. */
+  /** x y of the particles behind the hypotheses. */
   particles: Float32Array | null;
-  /** What the run follows of that, see TRACK. */
+  /** Tracks of moving things, see TRACK. */
   tracks: Float32Array | null;
-  /** x y of what the last scan hit that was kept out of pose and map. */
+  /** x y of the hits of the last scan that were taken out of pose and map. */
   takenOut: Float32Array | null;
-  /** x y radius of what truly walks about. */
+  /** x y radius of the true walkers. */
   movers: Float32Array | null;
   /** x y of the legs still to drive. */
   path: Float32Array | null;
@@ -91,29 +90,29 @@ export interface Change {
   tree: Float32Array | null;
   /** x y of the cells on the border between known and unknown. */
   frontiers: Float32Array | null;
-  /** New points of the trails, see TRAIL; all of them where `trailReset`. */
+  /** New points of the trails, see TRAIL; all points if `trailReset`. */
   trail: Float32Array | null;
   trailReset: boolean;
-  /** What was changed by hand, see EDIT. */
+  /** Edits of the map, see EDIT. */
   edits: Float32Array | null;
-  /** Submaps and loop closures, where they changed. */
+  /** Submaps and loop closures, if they changed. */
   submaps: SubmapsChange | null;
   /** New samples of the twin, see TWIN. */
   twin: Float64Array | null;
-  /** Another twin began with them, or there is none any more. */
+  /** Another twin begins with these samples, or there is none any more. */
   twinReset: boolean;
   /** New samples for the plots, see SAMPLE. */
   samples: Float64Array | null;
 }
 
-/** What the page asked for beside the run; null where it was not asked for, or has not changed. */
+/** Extras that the page asked for; null if not asked for, or unchanged. */
 export interface Requested {
-  /** The inside of the filter; null also where there is no line filter. */
+  /** The state of the filter; also null if there is no line filter. */
   inspection: Inspection | null;
   rooms: Rooms | null;
   /** Points found in the last scan, see POINT. */
   points: Float32Array | null;
-  /** The map that the wheels alone would have drawn, where it changed. */
+  /** The map drawn by odometry alone, if it changed. */
   wheels: GridChange | null;
   field: (FieldChange & { reset: boolean }) | null;
 }
@@ -129,7 +128,7 @@ export interface Frame extends Change, Requested {
   status: Status;
 }
 
-/** The arrays of a frame that change hands. */
+/** The arrays of a frame to be transferred. */
 export function transferables(frame: Frame): ArrayBuffer[] {
   const objects = [frame, frame.grid, frame.wheels, frame.field?.grid, frame.inspection, frame.submaps].filter((object) => object !== null && object !== undefined);
   const buffers = new Set<ArrayBuffer>();

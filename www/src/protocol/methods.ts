@@ -1,8 +1,8 @@
-// What the page has to know of a method beyond its name.
+// What the page has to know of a method besides its name.
 
 import type { MethodName } from "./module.js";
 
-/** Whether a method needs a map that is given before the run. */
+/** Whether a method needs a prior map. */
 const NEEDS_PRIOR_MAP: Record<MethodName, boolean> = {
   "odometry": false,
   "line-ekf": false,

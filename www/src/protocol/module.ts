@@ -1,5 +1,5 @@
-// What the modules say of themselves: types of all that crosses, and which number stands where in
-// flat arrays. Both are made with them. What two modules have is of the one that runs.
+// Generated with the modules: the types of all messages, and the layout of flat arrays. What two
+// modules share is taken from the one that runs.
 
 export type * from "../../pkg/slamlab_web.js";
 export type { Building, GivenFile, ImportedLog, OfferedTopic, RosTopics, SolvedGraph, WorldFault } from "../../pkg/slamlab_files.js";

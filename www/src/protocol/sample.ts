@@ -1,17 +1,17 @@
-// What the plots show of each scan: the columns, and where their values come from.
+// What the plots show of each scan: the columns, and the source of their values.
 
 import { degrees, turnBetween } from "../angle.js";
 import type { RunStatus } from "./module.js";
 
-/** Numbers for each sample in `Frame.samples`, one for each scan. */
+/** Layout of a sample in `Frame.samples`; there is one for each scan. */
 export const SAMPLE = {
   time: 0, positionError: 1, positionSigma3: 2, headingError: 3, headingSigma3: 4, scanMillis: 5, explored: 6,
-  /** Mean of the last scans, and its 95 % band, see `ConsistencyWindow` of the core. */
+  /** Mean over the last scans, and its 95 % band, see `ConsistencyWindow` of the core. */
   nees: 7, neesLow: 8, neesHigh: 9,
   /** The same for each degree of freedom of the innovations. */
   nis: 10, nisLow: 11, nisHigh: 12,
-  /** Mean innovation of what was recognised and two σ to either side: direction of walls, °,
-      distance of walls, points ahead and aside, cm. */
+  /** Mean innovation of the matched features, with bounds at two σ: direction of walls, °, distance
+      of walls, points ahead and aside, cm. */
   alpha: 13, alphaHigh: 14, alphaLow: 15, r: 16, rHigh: 17, rLow: 18, x: 19, xHigh: 20, xLow: 21, y: 22, yHigh: 23, yLow: 24,
   /** Of a match of the whole scan, mm. */
   residual: 25,
@@ -38,7 +38,7 @@ export function sampleOf(s: RunStatus, scanMillis: number, explored: number): Sa
   };
 }
 
-/** An innovation in another unit, with two σ of it; not a number where there is none. */
+/** An innovation in another unit, with two σ of it; NaN if there is none. */
 function within(value = NaN, sigma = NaN, unit: number): { value: number; bound: number } {
   return { value: unit * value, bound: 2 * unit * sigma };
 }

@@ -1,4 +1,4 @@
-// What a run starts from, beside what the module says of it.
+// What a run starts from, besides the types of the module.
 
 import type { SettingInfo, SettingValues } from "./module.js";
 
@@ -9,7 +9,7 @@ export interface Tuning {
   readonly twin: boolean;
 }
 
-/** Settings without the figures of the sensor: those of one mean nothing to another. */
+/** Settings without the sensor's parameters, which mean nothing to another sensor. */
 export function ofAnySensor(settings: SettingValues, infos: readonly SettingInfo[]): SettingValues {
   const figures = new Set(infos.filter(({ group }) => group === "Sensor").map(({ key }) => key));
   return Object.fromEntries(Object.entries(settings).filter(([key]) => !figures.has(key)));

@@ -1,4 +1,4 @@
-// The name of a run over its map, how it does now, and the way to end it.
+// A label over the map of a run: its name, its present state, and a button to end it.
 
 import { css, type TemplateResult } from "lit";
 import { SlamElement } from "../ui/element.js";
@@ -28,10 +28,10 @@ export class SlamRaceChip extends SlamElement {
   protected override readonly topics = ["frame", "run", "tab"] as const;
   name = "";
   colour: PaletteName = "estimate";
-  /** Its place among the runs. */
+  /** Its index among the runs. */
   place = 0;
   onClose: (() => void) | null = null;
-  /** Whether it has come to the moment of the others. */
+  /** Whether it has caught up with the others. */
   isThere = (): boolean => true;
 
   override render(): TemplateResult {

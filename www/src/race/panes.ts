@@ -1,6 +1,6 @@
-// Where the maps of runs side by side lie: all of one size, so that one view fits into each.
+// The layout of the maps of runs side by side: all of one size, so that the same view fits each.
 
-/** Of the page, while runs stand side by side. */
+/** The page's style while runs are shown side by side. */
 const SHEET = `
   body[data-race] #maps { bottom: 142px; display: grid; gap: 3px; grid: minmax(0, 1fr) / repeat(2, minmax(0, 1fr)); --foot: 12px; --foot-top: 46px; background: var(--line-strong); }
   body[data-race="3"] #maps, body[data-race="4"] #maps { grid: repeat(2, minmax(0, 1fr)) / repeat(2, minmax(0, 1fr)); }
@@ -22,7 +22,7 @@ const SHEET = `
   }
 `;
 
-/** Lays the page out for so many runs; for one as it was. */
+/** Lays the page out for so many runs; for one, in the normal way. */
 export function layOut(count: number): void {
   adopt();
   if (count > 1) document.body.dataset["race"] = String(count);

@@ -1,6 +1,6 @@
-// The error curves of all runs side by side in one picture, with figures for each. Of a recording
-// nobody knows the truth: there it is what each claims, and how far its way lies from the one that
-// is shown.
+// The error curves of all runs side by side in one plot, with figures for each. A recording without
+// truth shows each run's own uncertainty instead, and the distance of its trajectory from the one
+// that is shown.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
@@ -50,7 +50,7 @@ export class SlamRacePlot extends SlamPlotted {
 
   protected override readonly topics = ["theme", "run"] as const;
   protected override readonly height = 150;
-  /** What is shown, first of all the run that the page shows. */
+  /** The runs; the first is the one that the page shows. */
   entries: readonly Entry[] = [];
   #make: Plotter | null = null;
   #drawnAt = -Infinity;
@@ -73,7 +73,7 @@ export class SlamRacePlot extends SlamPlotted {
     this.requestUpdate();
   }
 
-  /** Draws what came, if somebody sees it. */
+  /** Draws new samples, if the plot is visible. */
   feed(): void {
     const now = performance.now();
     const state = this.entries.map(({ store }) => store.history.version).join();
@@ -84,7 +84,7 @@ export class SlamRacePlot extends SlamPlotted {
     this.#tell();
   }
 
-  /** The latest figures, written where they stand: nothing else is rendered anew for them. */
+  /** Writes the latest figures into their cells, without rendering anything else. */
   #tell(): void {
     this.entries.forEach((entry, i) => {
       const cells = this.renderRoot.querySelectorAll(`#run-${i} td.num`);
@@ -97,7 +97,7 @@ export class SlamRacePlot extends SlamPlotted {
 
   get hasTruth(): boolean {
     const shown = this.entries[0]?.store;
-    // A recording has one where another file tells it.
+    // A recording has truth if another file supplies it.
     return shown?.source === "sim" || (shown?.history.columns[SAMPLE.positionError]?.some(Number.isFinite) ?? false);
   }
 

@@ -1,10 +1,10 @@
-// Two to four runs side by side: chooses what the one that is shown is held against, keeps all at
-// the same moment, and shows their maps, their names and their errors.
+// Two to four runs side by side: lets the visitor choose what to compare the shown run with, keeps
+// all runs at the same moment, and shows their maps, names and errors.
 //
-// | what | who sees to it |
+// | what | handled by |
 // |---|---|
 // | time: play, pause, step, speed, to another moment | the run that is shown; the others follow it (`Rival`), and it waits for the slowest |
-// | what is done to the robot, or in the world | done to each run at the same moment of its own |
+// | commands to the robot, changes in its world | applied to each run at the same run time |
 // | view, layers, theme | those of the page |
 
 import { css, nothing, type TemplateResult } from "lit";
@@ -28,12 +28,13 @@ import type { SlamRacePlot } from "./plot.js";
 import { type Difference, Rival, type RunParts } from "./rival.js";
 import { COLOURS, MOST_RUNS } from "./swatch.js";
 
-/** What is done to a robot or in its world: done to all of them. */
+/** Commands to the robot and changes in its world, applied to all runs. */
 const SHARED: ReadonlySet<Command["kind"]> = new Set(["explore", "manual", "goto", "drive", "stop", "kidnap", "door", "cycle"]);
-/** How far the run that is shown may be ahead of the slowest, s; at a speed, wall seconds of it. */
+/** How far the run that is shown may be ahead of the slowest, s; at higher speeds AHEAD_WALL
+    counts, in wall seconds. */
 const AHEAD = 0.2;
 const AHEAD_WALL = 0.25;
-/** The same where it goes as fast as it can. */
+/** The same at unlimited speed, s. */
 const MOST_AHEAD = 3;
 
 export class SlamRace extends SlamDialog {
@@ -61,9 +62,9 @@ export class SlamRace extends SlamDialog {
   `];
 
   protected override readonly topics = ["run", "settings"] as const;
-  /** Of the run that is shown; set by main.ts, as `beside` is. */
+  /** The map of the run that is shown; main.ts sets it, and `beside`. */
   map!: SlamMap;
-  /** Makes what another run needs. */
+  /** Creates the parts of another run. */
   beside!: () => RunParts;
 
   #rivals: readonly Rival[] = [];
@@ -74,7 +75,7 @@ export class SlamRace extends SlamDialog {
   #methods: ReadonlySet<MethodName> = new Set();
   #key = "";
   #value = NaN;
-  /** As it was typed. */
+  /** The value as it was typed. */
   #text = "";
   #isFork = false;
   #goesOn = false;
@@ -92,7 +93,7 @@ export class SlamRace extends SlamDialog {
       return false;
     };
     store.on("view", () => this.#look());
-    // An experiment is set up so that one thing is seen.
+    // An experiment is set up to show one thing only.
     store.on("exhibit", () => {
       if (store.exhibit) for (const rival of this.#rivals) this.#close(rival);
     });
@@ -108,7 +109,7 @@ export class SlamRace extends SlamDialog {
     }));
   }
 
-  /** The run waits while it is chosen what to hold it against. */
+  /** The run waits while the visitor chooses what to compare it with. */
   override show(): void {
     const { store, client } = this;
     const reason = this.#refusal();
@@ -198,7 +199,7 @@ export class SlamRace extends SlamDialog {
     this.requestUpdate();
   }
 
-  /** Chooses a setting; of a switch or of names at once another one. */
+  /** Chooses a setting; the value of a switch or a choice changes at once. */
   #take(key: string): void {
     this.#key = key;
     this.#text = "";
@@ -318,7 +319,7 @@ export class SlamRace extends SlamDialog {
     this.#plot.show([{ store, scene, name, colour: COLOURS[0], place: 0 }, ...rivals]);
   }
 
-  /** The same layers in each map, and what they need. */
+  /** Shows the same layers in each map, and requests their data. */
   #look(): void {
     const { layers, layerOrder, gridView } = this.store;
     const field = gridView === "continuous" || gridView === "three" || !layers.grid ? null : gridView;
@@ -329,13 +330,13 @@ export class SlamRace extends SlamDialog {
     }
   }
 
-  /** What is done to the run that is shown is done to the others when they are as far. */
+  /** Passes a command given to the shown run to the others, for when they are as far. */
   #pass(command: Command): void {
     const time = this.store.status?.time ?? 0;
     if (SHARED.has(command.kind)) for (const rival of this.#rivals) rival.doAt(time, command);
   }
 
-  /** What is done on the map of another run is done to all. */
+  /** A command given on the map of another run goes to all. */
   #redirect(command: Command): boolean {
     if (!SHARED.has(command.kind)) return false;
     this.client.send(command);
@@ -343,18 +344,19 @@ export class SlamRace extends SlamDialog {
     return true;
   }
 
-  /** What another run has to say, but how it compares to a link that was made for it. */
+  /** Shows the messages of another run, except the comparison with its link, which was made for
+      it. */
   #tell({ parts, difference }: Rival): void {
     const { toast } = parts.store;
     if (toast && toast.topic !== "link") this.store.set("toast", { toast: { level: toast.level, text: `${difference.name}: ${toast.text}` } });
   }
 
-  /** The run that is shown begins anew: so do the others, if they can. */
+  /** The run that is shown restarts: so do the others, if they can. */
   #restart(): void {
     const { store, client } = this;
     for (const rival of this.#rivals) {
       const recording = store.source === "replay" ? client.files.recording?.file ?? null : null;
-      // A run by the method that is shown from here on would be the same twice.
+      // A run with the method that is now shown would be a duplicate.
       const isTwin = rival.difference.isByMethod && rival.difference.method === store.method;
       if (store.source === "bridge" || rival.recording !== recording || isTwin || currentLesson(store)) this.#close(rival);
       else void rival.begin(this.#shown);

@@ -1,6 +1,5 @@
-// A run beside the one that is shown: the same world or recording by another method or with another
-// setting, in a worker and with a map of its own. It follows the run that is shown and never passes
-// it.
+// A run beside the one that is shown: the same world or recording, with another method or setting,
+// in a worker and with a map of its own. It follows the run that is shown and does not pass it.
 
 import type { Client } from "../client.js";
 import type { Command } from "../protocol.js";
@@ -11,7 +10,7 @@ import type { Scene } from "../view/scene.js";
 import { t } from "../words.js";
 import type { RunColour } from "./swatch.js";
 
-/** What a run consists of in the page. */
+/** The parts of a run in the page. */
 export interface RunParts {
   readonly store: Store;
   readonly scene: Scene;
@@ -19,32 +18,32 @@ export interface RunParts {
   readonly map: SlamMap;
 }
 
-/** In what it differs from the run that is shown. */
+/** How it differs from the run that is shown. */
 export interface Difference {
-  /** As its legend says it. */
+  /** Its name in the legend. */
   readonly name: string;
   readonly method: MethodName;
-  /** Whether that is what differs; else a setting does. */
+  /** Whether the method differs; otherwise a setting does. */
   readonly isByMethod: boolean;
   readonly settings: SettingValues;
-  /** Moment from which on the settings hold, s; null: from the beginning. */
+  /** Moment from which the settings apply, s; null: from the beginning. */
   readonly from: number | null;
 }
 
-/** Moments nearer to each other than this are one, s. */
+/** Moments closer to each other than this count as one, s. */
 const SAME_SECONDS = 1e-3;
-/** A run that is farther ahead than this, s, is ahead because the one that is shown went back. */
+/** A run farther ahead than this, s, is ahead because the shown one went back. */
 const PASSED = 0.5;
 
 export class Rival {
-  /** Whether it has come to where the run that is shown was. */
+  /** Whether it has caught up with the run that is shown. */
   isThere = false;
   #hasForked = false;
-  /** What is to be done to it, each at its moment, s. */
+  /** Commands to be given to it, each at its moment, s. */
   #due: readonly { readonly time: number; readonly command: Command }[] = [];
   #heldAt = NaN;
   #speed = NaN;
-  /** Until the module has answered to the last of such, it is not asked again. */
+  /** Play was requested; not requested again before the module answers. */
   #asksPlay = false;
   /** The recording that it maps; null in a simulation. */
   recording: File | null = null;
@@ -59,7 +58,7 @@ export class Rival {
     return this.parts.store.status?.finished ?? false;
   }
 
-  /** Begins beside what is shown, and does what was done there so far. */
+  /** Begins beside the shown run, and repeats what was done there so far. */
   async begin({ store: shown, client: leader }: RunParts): Promise<void> {
     const { store, client } = this.parts;
     const { name, method, settings, from } = this.difference;
@@ -81,12 +80,12 @@ export class Rival {
     client.start(setup);
   }
 
-  /** Done when it has come to this moment, s. */
+  /** Gives a command when it has reached this moment, s. */
   doAt(time: number, command: Command): void {
     this.#due = [...this.#due, { time, command }];
   }
 
-  /** Follows the run that is shown, one picture. */
+  /** Follows the run that is shown; called for each picture. */
   follow(shown: Store): void {
     const { store: { status, playing, reading, loading, seeking }, client } = this.parts;
     const leader = shown.status;
@@ -100,7 +99,7 @@ export class Rival {
     if (!leader.finished && status.time > goal + PASSED) return this.#goBack(goal);
     this.isThere ||= status.finished || status.time >= leader.time - PASSED;
     this.#hold(Math.min(this.#hasForked ? Infinity : from ?? Infinity, leader.finished ? Infinity : leader.time));
-    // What it lags behind it makes up for as fast as it can.
+    // It catches up as fast as it can.
     this.#pace(leader.finished ? shown.speed : Infinity);
     const isDue = ({ time }: { time: number }): boolean => status.time >= time - SAME_SECONDS;
     for (const { command } of this.#due.filter(isDue)) client.relay(command);

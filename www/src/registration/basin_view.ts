@@ -1,5 +1,5 @@
-// The basin of convergence of a method: from which starts it comes to the right pose, filled while
-// one looks.
+// The basin of convergence of a method: the starts from which it reaches the right pose, filled in
+// as they are computed.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { BasinAxesName } from "../protocol/module.js";
@@ -100,7 +100,7 @@ export class LabBasin extends LabElement {
       context.fillRect(left, top, Math.round((column + 1) * wide) - left, Math.round(canvas.height - row * high) - top);
     });
     context.globalAlpha = 1;
-    // The right pose, and where the moving cloud begins now.
+    // The right pose, and the present start of the moving cloud.
     const [middleX, middleY, arm] = [0.5 * canvas.width, 0.5 * canvas.height, 7 * ratio];
     const [x, y] = this.#toPicture(basin, canvas, start);
     context.strokeStyle = colourOf(this, "ink");
@@ -144,7 +144,7 @@ export class LabBasin extends LabElement {
   }
 }
 
-/** A row for each start: how far it is from the right pose, and what came of it. */
+/** A row for each start: its distance from the right pose, and the outcome. */
 function columnsOf({ axes, cells, shift, turn, outcomes, errors }: BasinMap): Column[] {
   const part = (at: number): number => (cells > 1 ? (2 * at) / (cells - 1) - 1 : 0);
   const starts = Array.from(outcomes, (_, i) => ({ across: part(i % cells), up: part(Math.floor(i / cells)) }));

@@ -1,5 +1,5 @@
-// The two clouds, large: the moving one is dragged and turned by mouse, finger or keys, and either
-// is drawn by hand.
+// The two clouds, large: the moving one can be dragged and turned by mouse, touch or keys, and
+// either can be drawn by hand.
 
 import { css, type TemplateResult } from "lit";
 import { isTouched } from "../screen.js";
@@ -10,15 +10,15 @@ import { LabElement } from "./element.js";
 import { middle, place, takeBack, turned, wrap } from "./pose.js";
 import type { Pose } from "./protocol.js";
 
-/** Of one press of a key, and with Shift: m and rad. */
+/** Step of one key press, and with Shift: m and rad. */
 const STEP = { shift: [0.05, 0.25], turn: [Math.PI / 90, Math.PI / 12] } as const;
-/** What one notch of the wheel turns by, rad. */
+/** Turn by one notch of the wheel, rad. */
 const NOTCH = Math.PI / 60;
-/** Points of a drawn stroke lie so far apart, m. */
+/** Distance between points of a drawn stroke, m. */
 const SPACING = 0.05;
-/** What a drawing shows before there is anything, m. */
+/** The view of an empty drawing, m. */
 const SHEET: Box = { minX: -4, minY: -2.5, maxX: 4, maxY: 2.5 };
-/** From the middle of the moving cloud to its handle, and how near a press has to be, pixels. */
+/** Distance of the handle from the cloud's middle, and how near a press has to be, pixels. */
 const ARM = 74;
 const REACH = 24;
 
@@ -42,7 +42,7 @@ export class LabClouds extends LabElement {
   readonly #pointers = new Map<number, { x: number; y: number }>();
   #what: "move" | "turn" | "draw" | null = null;
   #last: [number, number] | null = null;
-  /** The clouds for which the view was fitted: it stands while they are dragged. */
+  /** The clouds that the view was fitted to: it stays the same while they are dragged. */
   #fitted: Float64Array | null = null;
 
   override render(): TemplateResult {
@@ -67,7 +67,7 @@ export class LabClouds extends LabElement {
       this.#box = this.#boxNow() ?? SHEET;
     }
     if (this.model.pen) this.#box = union(this.#boxNow(), SHEET);
-    // Room for the words above and below.
+    // Room for the text above and below.
     Object.assign(this.#camera, { inset: { top: 44, bottom: 34, left: 12, right: 12 } });
     const brush = prepare(canvas, this.#box, coloursOf(this), this.#camera);
     if (!brush) return;
@@ -140,7 +140,7 @@ export class LabClouds extends LabElement {
     const other = [...this.#pointers].find(([id]) => id !== event.pointerId)?.[1];
     if (this.#what === "draw") return this.#drawTo(now);
     if (other) {
-      // Two fingers carry the cloud: about the one that rests.
+      // Two fingers move the cloud: it turns about the resting one.
       const angle = (p: { x: number; y: number }): number => Math.atan2(-(p.y - other.y), p.x - other.x);
       const pivot = this.#camera.toMap(other.x, other.y);
       return model.move(turned(model.start, wrap(angle(now) - angle(before)), pivot));
@@ -188,7 +188,7 @@ export class LabClouds extends LabElement {
     move();
   };
 
-  /** Points between the last one and here. */
+  /** Adds points from the last one to here. */
   #drawTo({ x, y }: { x: number; y: number }): void {
     const { clouds, pen, start } = this.model;
     if (!pen) return;

@@ -1,4 +1,4 @@
-// Draws two clouds, what pulls at one of them, and how far a method looks, on a canvas.
+// Draws two clouds, the pull on one of them and the search range of a method, on a canvas.
 
 import { CORRESPONDENCE, CORRESPONDENCE_STRIDE } from "../protocol/module.js";
 import { colourOf } from "../ui/plot_style.js";
@@ -22,11 +22,11 @@ export interface Colours {
   readonly warn: string;
 }
 
-/** Part of a scan's points at either end that may lie out of sight. */
+/** Fraction of a scan's points at either end that may lie outside the view ... */
 const FAR_PART = 0.04;
-/** ... where they would make the picture so many times larger. */
+/** ... if they would make the view larger by more than this factor. */
 const LARGER = 1.8;
-/** Points of a cloud at which the width is drawn. */
+/** Most points of a cloud at which the width is drawn. */
 const MOST_WIDTHS = 26;
 
 export function coloursOf(probe: HTMLElement): Colours {
@@ -34,7 +34,7 @@ export function coloursOf(probe: HTMLElement): Colours {
   return { fixed: of("map-truth"), moving: of("map-estimate"), pull: of("map-walls"), width: of("map-path"), line: of("line"), ink: of("ink"), warn: of("warn") };
 }
 
-/** A canvas as large as it is shown, cleared, with a camera that shows all of `box`. */
+/** Sizes and clears a canvas, and returns a brush whose camera shows all of `box`. */
 export function prepare(canvas: HTMLCanvasElement, box: Box, colours: Colours, camera: Camera): Brush | null {
   const context = canvas.getContext("2d");
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
@@ -50,8 +50,8 @@ export function prepare(canvas: HTMLCanvasElement, box: Box, colours: Colours, c
   return { context, camera, colours };
 }
 
-/** What is worth seeing of a cloud at a pose. Of a scan that is where most of it lies: few beams
-    reach far, through a door, and would make all else small. */
+/** The box to show of a cloud at a pose. For a scan it is where most of it lies: a few long beams,
+    through a door, would make everything else small. */
 export function boxOf(points: Float64Array, pose: Pose, isScan: boolean): Box | null {
   if (points.length === 0) return null;
   const [xs, ys]: [number[], number[]] = [[], []];
@@ -74,7 +74,7 @@ function range(numbers: number[], isScan: boolean): [number, number] {
   return [low - margin, high + margin];
 }
 
-/** A line at each metre, or at each five where that were too many. */
+/** A line at every metre, or at every five metres if those would be too many. */
 export function drawRules({ context, camera, colours }: Brush): void {
   const { minX, maxX, minY, maxY } = camera.visible;
   const step = camera.scale < 14 ? 5 : 1;
@@ -99,11 +99,11 @@ export function drawCloud({ context, camera }: Brush, points: Float64Array, pose
   context.fill();
 }
 
-/** From each point to where it is wanted, the fainter the less it counts. */
+/** Lines from points to their targets; the less weight, the fainter. */
 export function drawPulls({ context, camera, colours }: Brush, rows: Float32Array): void {
   context.strokeStyle = colours.pull;
   context.lineWidth = 1.2;
-  // Few shades: each is one path.
+  // Few shades, because each is one path.
   for (const [low, high] of [[0, 0.25], [0.25, 0.5], [0.5, 0.75], [0.75, 1.01]] as const) {
     context.globalAlpha = 0.15 + 0.7 * low;
     context.beginPath();
@@ -118,7 +118,7 @@ export function drawPulls({ context, camera, colours }: Brush, rows: Float32Arra
   context.globalAlpha = 1;
 }
 
-/** How far a method looks from some of the points: circles of a standard deviation, or cells. */
+/** The search range at some of the points: circles of one standard deviation, or cells. */
 export function drawWidths({ context, camera, colours }: Brush, points: Float64Array, pose: Pose, width: number, isCell: boolean): void {
   const every = Math.max(1, Math.ceil(points.length / 2 / MOST_WIDTHS));
   const size = width * camera.scale;
@@ -147,7 +147,7 @@ export function drawWidths({ context, camera, colours }: Brush, points: Float64A
   context.globalAlpha = 1;
 }
 
-/** The direction that the clouds do not tell, through the moving cloud's origin. */
+/** The unobservable direction, through the moving cloud's origin. */
 export function drawDirection({ context, camera, colours }: Brush, pose: Pose, [dx, dy]: readonly [number, number]): void {
   const [x, y] = camera.toScreen(pose[0], pose[1]);
   const length = 0.32 * Math.min(camera.width, camera.height);
@@ -167,8 +167,8 @@ export function drawDirection({ context, camera, colours }: Brush, pose: Pose, [
   context.stroke();
 }
 
-/** The 95 % ellipse of the place, enlarged so that it can be seen; says by how much, 0 where it is
-    drawn not at all. */
+/** The 95 % ellipse of the position, enlarged so that it is visible. Returns the factor, 0 if it is
+    not drawn. */
 export function drawEllipse({ context, camera, colours }: Brush, { pose, cov }: Found): number {
   const [xx = NaN, xy = NaN, , , yy = NaN] = cov;
   const [half, mean] = [Math.hypot(0.5 * (xx - yy), xy), 0.5 * (xx + yy)];
@@ -185,7 +185,7 @@ export function drawEllipse({ context, camera, colours }: Brush, { pose, cov }: 
   return zoom;
 }
 
-/** The least of 1, 10, 20, 50, 100, ... that makes so many pixels a figure. */
+/** The least of 1, 10, 20, 50, 100, ... that makes so many pixels visible. */
 function zoomOf(pixels: number): number {
   for (const zoom of [1, 10, 20, 50, 100, 200, 500, 1000]) if (zoom * pixels >= 16) return zoom;
   return 2000;

@@ -1,12 +1,12 @@
-// What every component of the lab starts from: the common style, and the model that makes it render
-// again.
+// The base of every component of the lab: the common style, and rendering whenever the model
+// changes.
 
 import { type CSSResultGroup, type CSSResultOrNative, LitElement, type PropertyDeclarations } from "lit";
 import { shared } from "../ui/style.js";
 import type { LabModel } from "./model.js";
 
 export abstract class LabElement extends LitElement {
-  /** Set by whoever makes the element. */
+  /** Set by the creator of the element. */
   static override properties: PropertyDeclarations = { model: { attribute: false } };
   declare model: LabModel;
 

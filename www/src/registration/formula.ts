@@ -1,4 +1,4 @@
-// Formulas in MathML, which every browser sets by itself.
+// Formulas in MathML, which every browser renders by itself.
 
 const NAMESPACE = "http://www.w3.org/1998/Math/MathML";
 

@@ -1,5 +1,5 @@
 // The registration lab: two clouds, all methods side by side, and a map of starts. It lies over the
-// map, and its code is loaded when it is opened first.
+// map, and its code is loaded when it is first opened.
 
 import { css, LitElement, nothing, type TemplateResult } from "lit";
 import type { Keyframe, Keyframes } from "../keyframes.js";
@@ -21,7 +21,7 @@ import { LabModel } from "./model.js";
 import { between, NOWHERE, takeBack } from "./pose.js";
 import type { Role } from "./protocol.js";
 
-/** How far a random start is off, m and rad: as far as was measured. */
+/** Largest offset of a random start, m and rad: the range that was measured. */
 const RANDOM = { shift: 1, turn: Math.PI / 4 } as const;
 
 export class SlamRegistration extends LitElement {
@@ -88,7 +88,7 @@ export class SlamRegistration extends LitElement {
     `,
   ];
 
-  /** Set by whoever makes the element. */
+  /** Set by the creator of the element. */
   store!: Store;
   keyframes!: Keyframes;
   onClose: () => void = () => {};
@@ -103,7 +103,7 @@ export class SlamRegistration extends LitElement {
     this.tabIndex = -1;
     this.#leave = this.#model.on(() => this.requestUpdate());
     this.store.on("theme", () => {
-      // The canvases take their colours anew.
+      // The canvases read their colours again.
       for (const each of this.renderRoot.querySelectorAll("lab-clouds, lab-method, lab-basin")) (each as LitElement).requestUpdate();
     });
     this.addEventListener("keydown", (event) => {
@@ -119,7 +119,7 @@ export class SlamRegistration extends LitElement {
     this.#leave?.();
   }
 
-  /** Nothing goes on while it is not seen. */
+  /** Stops all work while the lab is hidden. */
   rest(): void {
     this.#model.rest();
   }
@@ -178,7 +178,7 @@ export class SlamRegistration extends LitElement {
     return html`<p class="advice" data-testid="lab-advice" data-method=${method.name}>Take ${name(method)}. These are most like ${condition} (${percent(overlap)} of the points on a surface, σ ${fixed(1000 * sigma, 0)} mm, ${percent(scatter)} on none), from a ${isNear ? "near" : "far"} start. There it found ${found(method)} of ${this.#model.offer?.measured_pairs ?? DASH} measured pairs in ${micros(method.micros)}${method.name === surest.name ? ", the most of all" : html`; ${name(surest)} ${found(surest)} in ${micros(surest.micros)}`}${method.name === fastest.name ? ", and it is the fastest" : html`; the fastest, ${name(fastest)}, ${found(fastest)} in ${micros(fastest.micros)}`}.${this.#blind}</p>`;
   }
 
-  /** What no method can help. */
+  /** A problem that no method can solve. */
   get #blind(): string {
     const { found } = this.#model;
     const isBlind = found.some(({ verdict }) => verdict === "degenerate") && !found.some(({ verdict }) => verdict === "converged");
@@ -224,14 +224,14 @@ export class SlamRegistration extends LitElement {
 
   #chosen: Record<Role, number> = { fixed: 0, moving: 0 };
 
-  /** Two scans of the run; negative numbers count from the newest. */
+  /** Takes two scans of the run; negative indices count from the newest. */
   #takeRun(moving: number, fixed: number): void {
     const model = this.#model;
     const { all } = this.keyframes;
     if (all.length < 2) return model.say("This run has not yet two scans half a metre apart: let the robot move on, then come back.");
     const last = all.length - 1;
     const movingAt = moving < 0 ? last : moving;
-    // At first one that is not far from it.
+    // At first, one that is not far from it.
     const fixedAt = moving < 0 ? Math.max(0, last - 2) : fixed;
     const [a, b] = [all[fixedAt], all[movingAt]];
     if (!a || !b) return;
@@ -241,7 +241,7 @@ export class SlamRegistration extends LitElement {
     model.setClouds({ title: this.store.title, fixed: own(a), moving: own(b), truth: between(a.pose, b.pose), truthWords: "as the map has it", areScans: true }, NOWHERE);
   }
 
-  /** Without clouds, to be filled by files or by hand. */
+  /** Starts without clouds, to be filled from files or by hand. */
   #empty(pair: "files" | "drawn", title: string): void {
     const model = this.#model;
     const none = new Float64Array(0);

@@ -1,5 +1,5 @@
-// One method at work: the clouds at an iteration with what pulls and how far it looks, what came of
-// it in words and figures, and its formula.
+// One method at work: the clouds at an iteration, with the pull and the search range; the result in
+// words and figures; and the formula.
 
 import { css, nothing, type PropertyDeclarations, type TemplateResult } from "lit";
 import { fixed, length, percent } from "../ui/format.js";
@@ -121,7 +121,7 @@ export class LabMethod extends LabElement {
   }
 }
 
-/** What a verdict says, and whether it is good. */
+/** The words for a verdict, and whether it is good. */
 export function verdictWords({ verdict, direction, agreement, iterations }: Found): { tone: "good" | "warn" | ""; text: string } {
   const degrees = direction ? Math.round(((180 / Math.PI) * Math.atan2(direction[1], direction[0]) + 180) % 180) : 0;
   switch (verdict) {

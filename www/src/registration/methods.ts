@@ -1,5 +1,5 @@
-// What a person reads of each registration method: its name, what it does, its formula with the
-// number that its source gives it, and what its width is.
+// Texts about each registration method: its name, what it does, its formula with the equation
+// number of its source, and the meaning of its width.
 
 import { equals, fn, fraction, hat, id, norm, op, row, sub, subsup, sum, sup, text, formula } from "./formula.js";
 
@@ -9,9 +9,9 @@ export interface MethodWords {
   readonly formula: () => Element;
   /** The paper, and the number of the equation in it. */
   readonly source: string;
-  /** What the width of an iteration is. */
+  /** The meaning of the width of an iteration. */
   readonly width: string;
-  /** What that of the first one is, if it is another. */
+  /** The meaning of the first width, if it is another. */
   readonly firstWidth?: string;
   readonly isCell?: boolean;
 }
@@ -75,7 +75,7 @@ export const METHODS: Readonly<Record<string, MethodWords>> = {
   },
 };
 
-/** A method that the core has and this table does not: by its name alone. */
+/** A method that the core has and this table lacks has only its name. */
 export function wordsOf(name: string): MethodWords {
   return METHODS[name] ?? { title: name, meaning: "", formula: () => formula(row()), source: "", width: "width" };
 }

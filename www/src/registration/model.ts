@@ -1,5 +1,5 @@
-// The state of the registration lab, and its end of the wire to the worker. Components read it and
-// call it; all that is computed comes from the worker.
+// The state of the registration lab, and its end of the connection to the worker. Components read
+// and call it; all computing is done in the worker.
 
 import { handle, type Handlers } from "../protocol.js";
 import { BASIN, BASIN_STRIDE, type BasinAxesName, ITERATION, ITERATION_STRIDE, type RegistrationAdvice, type RegistrationOffer } from "../protocol/module.js";
@@ -12,10 +12,10 @@ export interface Clouds {
   readonly title: string;
   readonly fixed: Float64Array;
   readonly moving: Float64Array;
-  /** The pose of the moving one in the fixed one's frame, if anybody knows, and who. */
+  /** The pose of the moving cloud in the fixed one's frame, if known, and from whom. */
   readonly truth: Pose | null;
   readonly truthWords: string;
-  /** A sensor stood at the origin of each. */
+  /** Whether a sensor stood at the origin of each. */
   readonly areScans: boolean;
 }
 
@@ -26,18 +26,18 @@ export interface BasinMap {
   readonly shift: number;
   readonly turn: number;
   readonly right: Pose;
-  /** Of each cell its outcome and its error; NaN where nothing is known yet. */
+  /** The outcome and the error of each cell; NaN if not computed yet. */
   readonly outcomes: Float32Array;
   readonly errors: Float32Array;
   readonly progress: number;
   readonly state: "running" | "done" | "cancelled";
 }
 
-/** Clouds with more points than this are thinned: the lab is for the hand. */
+/** Clouds with more points than this are thinned, to keep dragging smooth. */
 export const MOST_POINTS = 2000;
-/** Pictures of an iteration a second while it plays. */
+/** Milliseconds per iteration while it plays. */
 const PLAY_MILLIS = 220;
-/** The farthest starts of a map of them, m and rad. */
+/** The farthest starts in a map of starts, m and rad. */
 export const REACH = { shift: 2, turn: Math.PI / 2 } as const;
 const EMPTY = new Float64Array(0);
 
@@ -47,7 +47,7 @@ export class LabModel {
   /** The name of the built-in pair that is shown. */
   pair = "";
   start: Pose = NOWHERE;
-  /** Those that run. */
+  /** Methods that are run. */
   shown: ReadonlySet<string> = new Set();
   found: readonly Found[] = [];
   advice: RegistrationAdvice | null = null;
@@ -57,20 +57,20 @@ export class LabModel {
   playing = false;
   correspondences: ReadonlyMap<string, Float32Array> = new Map();
   basin: BasinMap | null = null;
-  /** What is drawn by hand now. */
+  /** The cloud that is being drawn by hand. */
   pen: Role | null = null;
   error = "";
   note = "";
-  /** The worker runs the methods. */
+  /** Whether the worker is running the methods. */
   running = false;
 
   readonly #worker = new Worker(new URL("registration_worker.js", import.meta.url), { type: "module", name: "registration" });
   readonly #listeners = new Set<() => void>();
-  /** The start that the next run is to begin from, while one is under way. */
+  /** Whether the start changed during a run, so that another run has to follow. */
   #isStale = false;
   #isLooking = false;
   #wished: number | null = null;
-  /** The end stays in sight while clouds are dragged. */
+  /** Whether the last step stays shown while clouds are dragged. */
   #atEnd = true;
   #player: ReturnType<typeof setInterval> | null = null;
 
@@ -84,7 +84,7 @@ export class LabModel {
     return () => this.#listeners.delete(listener);
   }
 
-  /** A pair that is always there. */
+  /** Chooses a built-in pair. */
   choose(name: string): void {
     this.#send({ kind: "pair", name });
   }
@@ -93,7 +93,7 @@ export class LabModel {
     void file.arrayBuffer().then((bytes) => this.#send({ kind: "file", name: file.name, bytes, role }, [bytes]), () => this.#change({ error: t`${file.name} cannot be read.` }));
   }
 
-  /** Other clouds; they begin at `start`. */
+  /** Sets other clouds; the moving one begins at `start`. */
   setClouds(clouds: Clouds, start: Pose): void {
     const [fixed, moving] = [thinned(clouds.fixed), thinned(clouds.moving)];
     const dropped = (clouds.fixed.length + clouds.moving.length - fixed.length - moving.length) / 2;
@@ -109,7 +109,7 @@ export class LabModel {
     this.run();
   }
 
-  /** Turned about the middle of the moving cloud. */
+  /** Turns the moving cloud about its middle. */
   turn(by: number): void {
     this.move(turned(this.start, by, place(this.start, ...middle(this.clouds.moving))));
   }
@@ -121,7 +121,7 @@ export class LabModel {
     this.run();
   }
 
-  /** Runs the chosen methods from the present start: at once, or when the run before has ended. */
+  /** Runs the chosen methods from the present start: at once, or after the present run. */
   run(): void {
     const { fixed, moving, truth } = this.clouds;
     if (fixed.length === 0 || moving.length === 0 || this.shown.size === 0) return this.#change({ found: [], advice: null, correspondences: new Map() });
@@ -131,7 +131,7 @@ export class LabModel {
     this.#send({ kind: "register", start: this.start, methods: this.methods, truth });
   }
 
-  /** Those that run, in the order of the core. */
+  /** The methods that are run, in the order of the core. */
   get methods(): string[] {
     return (this.offer?.methods ?? []).filter((name) => this.shown.has(name));
   }
@@ -159,7 +159,7 @@ export class LabModel {
     }, PLAY_MILLIS);
   }
 
-  /** Fills a map of starts about the right pose. */
+  /** Fills a map of starts around the right pose. */
   fill(method: string, axes: BasinAxesName, cells: number): void {
     const { right } = this;
     if (!right) return;
@@ -178,7 +178,7 @@ export class LabModel {
     this.#change({ pen });
   }
 
-  /** The lab is closed: nothing goes on behind the page's back. */
+  /** The lab is closed: stops all work. */
   rest(): void {
     this.play(false);
     this.cancelFill();
@@ -218,7 +218,7 @@ export class LabModel {
       this.setClouds({ title, fixed: pair.fixed, moving: pair.moving, truth: pair.truth, truthWords: "the simulator knows it", areScans: true }, NOWHERE);
     },
     file: ({ name, role, points }) => {
-      // The other cloud of a file stays; one that was something else goes with it.
+      // If the other cloud is from a file it stays, otherwise it is dropped.
       const isNext = this.pair === "files";
       const kept = isNext ? this.clouds : { ...this.clouds, fixed: EMPTY, moving: EMPTY };
       this.#change({ pair: "files", pen: null });
@@ -252,31 +252,31 @@ export class LabModel {
   };
 }
 
-/** Iterations that were seen. */
+/** Number of recorded iterations. */
 export function iterations({ steps }: Found): number {
   return steps.length / ITERATION_STRIDE;
 }
 
-/** The moving cloud at a step of a run; past its last iteration where it ended. */
+/** The moving cloud's pose at a step of a run; after its last iteration, the final pose. */
 export function poseAt(found: Found, step: number): Pose {
   if (step >= iterations(found)) return found.pose;
   const at = (field: number): number => found.steps[step * ITERATION_STRIDE + field] ?? 0;
   return [at(ITERATION.x), at(ITERATION.y), at(ITERATION.heading)];
 }
 
-/** A figure of an iteration; of the last one where the run has ended. */
+/** A figure of an iteration; after the end of the run, that of the last one. */
 export function figureAt(found: Found, step: number, field: "width" | "residual" | "matched"): number {
   const row = Math.min(step, iterations(found) - 1);
   return found.steps[row * ITERATION_STRIDE + ITERATION[field]] ?? NaN;
 }
 
-/** How far a pose is from the right one. */
+/** Distance and turn of a pose from the right one. */
 export function errorOf(pose: Pose, right: Pose): { shift: number; turn: number } {
   const [x, y, turn] = between(right, pose);
   return { shift: Math.hypot(x, y), turn: Math.abs(turn) };
 }
 
-/** Evenly so many points that a hand can drag them. */
+/** Thinned evenly to a number of points that can be dragged smoothly. */
 function thinned(points: Float64Array): Float64Array {
   const every = Math.ceil(points.length / 2 / MOST_POINTS);
   return every <= 1 ? points : points.filter((_, i) => Math.floor(i / 2) % every === 0);

@@ -8,30 +8,30 @@ export function wrap(angle: number): number {
   return Math.atan2(Math.sin(angle), Math.cos(angle));
 }
 
-/** Where the pose puts a point. */
+/** A point moved by the pose. */
 export function place([px, py, heading]: Pose, x: number, y: number): [number, number] {
   const [c, s] = [Math.cos(heading), Math.sin(heading)];
   return [px + c * x - s * y, py + s * x + c * y];
 }
 
-/** Where the point was before the pose moved it. */
+/** A point moved by the inverse of the pose. */
 export function takeBack([px, py, heading]: Pose, x: number, y: number): [number, number] {
   return place([0, 0, -heading], x - px, y - py);
 }
 
-/** `b` as seen from `a`. */
+/** `b` in the frame of `a`. */
 export function between(a: Pose, b: Pose): Pose {
   const [x, y] = takeBack(a, b[0], b[1]);
   return [x, y, wrap(b[2] - a[2])];
 }
 
-/** Turned by an angle about a point that stays. */
+/** Turned by an angle about a fixed point. */
 export function turned(pose: Pose, by: number, [x, y]: readonly [number, number]): Pose {
   const [dx, dy] = place([0, 0, by], pose[0] - x, pose[1] - y);
   return [x + dx, y + dy, wrap(pose[2] + by)];
 }
 
-/** The middle of x y x y ..., or the origin. */
+/** The mean of x y x y ..., or the origin. */
 export function middle(points: Float64Array): [number, number] {
   let [x, y] = [0, 0];
   for (let i = 0; i + 1 < points.length; i += 2) {

@@ -9,11 +9,11 @@ export type LabCommand =
   | { kind: "pair"; name: string }
   /** A list of points in a file, for one of the two clouds. */
   | { kind: "file"; name: string; bytes: ArrayBuffer; role: Role }
-  /** The clouds that the rest is about; `areScans` where a sensor stood at the origin of each. */
+  /** The clouds of later messages; `areScans` if a sensor stood at the origin of each. */
   | { kind: "clouds"; fixed: Float64Array; moving: Float64Array; areScans: boolean }
-  /** All these methods from one start; `truth` is the pose that is right, if it is known. */
+  /** Runs all these methods from one start; `truth` is the right pose, if it is known. */
   | { kind: "register"; start: Pose; methods: readonly string[]; truth: Pose | null }
-  /** Correspondences of an iteration of these methods. */
+  /** Asks for the correspondences of an iteration of these methods. */
   | { kind: "look"; methods: readonly string[]; iteration: number }
   | { kind: "basin"; ask: BasinAsk }
   | { kind: "basin-stop" };
@@ -21,7 +21,7 @@ export type LabCommand =
 /** Which of the two clouds. */
 export type Role = "fixed" | "moving";
 
-/** What a method found, and how long that took in this browser. */
+/** The result of a method, and its time in this browser. */
 export interface Found extends Registered {
   method: string;
   millis: number;
@@ -34,7 +34,7 @@ export type LabAnswer =
   | { kind: "registered"; found: readonly Found[]; advice: RegistrationAdvice | null; right: Pose | null }
   /** Rows of CORRESPONDENCE, method by method. */
   | { kind: "looked"; iteration: number; rows: readonly Float32Array[]; methods: readonly string[] }
-  /** Rows of BASIN that are new; `isOver` when there are no more. */
+  /** New rows of BASIN; `isOver` if there are no more. */
   | { kind: "basin"; cells: Float32Array; progress: number; isOver: boolean }
-  /** Something could not be done; the state before stays. */
+  /** Something failed; the state before stays. */
   | { kind: "failed"; text: string };

@@ -1,5 +1,5 @@
-// Registers clouds for the lab: in a worker of its own, so that a map of starts keeps no run
-// waiting.
+// Registers clouds for the lab, in a worker of its own, so that a map of starts does not delay a
+// run.
 
 import init, { builtin_pair, read_point_list, registration_offer, type WebBasin, WebClouds } from "../../pkg/slamlab_lab.js";
 import { faultOf } from "../fault.js";
@@ -17,7 +17,7 @@ const post = (answer: LabAnswer, transfer: Transferable[] = []): void => {
 
 let clouds: WebClouds | null = null;
 
-/** A map of starts, filled in slices: between them commands are heard. */
+/** A map of starts, computed in slices; commands are handled between them. */
 class BasinRunner {
   readonly #turns = new Turns(() => guard(() => this.#turn()));
   #basin: WebBasin | null = null;
@@ -60,7 +60,7 @@ class BasinRunner {
 
 const basins = new BasinRunner();
 
-/** The pose to hold the others against: the truth, else that of the best verdict. */
+/** The reference pose: the truth, or else that of the best verdict. */
 function rightOf(found: readonly Found[], truth: Pose | null): Pose | null {
   if (truth) return truth;
   const sure = found.filter(({ verdict }) => verdict === "converged" || verdict === "degenerate");

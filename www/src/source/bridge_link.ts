@@ -1,14 +1,14 @@
-// The wire to a bridge: a WebSocket that reconnects by itself. A robot that was lost and found
-// again goes on in its old map.
+// The connection to a bridge: a WebSocket that reconnects by itself. A robot that was lost and
+// comes back continues in its old map.
 
 import { faultOf } from "../fault.js";
 import type { WebRun } from "../protocol/module.js";
 import { Link, type LinkEvents, micros } from "./link.js";
 
-/** Wall milliseconds before the first new try, and before those that follow. */
+/** Wall milliseconds before the first retry, and before the following ones. */
 const RETRY_MILLIS = [500, 1000, 2000, 4000];
 
-/** What the bridge means by the code with which it ends a connection, and whether to try again. */
+/** The meaning of the bridge's codes for closing a connection, and whether to retry. */
 const CODES: Readonly<Record<number, readonly [string, boolean]>> = {
   4001: ["The bridge did not accept the token. Open the address that its owner gave you, or that it shows by “slamlab-bridge token”.", false],
   4003: ["The bridge takes no driving commands from this page: its right is not good for that.", true],
@@ -40,7 +40,7 @@ export class BridgeLink extends Link {
     this.#socket = null;
   }
 
-  /** What cannot be sent is dropped: later it would be stale. */
+  /** Messages that cannot be sent are dropped: later they would be stale. */
   protected override send(bytes: Uint8Array<ArrayBuffer>): void {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(bytes);
   }
@@ -59,7 +59,7 @@ export class BridgeLink extends Link {
     this.#socket = socket;
   }
 
-  /** Ends a connection on which the module has given up. */
+  /** Closes the connection if the module gives up on it. */
   #guard(act: () => void): void {
     try {
       act();

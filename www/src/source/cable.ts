@@ -1,5 +1,5 @@
-// The wire to the local bridge, which has devices and rules in a worker of its own
-// (local_bridge.ts). The messages are those of any bridge, so that everything is shown and done in
+// The connection to the local bridge, which has devices and rules in a worker of its own
+// (local_bridge.ts). It uses the messages of any bridge, so that everything is shown and done in
 // the same way.
 
 import { faultOf } from "../fault.js";
@@ -19,7 +19,7 @@ export class CableLink extends Link {
     };
   }
 
-  /** Says farewell: the robot is stopped, and the ports are closed. */
+  /** Ends the connection: the robot is stopped, and the ports are closed. */
   override close(): void {
     super.close();
     this.wire.onmessage = null;
@@ -32,18 +32,18 @@ export class CableLink extends Link {
   }
 
   protected override tick(): void {
-    // The rules need a while to load: there is no timeout before their first message.
+    // The rules take a while to load, so there is no timeout before their first message.
     if (this.connection !== "connecting") this.#guard("lost", () => this.module.tick(micros()));
     this.flush();
   }
 
-  /** What fails leaves the connection as it says, until the next message that is understood. */
+  /** After an error the connection is in state `otherwise`, until the next valid message. */
   #guard(otherwise: "lost" | "refused", act: () => void): void {
     try {
       act();
     } catch (error) {
       this.connection = otherwise;
-      // The module speaks of bridge and network, and there is none.
+      // The module's text is about a bridge and a network, which do not exist here.
       this.fault = otherwise === "lost" ? "The robot's rules in this page have been silent for five seconds." : faultOf(error).text;
     }
   }

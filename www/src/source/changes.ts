@@ -1,4 +1,4 @@
-// What a run changed since the frame before: what is long crosses only where it is new.
+// What a run changed since the frame before: long arrays are sent only if they are new.
 
 import { degrees } from "../angle.js";
 import type { Change, Renumbering, SubmapsChange } from "../protocol/frame.js";
@@ -9,9 +9,9 @@ const EMPTY = new Float32Array(0);
 
 type Compared = "hypotheses" | "particles" | "path" | "rawPath" | "tree" | "frontiers" | "doors" | "edits" | "tracks" | "takenOut" | "landmarks" | "refinding";
 
-/** The plan is fetched this often, wall milliseconds: trees are long and change seldom. */
+/** Interval for fetching the plan, wall milliseconds: trees are long and rarely change. */
 const PLAN_PERIOD = 120;
-/** What closing a loop moves is fetched this often, wall milliseconds: submaps, and the whole trail
+/** Interval for fetching what a loop closure moves, wall milliseconds: submaps, and the whole trail
     of a recording. */
 const MAP_PERIOD = 250;
 
@@ -30,20 +30,20 @@ export class Changes {
   #renumbered: readonly Renumbering[] = [];
   #twin = { sent: 0, reset: false };
 
-  /** With `bends` the trail comes from the module as a whole, rather than pose by pose. */
+  /** With `bends` the module gives the whole trail, rather than pose by pose. */
   constructor(private readonly module: WebRun, private readonly bends: boolean) {}
 
-  /** Walls of the line map, as of the last change. */
+  /** Number of walls of the line map, as of the last change. */
   get features(): number {
     return this.#features;
   }
 
-  /** The plan is fetched with the next change. */
+  /** Fetches the plan with the next change. */
   refresh(): void {
     this.#planAt = -Infinity;
   }
 
-  /** A submap was taken out or put back: all of them come with the next change. */
+  /** A submap was removed or put back: all of them are sent with the next change. */
   renumber(renumbering: Renumbering): void {
     this.#renumbered = [...this.#renumbered, renumbering];
     this.#submaps = { version: -1, known: 0 };
@@ -59,7 +59,7 @@ export class Changes {
     if (!this.bends) this.#trail.add([s.truthX, s.truthY, s.odometryX, s.odometryY, s.x, s.y, s.submap, s.time]);
   }
 
-  /** `version` grows with what may change scan and lines, `isLast` has the run as it ended. */
+  /** `version` grows with whatever may change scan and lines; `isLast`: the run has ended. */
   take(version: number, isLast: boolean): Change {
     const { module } = this;
     const { generation } = this.#grid;
@@ -89,7 +89,7 @@ export class Changes {
       priorMap: whole ? module.prior_map_walls() : null,
       truth: whole ? module.truth() : null,
       materials: whole ? module.materials() : null,
-      // Doors move by their own times too, so they are compared rather than remembered.
+      // Doors move on their own schedule too, so they are compared rather than tracked.
       doors: this.#fresh("doors", module.doors()),
       hypotheses: scanned ? this.#fresh("hypotheses", module.hypotheses()) : null,
       particles: scanned ? this.#fresh("particles", module.particles()) : null,
@@ -109,11 +109,11 @@ export class Changes {
     };
   }
 
-  /** What differs from what the page has; null where it is the same. */
+  /** An array if it differs from what the page has; otherwise null. */
   #fresh(name: Compared, now: Float32Array): Float32Array | null {
     const before = this.#sent[name];
     if (before.length === now.length && before.every((number, i) => number === now[i])) return null;
-    // The page takes over what it is sent, so a copy stays.
+    // Sending transfers the array, so a copy is kept.
     this.#sent[name] = now.slice();
     return now;
   }
@@ -154,7 +154,7 @@ function countWalls(lines: Float64Array): number {
   return count;
 }
 
-/** One point for every few centimetres: a robot that stands still for an hour leaves one. */
+/** One point every few centimetres: a robot that stands still for an hour leaves one. */
 function thinned(points: Float32Array): Float32Array | null {
   const trail = new Trail();
   for (let i = 0; i + TRAIL_STRIDE <= points.length; i += TRAIL_STRIDE) {

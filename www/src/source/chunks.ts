@@ -1,8 +1,8 @@
-// The bytes of a file on their way into a reader, slice by slice, with reports on how far it is.
+// Feeds the bytes of a file to a reader, slice by slice, and reports the progress.
 
 import { post } from "../answer.js";
 
-/** Bytes that are read at a time, and wall milliseconds between two reports. */
+/** Bytes read at a time, and wall milliseconds between two reports. */
 const CHUNK = 1 << 16;
 const REPORT_MILLIS = 50;
 
@@ -15,7 +15,7 @@ export class Chunks {
     this.#bytes = new Uint8Array(bytes);
   }
 
-  /** Reads for so many wall milliseconds; whether all is read. */
+  /** Reads for so many wall milliseconds. Returns whether everything is read. */
   readOn(millis: number, push: (bytes: Uint8Array) => void): boolean {
     const begun = performance.now();
     for (; this.#at < this.#bytes.length && performance.now() - begun < millis; this.#at += CHUNK) {

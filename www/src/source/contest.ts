@@ -1,5 +1,5 @@
-// All planners on one query: steps them in slices, measures their times, and reports how they
-// stand.
+// Runs all planners on one query: steps them in slices, measures their times, and reports their
+// state.
 
 import { fail, post } from "../answer.js";
 import { faultOf } from "../fault.js";
@@ -17,7 +17,7 @@ export class ContestRunner {
   #reportAt = -Infinity;
   #isHalted = false;
 
-  /** Begins another contest; one that cannot be leaves nothing behind. */
+  /** Begins another contest; if that fails, there is none. */
   begin(watched: number, make: () => WebContest): void {
     this.close();
     this.#watched = watched;
@@ -32,13 +32,13 @@ export class ContestRunner {
     this.#turns.wake();
   }
 
-  /** Whose tree is sent. */
+  /** Chooses the planner whose tree is sent. */
   watch(place: number): void {
     this.#watched = place;
     if (this.#contest) this.#report(this.#contest, !this.#isHalted && !this.#contest.is_over());
   }
 
-  /** Stops where it is; what was found stays to be looked at. */
+  /** Stops where it is; the results so far stay visible. */
   stop(): void {
     this.#isHalted = true;
     if (this.#contest) this.#report(this.#contest, false);

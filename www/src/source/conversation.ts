@@ -1,5 +1,5 @@
-// A conversation with a bridge, or with devices at ports of this page: a run begins when the other
-// end has named its robot, and again whenever the robot did.
+// A connection to a bridge, or to devices at ports of this page. A run begins when the other end
+// has named its robot, and again whenever the robot restarts.
 
 import { WebRun } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
@@ -23,7 +23,7 @@ export type Wire = (module: WebRun, events: LinkEvents) => Link;
 export class Conversation {
   readonly #module: WebRun;
   readonly link: Link;
-  /** The run that shows it, and which beginning of the robot that is. */
+  /** The run that shows the robot, and the count of the robot's starts when it began. */
   #shown: { run: Run; begun: number } | null = null;
   #twin: boolean;
 
@@ -33,7 +33,7 @@ export class Conversation {
     const module = (this.#module = goingOn(WebRun.connect({ name, token, method, priorMap: needsPriorMap(method) ? priorMap : null, cycle, settings })));
     let link: Link | null = null;
     const moved = (): void => {
-      // The other end may speak while its link is being made.
+      // The other end may send messages while its link is still being created.
       if (!link) return;
       if (module.begun() !== (this.#shown?.begun ?? 0)) {
         const run = new Run(module, { kind: "bridge", title, method }, "");
@@ -48,18 +48,18 @@ export class Conversation {
     link = this.link = wire(module, { moved, state: (state, walls) => post({ kind: "bridge", state, walls }) });
   }
 
-  /** Of the robot that is there, and of those that the bridge may name later. */
+  /** Applies to the present robot, and to those that the bridge may name later. */
   configure(settings: SettingValues): void {
     this.#module.configure(settings);
   }
 
-  /** With a twin another one begins here. */
+  /** Starts a new twin if `on`, or removes the present one. */
   setTwin(on: boolean): void {
     this.#twin = on;
     this.#shown?.run.setTwin(on);
   }
 
-  /** A command to the bridge itself; it goes out at once. */
+  /** Sends a command to the bridge itself, at once. */
   say(act: (module: WebRun) => void): void {
     act(this.#module);
     this.link.flush();

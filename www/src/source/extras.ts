@@ -1,5 +1,5 @@
-// What is computed only while it is shown: the filter's state, rooms, points of the scan, the map
-// by the wheels alone, a field of the grid.
+// Data computed only while shown: the filter's state, rooms, points of the scan, the map by
+// odometry alone, a field of the grid.
 
 import type { Command } from "../protocol.js";
 import type { Requested } from "../protocol/frame.js";
@@ -16,19 +16,19 @@ export type Watched = Extract<Command, { kind: "inspect" | "rooms" | "points" | 
 export class Extras {
   #inspecting = { on: false, matrix: false };
   #inspectAt = -Infinity;
-  /** The version of the run that was inspected last. */
+  /** The version of the run that was last inspected. */
   #inspected = -1;
   #showsRooms = false;
   readonly #rooms = new Sparing();
   #showsPoints = false;
-  /** The version of the run whose points were sent last. */
+  /** The version of the run whose points were last sent. */
   #pointsOf = -1;
   #showsWheels = false;
   readonly #wheels = new Sparing();
   #field: FieldName | null = null;
   readonly #fields = new Sparing();
 
-  /** Another run: everything is due. */
+  /** Another run: everything is sent again. */
   reset(): void {
     this.#inspected = this.#pointsOf = -1;
     this.#rooms.refresh();
@@ -63,7 +63,7 @@ export class Extras {
     }
   }
 
-  /** What is due, for a frame. */
+  /** The extras that are due, for a frame. */
   of(run: Run, now: number, playing: boolean): Requested {
     const { module } = run;
     return {
@@ -75,7 +75,7 @@ export class Extras {
     };
   }
 
-  /** A field of the grid where it may have changed. */
+  /** A field of the grid, if it may have changed. */
   #fieldOf(module: WebRun, name: FieldName, playing: boolean): Requested["field"] {
     const field = this.#fields.ask(playing, ({ generation, revision }) => {
       const found = module.field(name, generation, revision);
@@ -84,19 +84,19 @@ export class Extras {
     return field && (field.grid || field.reset) ? field : null;
   }
 
-  /** The map by the wheels alone where it changed. */
+  /** The map by odometry alone, if it changed. */
   #wheelsOf(module: WebRun, playing: boolean): Requested["wheels"] {
     return this.#wheels.ask(playing, ({ revision }) => module.dead_reckoned(revision))?.grid ?? null;
   }
 
-  /** After a scan. */
+  /** Once after each scan. */
   #pointsFound(run: Run): Float32Array | null {
     if (this.#pointsOf === run.version) return null;
     this.#pointsOf = run.version;
     return run.module.points_found();
   }
 
-  /** After a scan, but a few times a second at most. */
+  /** Once after each scan, but at most a few times a second. */
   #inspect(run: Run, now: number, playing: boolean): Inspection | null {
     if (!this.#inspecting.on || this.#inspected === run.version || (playing && now - this.#inspectAt < INSPECT_MILLIS)) return null;
     this.#inspectAt = now;

@@ -1,9 +1,9 @@
-// What is collected between two frames, and what costs too much to ask for at each.
+// Collects data between two frames, and limits how often expensive requests are made.
 
 import { type Sample, SAMPLE, SAMPLE_STRIDE } from "../protocol/sample.js";
 import { TRAIL } from "../protocol/module.js";
 
-/** A number that costs more than a step, asked for a few times a second only. */
+/** A number that costs more than a step, so it is computed only a few times a second. */
 export class Slow {
   static readonly PERIOD = 300;
   #at = -Infinity;
@@ -20,7 +20,7 @@ export class Slow {
     return this.#value;
   }
 
-  /** Asks again at the next frame. */
+  /** Computes it again at the next frame. */
   refresh(): void {
     this.#at = -Infinity;
   }
@@ -34,19 +34,19 @@ export interface Version {
 
 const NONE: Version = { generation: -1, revision: -1 };
 
-/** Expensive work on the map, done seldom and for a small part of the time. */
+/** Expensive work on the map, done rarely and for a small part of the time. */
 export class Sparing {
   /** Wall milliseconds between two runs of the work: walls change slowly, and many cells are
       read. */
   static readonly MILLIS = 1000;
-  /** And that many times as long as they took, not at all: a twentieth of the time at most, for the
-      robot is driven here too. */
+  /** The pause is also at least this many times as long as the work: a twentieth of the time at
+      most, because the robot is driven in this worker too. */
   static readonly REST = 19;
   #due = -Infinity;
   #known = NONE;
 
-  /** What `work` makes of the map, given the version for which it was done last. Null where it is
-      not due; a run that stands still waits for nothing. */
+  /** The result of `work` on the map, given the version of its last result. Null if it is not due;
+      a run that stands still does not wait. */
   ask<T extends Version>(runs: boolean, work: (known: Version) => T | undefined): T | null {
     const before = performance.now();
     if (runs && before < this.#due) return null;
@@ -57,7 +57,7 @@ export class Sparing {
     return found ?? null;
   }
 
-  /** The next request is due at once, and nothing is known. */
+  /** Makes the next request due at once, without a known version. */
   refresh(): void {
     this.#due = -Infinity;
     this.#known = NONE;
@@ -82,7 +82,7 @@ export class Samples {
   }
 }
 
-/** Points of the trails, one for every few centimetres. */
+/** Points of the trails, one every few centimetres. */
 export class Trail {
   static readonly SPACING = 0.03;
   #values: number[] = [];

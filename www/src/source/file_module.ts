@@ -1,10 +1,10 @@
-// The module of file formats, loaded once, when it is first asked for.
+// The module of file formats, loaded once, on first use.
 
 import type { FileModule } from "./files.js";
 
 let loaded: Promise<FileModule> | null = null;
 
-/** What reads files of others. Where it cannot be loaded, the next file asks for it again. */
+/** The reader of foreign files. If it cannot be loaded, the next file tries again. */
 export function fileModule(): Promise<FileModule> {
   loaded ??= fetchModule().catch((error: unknown) => {
     loaded = null;

@@ -1,9 +1,9 @@
-// Files of others: the module that reads them, in a bundle of its own, which the worker loads when
+// Foreign files: the module that reads them, in a bundle of its own, which the worker loads when
 // such a file is opened.
 
 import init, { WebRosReader, read_building, read_prior_map, solve_graph, check_world, world_file } from "../../pkg/slamlab_files.js";
 
-/** What reads them. */
+/** The readers. */
 export interface FileModule {
   readonly WebRosReader: typeof WebRosReader;
   readonly read_building: typeof read_building;

@@ -8,9 +8,9 @@ import type { Run } from "./run.js";
 export class GoingOn {
   #map: WebSavedMap | null = null;
   #name = "";
-  /** Where the robot is in it when a run begins. */
+  /** Where in the map the robot is when a run begins. */
   #start: MapStart = { from: "left" };
-  /** Whether the present run, if it is one by scan matching, began in it: then it holds more. */
+  /** Whether the present run, if by scan matching, began in the map, and so contains more. */
   #isBegun = false;
 
   /** The run, in the saved map if its method can go on in one. */
@@ -26,14 +26,14 @@ export class GoingOn {
     this.#start = start;
   }
 
-  /** Runs go on in the map of this file from the next one on; without bytes in none. */
+  /** Runs go on in the map of this file from the next run on; without bytes, in none. */
   open(name: string, bytes: ArrayBuffer | null): void {
     const next = bytes && new WebSavedMap(new Uint8Array(bytes));
     this.#keep(next, next ? name : "");
     this.#tell(true, next ? `Goes on in the map ${name}: where the robot was left, or wherever it finds itself` : "Begins with an empty map");
   }
 
-  /** Joins the map of this file to the one that there is. */
+  /** Merges the map of this file into the present one. */
   merge(run: Run | null, name: string, bytes: ArrayBuffer): void {
     const { map, title } = this.#base(run);
     try {
@@ -44,7 +44,7 @@ export class GoingOn {
     this.#tell(false, `${title} and ${name} are one map now`);
   }
 
-  /** Takes out of the map that there is what newer parts of it cover. */
+  /** Prunes the present map: removes what newer parts of it cover. */
   prune(run: Run | null): void {
     const { map, title } = this.#base(run);
     const { submaps, keyframes } = map.prune();
@@ -53,13 +53,13 @@ export class GoingOn {
     this.#tell(false, submaps > 0 ? `Taken out of ${title}: ${submaps} submaps with ${keyframes} keyframes` : `Nothing was taken out of ${title}: no part of it is covered by newer ones`);
   }
 
-  /** As it was opened, merged or pruned. */
+  /** The map as it was opened, merged or pruned. */
   files(): SavedFile[] {
     return this.#map ? [this.#map.file(stem(this.#name).replace(/[^\w-]+/g, "-"))] : [];
   }
 
-  /** What the present run has drawn, which holds the saved map that it began in; where that is not
-      by scan matching, or there is a newer saved map, that one. */
+  /** The map drawn by the present run, which contains the saved map that it began in. If the run is
+      not by scan matching, or there is a newer saved map: the saved map. */
   #base(run: Run | null): { map: WebSavedMap; title: string } {
     const isDrawn = run?.module.method() === "scan-matching" && (!this.#map || this.#isBegun);
     if (this.#map && !isDrawn) return { map: this.#map, title: this.#name };

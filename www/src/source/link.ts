@@ -1,5 +1,5 @@
-// The client's end of a connection to a robot: the module's bytes on a wire, its clock, and the
-// state of both.
+// The client's end of a connection to a robot: sends the module's bytes, drives its clock, and
+// reports the state of both.
 
 import type { WebRun } from "../protocol/module.js";
 import type { BridgeState, Connection } from "../protocol/devices.js";
@@ -11,8 +11,8 @@ const STATE_MILLIS = 250;
 export interface LinkEvents {
   /** A message came, or time passed: the run may have changed. */
   moved(): void;
-  /** The state of bridge and robot, a few times a second; with the walls of the bridge's own map
-      where those are others. */
+  /** The state of bridge and robot, a few times a second; with the walls of the bridge's own map if
+      they changed. */
   state(state: BridgeState, walls: Float32Array | null): void;
 }
 
@@ -21,7 +21,7 @@ export function micros(): number {
   return performance.now() * 1000;
 }
 
-/** The wire to a bridge, or to devices of this very computer. */
+/** The connection to a bridge, or to devices of this very computer. */
 export abstract class Link {
   protected connection: Connection = "connecting";
   protected fault = "";
@@ -36,7 +36,7 @@ export abstract class Link {
     }, TICK_MILLIS);
   }
 
-  /** Lets the module decide, where the wire is open. */
+  /** Lets the module decide, if the connection is open. */
   protected abstract tick(): void;
 
   protected abstract send(bytes: Uint8Array<ArrayBuffer>): void;

@@ -1,5 +1,5 @@
-// Maps and paths of poses that were loaded beside the run: kept here, and laid on its map when that
-// is asked for.
+// Maps and paths of poses that were loaded beside the run: kept here, and aligned with its map on
+// request.
 
 import { WebLoadedMap, WebPosePath } from "../../pkg/slamlab_web.js";
 import { attempt, post } from "../answer.js";
@@ -9,7 +9,7 @@ export class LoadedMaps {
   readonly #maps = new Map<number, WebLoadedMap | WebPosePath>();
   #next = 1;
 
-  /** Reads a map, and looks where it lies. */
+  /** Reads a map, and aligns it. */
   load(run: Run | null, name: string, bytes: ArrayBuffer): void {
     const map = new WebLoadedMap(new Uint8Array(bytes));
     const id = this.#keep(map);
@@ -18,7 +18,7 @@ export class LoadedMaps {
     this.align(run, id);
   }
 
-  /** Reads poses over time, and lays their path beside the way of the run. */
+  /** Reads poses over time, and aligns their path with the trajectory of the run. */
   loadPath(run: Run | null, name: string, bytes: ArrayBuffer): void {
     const path = new WebPosePath(new Uint8Array(bytes));
     const id = this.#keep(path);
@@ -35,7 +35,7 @@ export class LoadedMaps {
     return id;
   }
 
-  /** Looks where it lies in the map as it is drawn now. */
+  /** Aligns it with the map as it is drawn now. */
   align(run: Run | null, id: number): void {
     const map = this.#maps.get(id);
     if (!map) return;

@@ -1,18 +1,18 @@
-// How fast a source should go: its time against that of the wall.
+// The intended speed of a source: its time against wall time.
 
 import type { Clock } from "../protocol/frame.js";
 
-/** Wall milliseconds over which the pace is taken. */
+/** Wall milliseconds over which the actual pace is measured. */
 const PACE_MILLIS = 700;
-/** Wall seconds that a slower machine may be behind before it stops running after them. */
+/** Wall seconds that a slower machine may be behind before it gives up catching up. */
 const MOST_BEHIND = 0.25;
 
 export class Pace {
-  /** Seconds of the source for each second; Infinity is as fast as it goes. */
+  /** Source seconds per wall second; Infinity is as fast as possible. */
   speed = 1;
-  /** Wall ms and source s from which it counts. */
+  /** Wall ms and source s from which both are counted. */
   #anchor = { wall: 0, time: 0 };
-  /** The same over the last second, and what it was: seconds of the source for each second. */
+  /** Start of the measuring interval, and the last pace: source seconds per wall second. */
   #last = { wall: 0, time: 0, factor: NaN };
 
   get factor(): number {
@@ -25,7 +25,7 @@ export class Pace {
     this.#last = { wall, time, factor: NaN };
   }
 
-  /** Where the source should be by now, s. */
+  /** Where the source should be now, s. */
   target(wall: number): number {
     return this.speed === Infinity ? Infinity : this.#anchor.time + ((wall - this.#anchor.wall) / 1000) * this.speed;
   }
@@ -40,8 +40,8 @@ export class Pace {
     this.#last = { wall, time, factor: ((time - this.#last.time) * 1000) / (wall - this.#last.wall) };
   }
 
-  /** By which the page moves the robot between two frames; it stands where the source does not run
-      by the wall's time. */
+  /** The clock by which the page moves the robot between two frames; its rate is 0 if the source
+      does not follow wall time. */
   clock(runs: boolean): Clock {
     return { wall: performance.timeOrigin + this.#anchor.wall, time: this.#anchor.time, rate: runs && this.speed !== Infinity ? this.speed : 0 };
   }

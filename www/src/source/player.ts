@@ -1,6 +1,6 @@
-// Plays a run: paces it (its seconds for each second of the wall), works in slices short enough
-// that every message is heard within about 20 ms, and sends a frame only when the page has drawn
-// the one before.
+// Plays a run: paces it (run seconds per wall second), works in slices short enough for every
+// message to be handled within about 20 ms, and sends a frame only when the page has drawn the one
+// before.
 
 import { fail, post } from "../answer.js";
 import type { Answer } from "../protocol.js";
@@ -14,14 +14,14 @@ import type { Run } from "./run.js";
 const IDLE_MILLIS = 6;
 /** Wall milliseconds of one slice. */
 export const SLICE_MILLIS = 12;
-/** While a run plays its hash is told so often, wall milliseconds. */
+/** Interval for reporting the hash while a run plays, wall milliseconds. */
 const HASH_MILLIS = 500;
 /** While a recording is mapped, its map is judged again when it has grown by this factor. */
 const JUDGED_AGAIN = 1.5;
-/** Share of the recording from which on it is worth it. */
+/** Share of the recording from which on a judgement is worthwhile. */
 const JUDGED_FROM = 0.1;
 
-/** Of a map that is good there is nothing to tell. */
+/** A good map needs no message. */
 const TOLD: Readonly<Record<MapVerdictName, string>> = {
   good: "",
   doubtful: "Parts of the map may lie elsewhere: Status says which",
@@ -37,27 +37,27 @@ export class Player {
   run: Run | null = null;
   /** Called before another run is shown. */
   onBegin: () => void = () => {};
-  /** Work that goes before the run, slice by slice: reading a log. Returns whether there is
-      more. */
+  /** Work that comes before the run, slice by slice, such as reading a log. Returns whether there
+      is more. */
   before: (() => boolean) | null = null;
   readonly extras = new Extras();
   readonly #pace = new Pace();
-  /** Of the run that is shown. */
+  /** Number of the run that is shown. */
   number = 0;
   #seq = 0;
   #playing = false;
   /** The page has drawn the last frame and can take another. */
   #pageReady = true;
-  /** Something changed that no frame has shown. */
+  /** Something changed that no frame has shown yet. */
   #stale = false;
   #hashAt = -Infinity;
   #begunAt = 0;
-  /** Share of the recording that was mapped when its map was judged last. */
+  /** Share of the recording that was mapped when its map was last judged. */
   #judgedAt = 0;
   #scheduled = false;
-  /** What the run began with, as the page has it. */
+  /** What the run began with, as the page knows it. */
   #setup: Started["setup"] = null;
-  /** As fast as it goes until this holds; then it waits. */
+  /** Runs as fast as possible until this holds; then it waits. */
   #until: ((run: Run) => boolean) | null = null;
   /** Where it waits, s: runs beside it have come no further. */
   #heldAt = Infinity;
@@ -100,8 +100,7 @@ export class Player {
     this.resume();
   }
 
-  /** On to where `isThere` holds of the run, and waits there; from its beginning, where that has
-      passed. */
+  /** Goes to where `isThere` holds and waits there; from the beginning, if that has passed. */
   seek(hasPassed: boolean, isThere: (run: Run) => boolean): void {
     const { run } = this;
     if (!run || run.kind === "bridge") return;
@@ -110,19 +109,19 @@ export class Player {
     this.#until = isThere;
   }
 
-  /** Goes on by the clock from here. */
+  /** Continues by the clock from here. */
   resume(): void {
     this.#rebase();
     this.schedule();
   }
 
-  /** Seconds of the run for each second; Infinity is as fast as it goes. */
+  /** Run seconds per wall second; Infinity is as fast as possible. */
   setSpeed(factor: number): void {
     this.#pace.speed = factor;
     this.resume();
   }
 
-  /** Waits where it comes to this moment, s. */
+  /** Waits at this moment, s. */
   holdAt(time: number): void {
     this.#heldAt = time;
     this.schedule();
@@ -134,7 +133,7 @@ export class Player {
     if (this.#stale) this.show();
   }
 
-  /** Something is to be shown. */
+  /** Something has to be shown. */
   changed(): void {
     this.#stale = true;
     this.show();
@@ -148,7 +147,7 @@ export class Player {
     const settings = run.module.take_followed_settings();
     if (settings) post({ kind: "followed-settings", run: this.number, settings });
     const now = performance.now();
-    // While it stands, what a person changes is told at once: nothing may come after it.
+    // While the run stands, a person's change is reported at once: nothing may come after it.
     if (now - this.#hashAt >= HASH_MILLIS || (this.#stale && !this.#playing)) {
       this.#hashAt = now;
       post({ kind: "hash", run: this.number, text: run.module.state_hash() });
@@ -169,11 +168,11 @@ export class Player {
     post(frame, transferables(frame));
   }
 
-  /** Says what the map is worth, slice by slice: it takes a second for an hour's drive. `isWarned`:
-      also as an event, if it is not good. */
+  /** Judges the map, slice by slice: it takes a second for an hour's drive. `isWarned`: if the map
+      is not good, an event says so too. */
   judge(isWarned = true): void {
     const { run } = this;
-    // What is being read or judged comes first.
+    // Reading or judging that is under way comes first.
     if (!run || this.before) return;
     const judgement = run.module.judge();
     if (!judgement) return post({ kind: "quality", run: this.number, quality: null });
@@ -186,7 +185,7 @@ export class Player {
     this.schedule();
   }
 
-  /** One slice of it; returns whether there is more. */
+  /** Does one slice of the judgement; returns whether there is more. */
   #judgeOn(run: Run, judgement: WebJudgement, isWarned: boolean): boolean {
     const begin = performance.now();
     while (judgement.step(run.module)) {
@@ -203,8 +202,8 @@ export class Player {
     return false;
   }
 
-  /** Of a recording that is held against true poses: what all of it is off by, now that all of it
-      is known. */
+  /** For a recording with true poses: reports the errors of the whole trajectory, as finally
+      estimated. */
   #tellTruthErrors(run: Run): void {
     const errors = run.module.truth_curve();
     if (!errors) return;
@@ -212,7 +211,8 @@ export class Player {
     post({ kind: "event", run: this.number, time: run.time, level: "info", text: errors.words, topic: "truth" });
   }
 
-  /** Now and then on the way: a later loop may mend what is torn, so nobody is warned. */
+  /** Judges the map now and then on the way. Nobody is warned, because a later loop closure may
+      repair a tear. */
   #judgeOnTheWay(run: Run): void {
     const { progress } = run.status();
     if (progress < this.#judgedAt * JUDGED_AGAIN || progress < JUDGED_FROM) return;
@@ -239,7 +239,7 @@ export class Player {
         if (!this.before()) this.before = null;
         this.schedule();
       } else if (this.run && this.#playing && this.run.kind !== "bridge") {
-        // A robot behind a bridge goes at its own pace: its link reports new messages.
+        // A live robot sets its own pace: its link reports new messages.
         this.#slice(this.run);
       }
     } catch (error) {
@@ -257,7 +257,7 @@ export class Player {
       this.#stale = true;
       late = performance.now() - begin >= SLICE_MILLIS;
     }
-    // What it waited for is not made up for.
+    // Do not catch up on time spent waiting.
     if (late || run.time >= this.#heldAt) this.#pace.fallBehind(begin, run.time);
     this.#pace.measure(performance.now(), run.time);
     if (run.finished) {

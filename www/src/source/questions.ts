@@ -1,5 +1,5 @@
-// What is asked beside the run: settings, calibration, σ(ρ), the fit of a drive, what the map is
-// worth, a trial of the controller, planners, maps, pose graphs, files to save.
+// Requests besides the run itself: settings, calibration, σ(ρ), the fit of a drive, the judgement
+// of the map, a trial of the controller, planners, maps, pose graphs, files to save.
 
 import { calibrate, read_preset, write_preset } from "../../pkg/slamlab_web.js";
 import { attempt, fail, post } from "../answer.js";
@@ -15,7 +15,7 @@ type Questions = Pick<Handlers<Command>, "examine" | "settings" | "calibrate" | 
 
 export function questions(player: Player, savedMap: GoingOn): Questions {
   const contest = new ContestRunner();
-  /** The fit that was asked for last. */
+  /** The last fit. */
   let fitted: DriveFit | null = null;
   player.onBegin = () => contest.close();
 
@@ -83,7 +83,7 @@ export function questions(player: Player, savedMap: GoingOn): Questions {
   };
 }
 
-/** What was given may be of no use: its name stands before the reason. */
+/** Does work on given data. If the data cannot be used, their name precedes the reason. */
 export function given(name: string, work: () => void): void {
   try {
     work();
@@ -92,7 +92,7 @@ export function given(name: string, work: () => void): void {
   }
 }
 
-/** The same with a file of others, whose module may have to be loaded first. */
+/** The same with a foreign file, whose module may have to be loaded first. */
 async function givenFile(name: string, work: (module: FileModule) => void): Promise<void> {
   try {
     work(await fileModule());
@@ -109,7 +109,7 @@ function fileName(title: string): string {
   return title.replace(/\.[a-z]+$/i, "").replace(/[^\w-]+/g, "-");
 }
 
-/** What was fitted last, as a preset. */
+/** The last fit, as a preset. */
 function presetFile(title: string, fitted: DriveFit | null): SavedFile[] {
   if (!fitted) throw new Error("Nothing was fitted yet.");
   const text = write_preset(`fit of ${title}`, fitted);

@@ -1,4 +1,4 @@
-// A log on its way into the module, slice by slice.
+// Reads a log into the module, slice by slice.
 
 import { WebLogReader } from "../../pkg/slamlab_web.js";
 import { post } from "../answer.js";
@@ -7,7 +7,7 @@ import { Chunks } from "./chunks.js";
 
 export class LogReading {
   readonly #chunks: Chunks;
-  /** None once it is read: the run has it. */
+  /** Null once everything is read: then the run owns it. */
   #reader: WebLogReader | null;
 
   constructor(readonly name: string, bytes: ArrayBuffer, setup: ReplaySetup) {
@@ -15,7 +15,7 @@ export class LogReading {
     this.#reader = new WebLogReader(setup);
   }
 
-  /** Reads for so many wall milliseconds; the run once all is read. */
+  /** Reads for so many wall milliseconds. Returns the run once everything is read. */
   readOn(millis: number): WebRun | null {
     const reader = this.#reader;
     if (!reader || !this.#chunks.readOn(millis, (bytes) => reader.push(bytes))) return null;

@@ -1,5 +1,5 @@
-// A recording of ROS on its way to a recording that a run reads: by the module of file formats,
-// slice by slice.
+// Converts a ROS recording to one that a run reads, slice by slice, with the module of file
+// formats.
 
 import type { WebRosReader } from "../../pkg/slamlab_files.js";
 import { post } from "../answer.js";
@@ -18,7 +18,7 @@ export class RosImport {
   }
 
   /** Reads for so many wall milliseconds. Null while there is more; then the recording of the
-      topics, or "asked": the page is to say first which of them are meant. */
+      topics, or "asked": the page has to choose the topics first. */
   readOn(millis: number): ImportedLog | "asked" | null {
     const reader = this.#reader;
     if (!reader || !this.#chunks.readOn(millis, (bytes) => reader.push(bytes))) return null;

@@ -1,5 +1,5 @@
-// One run, whatever feeds it: a simulation and a recording are stepped, a live robot is fed by its
-// link.
+// One run, whatever its source: a simulation and a recording are stepped, a live robot is fed by
+// its link.
 
 import { turnBetween } from "../angle.js";
 import type { Change, Renumbering, Status } from "../protocol/frame.js";
@@ -9,15 +9,14 @@ import { Changes } from "./changes.js";
 import { Slow } from "./feeds.js";
 import { doing, type Note, OF_THE_LINK, Story } from "./story.js";
 
-/** In a world larger than this, m², counting the reachable area would take too long; the explored
-    area is still given. */
+/** In a world larger than this, m², counting the reachable area would take too long; the known area
+    is still given. */
 const MOST_EXTENT = 10_000;
 
-/** Moments closer than this are one, s: stamps are whole microseconds, and fields of the page round
-    them. */
+/** Moments closer than this are one, s: stamps are whole microseconds, and the page rounds them. */
 const SAME_SECONDS = 1e-6;
 
-/** A status without the pace, which only the worker knows. */
+/** A status without the pace, which only the player knows. */
 type PacelessStatus = Omit<Status, "realTimeFactor" | "remaining">;
 
 export interface RunFacts {
@@ -37,7 +36,7 @@ export class Run implements RunFacts {
   #status: RunStatus;
   #isCompared = false;
   #ended: "" | "end of the recording" | "cancelled" = "";
-  /** When the last scan of a recording was taken, once it is known. */
+  /** Stamp of the last scan of a recording, once it is known. */
   #lastScanAt = Infinity;
 
   constructor(readonly module: WebRun, { kind, title, method }: RunFacts, private readonly begins: string, private readonly noted: readonly string[] = []) {
@@ -54,7 +53,7 @@ export class Run implements RunFacts {
     this.update(0);
   }
 
-  /** The same from its beginning. */
+  /** The same run from its beginning. */
   again(): Run {
     const again = new Run(this.module.again(), this, this.begins, this.noted);
     again.#lastScanAt = this.#lastScanAt;
@@ -70,20 +69,20 @@ export class Run implements RunFacts {
     return this.#status.scans;
   }
 
-  /** Whether it has come to a moment, s. At the last scan of a recording that is its end, where all
-      is done that was put off. */
+  /** Whether it has reached a moment, s. The last scan of a recording is reached only at its end,
+      when all deferred work is done. */
   isAt(time: number): boolean {
     return this.time >= time - SAME_SECONDS && (this.finished || this.time < this.#lastScanAt);
   }
 
   /** Whether there is nothing to step: a simulated task or a recording is over. A live robot goes
-      on telling what it sees. */
+      on sending readings. */
   get finished(): boolean {
     return this.kind === "sim" ? this.#status.finished && !this.module.has_due() : this.#ended !== "";
   }
 
-  /** Grows with everything that may change the inside of the filter: scans, and the stages of one
-      that is followed. */
+  /** Grows with everything that may change the filter's state: scans, and the stages of a scan in
+      the cycle. */
   get version(): number {
     return this.scans + this.module.cycle_count();
   }
@@ -94,21 +93,21 @@ export class Run implements RunFacts {
     this.#advance();
   }
 
-  /** A period more of a simulation that is over: so that what was changed in its world is seen. */
+  /** One more period of a finished simulation, so that changes in its world become visible. */
   settle(): void {
     if (this.kind === "sim" && this.finished) this.#advance();
   }
 
   #advance(): void {
     this.module.decide();
-    // Planning is not counted: the plot shows what a scan costs.
+    // Planning is not counted: the plot shows the time for a scan.
     const begin = performance.now();
     const more = this.module.advance();
     this.update(performance.now() - begin);
     if (!more) this.#end("end of the recording");
   }
 
-  /** On to the end of the next stage of the cycle. */
+  /** Goes on to the end of the next stage of the cycle. */
   nextStage(): void {
     const begin = performance.now();
     const stage = this.module.next_stage();
@@ -122,7 +121,7 @@ export class Run implements RunFacts {
     if (this.kind === "replay" && !this.finished) this.#end("cancelled");
   }
 
-  /** A command, and how the log calls it: what it changed is shown at once, and a task that had
+  /** Gives a command, with its words in the log. Its effects are shown at once, and a task that had
       ended is alive again. */
   command(act: (module: WebRun) => void, words = ""): void {
     act(this.module);
@@ -132,20 +131,20 @@ export class Run implements RunFacts {
     this.update(0);
   }
 
-  /** A change of the map by hand, and how the log calls it. */
+  /** Edits the map, with words for the log. */
   changeMap(act: (module: WebRun) => void, words: string): void {
     act(this.module);
     this.#story.note("info", words);
     this.#refresh();
   }
 
-  /** Takes a submap out of the map. */
+  /** Removes a submap from the map. */
   removeSubmap(submap: number): Renumbering {
     this.module.remove_submap(submap);
     return this.#renumber({ submap, by: -1 }, "taken out of the map");
   }
 
-  /** Puts back the submap that was taken out last, if there is one. */
+  /** Puts back the submap that was removed last, if there is one. */
   undoRemoval(): Renumbering | null {
     const submap = this.module.undo_removal();
     return submap === undefined ? null : this.#renumber({ submap, by: 1 }, "put back into the map");
@@ -158,7 +157,7 @@ export class Run implements RunFacts {
     return renumbering;
   }
 
-  /** With a twin another one begins here. */
+  /** Starts a new twin if `on`, or removes the present one. */
   setTwin(on: boolean): void {
     this.module.set_twin(on);
     this.#changes.twinReset();
@@ -169,7 +168,7 @@ export class Run implements RunFacts {
   }
 
   status(): PacelessStatus {
-    // What a person does while it waits counts at once.
+    // A person's action while it waits counts at once.
     const s = { ...this.#status, byHand: this.module.status().byHand };
     const finished = this.kind === "replay" ? this.finished : s.finished;
     return {
@@ -186,12 +185,12 @@ export class Run implements RunFacts {
     return this.#changes.take(this.version, this.#ended !== "");
   }
 
-  /** The module of a live run outlives it: it belongs to the conversation. */
+  /** The module of a live run is not freed: it belongs to the conversation. */
   close(): void {
     if (this.kind !== "bridge") this.module.free();
   }
 
-  /** Called after each step; `scanMillis` is what it cost, NaN where that is not measured. */
+  /** Called after each step; `scanMillis` is the time that it took, NaN if not measured. */
   update(scanMillis: number): void {
     const before = this.#status;
     const s = (this.#status = this.module.status());
@@ -207,7 +206,7 @@ export class Run implements RunFacts {
     });
   }
 
-  /** Says once whether a link that is followed came to the same state. */
+  /** Reports once whether a run that follows a link reached the same state. */
   #compare(): void {
     const holds = this.#isCompared ? undefined : this.module.link_holds();
     if (holds === undefined) return;

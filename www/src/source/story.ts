@@ -1,5 +1,5 @@
-// Writes what happens in a run to its log: goals, how tasks end, what was explored, touched, merged
-// or closed. The same for every source.
+// Writes the events of a run to its log: goals, how tasks end, exploration, contacts, merged walls,
+// loop closures. The same for every source.
 
 import type { Level, LocalisationName, RunStatus, WebRun } from "../protocol/module.js";
 import { word } from "../spoken.js";
@@ -9,19 +9,19 @@ export interface Note {
   time: number;
   level: Level;
   text: string;
-  /** Several notes with the same topic are told as one line, which opens to all of them. */
+  /** Notes with the same topic share one line, which opens to all of them. */
   topic?: string;
-  /** It is shown at once, not only in the log. */
+  /** Shown at once, not only in the log. */
   alert?: boolean;
 }
 
-/** Parts of the reachable area worth a line when they become known. */
+/** Parts of the reachable area that are worth a line when they become known. */
 const MILESTONES = [0.25, 0.5, 0.75, 0.9, 0.95, 0.99];
 
-/** The topic of what a link that was followed holds. */
+/** The topic of the result of following a link. */
 export const OF_THE_LINK = "link";
 
-/** What is said when it changes during a run. */
+/** What is reported when the localisation changes during a run. */
 const LOCALISATION: Record<LocalisationName, { level: Level; text: string } | null> = {
   localised: { level: "good", text: "The robot knows where it is" },
   ambiguous: null,
@@ -41,7 +41,7 @@ export class Story {
   #fullTold = false;
   #localisation: LocalisationName | null = null;
   #isPlaced = true;
-  /** Commands so far: the legs of one task share one line. */
+  /** Number of commands so far: the legs of one task share one line. */
   #tasks = 0;
 
   constructor(private readonly module: WebRun) {}
@@ -60,7 +60,7 @@ export class Story {
     this.#tasks += 1;
   }
 
-  /** Called after each step; `explored` returns the explored fraction, recomputed where a task
+  /** Called after each step; `explored` returns the explored fraction, recomputed after a task has
       ended. */
   update(s: RunStatus, explored: (recompute: boolean) => number): void {
     this.#time = s.time;
@@ -84,13 +84,13 @@ export class Story {
     [this.#end, this.#contacts, this.#closures] = [end, s.contacts, s.loopClosures];
   }
 
-  /** After each scan. */
+  /** Called after each scan. */
   scanned(s: RunStatus): void {
     const merged = this.module.merged();
     for (let i = 0; i + 1 < merged.length; i += 2) {
       this.note("info", `Wall ${merged[i + 1]} turned out to be a part of wall ${merged[i]}: one wall from now on`, "merged");
     }
-    // One that was found in it before is lost: the map is the right one.
+    // Once localised in the map, a robot that does not fit is lost: the map itself is right.
     this.#wasLocalised ||= s.localisation === "localised";
     if (s.priorMapMisfit && !this.#misfitNoted && !this.#wasLocalised) {
       this.#misfitNoted = true;
@@ -99,7 +99,7 @@ export class Story {
     if (s.localisation !== this.#localisation) {
       const words = s.localisation && this.#localisation ? LOCALISATION[s.localisation] : null;
       this.#localisation = s.localisation;
-      // Each is a line of its own: that it was lost is not told by its being found again.
+      // Each change is a line of its own: "found again" must not hide "lost".
       if (words) this.note(words.level, words.text);
     }
     if (s.mapFull && !this.#fullTold) {
@@ -108,7 +108,7 @@ export class Story {
     }
   }
 
-  /** Says it over the map too. */
+  /** Reports it over the map too. */
   tell(level: Level, text: string, topic?: string): void {
     this.#notes.push({ time: this.#time, level, text, alert: true, ...(topic === undefined ? {} : { topic }) });
   }
@@ -127,13 +127,13 @@ export class Story {
       this.note("info", `All is explored: drives on to ${where}, to close the loop`, `loop ${this.#tasks}`);
       return;
     }
-    // Exploring means replanning all the time: that is one line, not a hundred.
+    // Exploring replans all the time: that is one line, not a hundred.
     const text = s.mode === "explore" ? `Heads for a frontier at ${where}` : `Goal ${where}`;
     this.note("info", text, `task ${this.#tasks}`);
   }
 }
 
-/** What the robot is about to do, in words a visitor understands who has not heard of frontiers;
+/** What the robot is about to do, in words for a visitor who does not know what a frontier is;
     north is up on the map. */
 export function doing({ mode, task, x, y, goalX, goalY }: RunStatus): string {
   if (mode === "manual" || !task) return "";

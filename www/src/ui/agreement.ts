@@ -1,14 +1,14 @@
-// How well a map agrees with itself, over the time of the run: of each stretch of the way, the part
-// of its walls that agrees with what was seen of them at other times.
+// How well a map agrees with itself, over run time: for each stretch of the trajectory, the part of
+// its walls that agrees with what was seen of them at other times.
 
 import { nothing, type TemplateResult } from "lit";
 import { History } from "../history.js";
 import { html } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
-/** Behind the time. */
+/** The column after the time. */
 const AGREEMENT = 1;
-/** Seconds between two stretches that are more than the time between two scans. */
+/** Seconds between two stretches that count as a pause, not as the time between two scans. */
 const PAUSE = 10;
 
 export class SlamAgreement extends SlamCharts {
@@ -37,7 +37,7 @@ export class SlamAgreement extends SlamCharts {
       let last = NaN;
       for (const { seen: [from, to], agreement } of quality?.overTime ?? []) {
         const percent = agreement === null ? NaN : 100 * agreement;
-        // Over a pause there is nothing to draw a line through.
+        // No line is drawn across a pause.
         if (from - last > PAUSE) this.#history.append(Float64Array.of((last + from) / 2, NaN));
         this.#history.append(Float64Array.of(from, percent, to, percent));
         last = to;

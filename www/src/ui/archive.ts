@@ -1,7 +1,7 @@
-// What is in a ZIP archive that was dropped: where one thing can be opened, it is; of several a
-// person chooses. A map is one thing: its YAML with the image that it names.
+// The contents of a ZIP archive that was dropped: a single thing that can be opened is opened; of
+// several, a person chooses. A map is one thing: its YAML with the image that it names.
 //
-// A bundle of its own, for a first visit does without it.
+// A bundle of its own, because a first visit does not need it.
 
 import { css, type TemplateResult } from "lit";
 import { chosen } from "../chosen.js";
@@ -10,7 +10,7 @@ import { entriesOf, unpacked, ZipError } from "../zip.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
-/** More than that is not looked through. */
+/** An archive with more files that may be opened is refused. */
 const MOST_OFFERED = 100;
 
 export class SlamArchive extends SlamDialog {
@@ -21,7 +21,7 @@ export class SlamArchive extends SlamDialog {
 
   #name = "";
   #things: readonly (readonly File[])[] = [];
-  /** Something of it is damaged, which was said. */
+  /** A part of it is damaged, which was reported. */
   #isDamaged = false;
 
   async open(file: File): Promise<void> {
@@ -79,8 +79,8 @@ export class SlamArchive extends SlamDialog {
   }
 }
 
-/** Whatever nobody knows is taken for a recording, by its content; of many files only those are
-    offered that are called like one. */
+/** A file of unknown kind counts as a recording, to be judged by content; among many files only
+    those with a fitting name are offered. */
 const isKnown = (name: string): boolean => /\.(?:json|url|g2o|slamlab|clf|log|csv|txt|bag|mcap|gz)$/i.test(name);
 
 async function imageOf(yaml: File, files: readonly File[]): Promise<File | undefined> {

@@ -1,12 +1,12 @@
-// Where the axis of a curve ends: a few values far beyond all others do not flatten the rest.
+// The end of a curve's axis: a few values far beyond all others must not flatten the rest.
 
-/** So many of the values may lie beyond the end, */
+/** This part of the values may lie beyond the end, */
 const PART = 0.01;
-/** if with them the axis would be so many times as long. */
+/** if the axis would otherwise be longer by this factor. */
 const TIMES = 4;
 
-/** The largest of `columns` from 0 on, without what is rare and far beyond; signs do not count.
-    Only the values from `first` to `last` are looked at; those of no number are none. */
+/** The largest absolute value in `columns`, without rare ones far beyond the others. Only the
+    values from `first` to `last` count; those that are no finite number are skipped. */
 export function axisEnd(columns: readonly ArrayLike<number | null | undefined>[], first: number, last: number): number {
   const values: number[] = [];
   for (const column of columns) {

@@ -1,4 +1,4 @@
-// The drive controller on a bench: what it does for a straight drive when motors are not alike and
+// The drive controller on a bench: its response on a straight drive when the motors differ and
 // something pulls at a track.
 
 import { css, type TemplateResult } from "lit";
@@ -15,7 +15,7 @@ import { colourOf } from "./plot_style.js";
 import { type Plotter, SlamPlotted } from "./plotted.js";
 import { tool } from "./style.js";
 
-/** Wished speed as a part of the highest, when the pull comes on, and how long it all takes, s. */
+/** Desired speed as a part of the highest, when the pull begins, and the duration, s. */
 const TRIAL = { forward: 0.8, pullAt: 2.5, seconds: 5 };
 
 export class SlamBench extends SlamPlotted {

@@ -1,5 +1,5 @@
 // The robot behind a bridge: devices, link, battery, who drives, recording, emergency stop. Hidden
-// where there is no bridge.
+// if there is no bridge.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
@@ -12,7 +12,7 @@ import { figure, figures } from "./figures.js";
 import { DASH, fixed } from "./format.js";
 import { icons } from "./icons.js";
 
-/** A state has a word too: not everyone can tell colours apart. */
+/** Each state has a word too: not everyone can tell colours apart. */
 const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> = {
   waiting: { word: "waiting", tone: "warn" },
   connected: { word: "connected", tone: "" },
@@ -21,7 +21,7 @@ const STATES: Readonly<Record<DeviceStateName, { word: string; tone: string }>> 
   fault: { word: "fault", tone: "bad" },
 };
 
-/** What a right is good for. */
+/** What a role allows. */
 const ROLES: Readonly<Record<RoleName, string>> = {
   watcher: "may look, and stop the robot",
   driver: "may drive",
@@ -77,14 +77,14 @@ export class SlamBridge extends SlamElement {
     `;
   }
 
-  /** The list asks the bridge when it is opened, and not before. */
+  /** The lists ask the bridge only when they are opened. */
   readonly #lists = async (event: Event): Promise<void> => {
     const isOpen = (event.currentTarget as HTMLDetailsElement).open;
     this.#canList = isOpen && (await bundle(this.store, "recordings.js", "The list of recordings")) !== null;
     this.requestUpdate();
   };
 
-  /** What tells of the bridge's own map comes with the first that there is. */
+  /** The panel of the bridge's own map, loaded with the first such map. */
   #map(bridge: BridgeState): TemplateResult | typeof nothing {
     if (!bridge.map || bridge.connection !== "open") return nothing;
     this.#ofMap ??= bundle(this.store, "bridge_map.js", "What tells of the bridge's map").then((part) => {

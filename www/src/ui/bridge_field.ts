@@ -1,8 +1,8 @@
-// Where the address of a bridge is typed, or read by the camera from the code that the bridge
-// shows. The page that the bridge serves then takes the place of this one: by its content security
-// policy no page talks to another server than its own.
+// A field for the address of a bridge, to be typed, or read by the camera from the code that the
+// bridge shows. The page that the bridge serves then replaces this one, because the content
+// security policy lets a page talk to its own server only.
 //
-// A bundle of its own, which comes when somebody looks for it.
+// A bundle of its own, loaded on demand.
 
 import { css, LitElement, nothing, type TemplateResult } from "lit";
 import { pageOf } from "../bridge_page.js";
@@ -12,10 +12,10 @@ import { html, t } from "../words.js";
 import { icons } from "./icons.js";
 import { shared } from "./style.js";
 
-/** Wall milliseconds between two looks through the camera. */
+/** Wall milliseconds between two camera pictures that are searched for a code. */
 const LOOKS_EVERY = 250;
 
-/** What browsers have that read codes; types of TypeScript do not know it. */
+/** The browsers' reader of codes, for which TypeScript has no types. */
 type Detector = new (options: { formats: string[] }) => { detect(source: HTMLVideoElement): Promise<readonly { readonly rawValue: string }[]> };
 const detector = (): Detector | null => (globalThis as { BarcodeDetector?: Detector }).BarcodeDetector ?? null;
 
@@ -45,7 +45,7 @@ export class SlamBridgeAddress extends LitElement {
   }
 
   override render(): TemplateResult {
-    // Only pages at an address that is trusted may ask for a camera.
+    // Only pages at a trusted address may ask for a camera.
     const canScan = detector() !== null && navigator.mediaDevices !== undefined;
     return html`<form @submit=${(event: SubmitEvent) => this.#open(event)}>
       <label>Address of the bridge<input type="text" inputmode="url" autocomplete="url" autocapitalize="none" spellcheck="false" data-testid="bridge-address" placeholder="robot.local:8080" @input=${() => this.#tell("")}></label>
@@ -73,13 +73,13 @@ export class SlamBridgeAddress extends LitElement {
     else location.assign(page);
   }
 
-  /** What was read stands in the field: whoever holds the phone decides whether to go there. */
+  /** The address read is put into the field: the person decides whether to go there. */
   async #scan(): Promise<void> {
     const Codes = detector();
     if (this.#camera || !Codes) return this.#rest();
     try {
       this.#camera = await navigator.mediaDevices.getUserMedia({ video: { facingMode: "environment" } });
-      // Somebody has shut the panel meanwhile.
+      // Somebody closed the panel meanwhile.
       if (!this.isConnected) return this.#rest();
       this.#tell("");
       await this.updateComplete;

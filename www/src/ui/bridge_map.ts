@@ -1,5 +1,5 @@
-// The bridge's own map: how it does, that it can be begun anew, and where in it the robot may be. A
-// bundle of its own, which comes with the first bridge that maps.
+// The bridge's own map: its state, a button to restart it, and where in it the robot may be. A
+// bundle of its own, loaded with the first bridge that maps.
 
 import { nothing, type TemplateResult } from "lit";
 import { closed, type FenceDraft, undone } from "../fence.js";
@@ -16,7 +16,7 @@ interface Here {
   readonly client: Client;
 }
 
-/** How the robot stands to its geofence. */
+/** The robot's position relative to its geofence. */
 const FENCE: Readonly<Record<FenceStateName, string>> = {
   off: "No geofence: the robot may go everywhere.",
   within: "The robot is within its geofence.",

@@ -12,7 +12,7 @@ export class SlamCable extends SlamElement {
 
   protected override readonly topics = ["bridge", "run"] as const;
 
-  /** The browser is to offer every port, not only those behind the device's usual adapters. */
+  /** The browser has to offer every port, not only those of the device's usual adapters. */
   #ofAll = false;
 
   override render(): TemplateResult {

@@ -1,5 +1,5 @@
-// Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, what it
-// misses, and where it cannot be trusted.
+// Calibration of the infra-red rangers: pairs typed, pasted or from a file; the curve, its
+// residuals, and where it cannot be trusted.
 
 import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
@@ -75,7 +75,7 @@ export class SlamCalibration extends SlamPlotted {
       ${turns ? html`<p class="bad" role="alert" data-testid="not-monotonic">Not monotonic: from ${fixed(fit.reversesAt, 2)} V on the curve turns round, and one range stands for two. More pairs there, or 1/V, may mend it.</p>` : html`<p class="good" data-testid="monotonic">It falls all along: each voltage stands for one range.</p>`}`;
   }
 
-  /** Curve with its clamped ends, pairs as dots: all on one axis of volts. */
+  /** The curve with its clamped ends, and the pairs as dots: all on one axis of volts. */
   #curve(make: Plotter, host: HTMLElement, fit: Calibration): uPlot {
     const [low = NaN, high = NaN] = fit.domain;
     const within = (v: number): boolean => v >= low && v <= high;
@@ -117,7 +117,7 @@ export class SlamCalibration extends SlamPlotted {
     if (file) this.#change({ text: await file.text() });
   }
 
-  /** The run restarts: the rangers' electronics are part of the robot. */
+  /** Applying a calibration restarts the run: the rangers' electronics are part of the robot. */
   #apply(): void {
     this.client.start({ sensor: "rangers", calibration: this.#now, mode: "explore" });
   }

@@ -12,9 +12,9 @@ export interface Caption {
   more: string;
 }
 
-/** A robot that is so far from where its map has it has lost its way, m. */
+/** A robot this far from its pose in the map has lost its way, m. */
 const ASTRAY = 0.5;
-/** A run that is so far behind where it has been, s, goes the same way again. */
+/** A run this far behind its furthest time, s, is repeating itself. */
 const PAST = 0.5;
 
 const AIMING: Caption = { doing: "Click the map where the robot should go", more: "" };
@@ -45,7 +45,7 @@ export function caption(store: Store): Caption {
   }
   const off = store.tour || !(status.positionError > ASTRAY) ? "" : offBy(status.positionError);
   if (status.finished) return { doing: sentence(status.reason) || "Finished", more: told(worthOf(store), off) };
-  // How much there is to be known is known to the simulation only: the tour speaks of the robot.
+  // Only the simulation knows how much there is to be known. The tour is about the robot.
   const known = Number.isFinite(status.explored) && !store.tour ? t`${percent(status.explored)} explored` : "";
   if (store.aiming) return AIMING;
   if (store.isStopped && status.mode === "manual") return { doing: "Stopped", more: told(known, isTouched() ? "tap the map, explore again, or drive" : "click the map, explore again, or drive") };
@@ -60,23 +60,24 @@ export function caption(store: Store): Caption {
   return { doing: playing ? doing : t`Paused · ${t(doing).toLowerCase()}`, more: told(known, off, status.activity || hint) };
 }
 
-/** How far off a simulated robot is, which its map cannot tell. */
+/** A simulated robot's true error, which its map cannot tell. */
 function offBy(metres: number): string {
   const { value, unit } = length(metres);
   return t`${value} ${unit} off the truth`;
 }
 
-/** That its pose is not to be believed, which goes before what it is doing; empty where it is. */
+/** A warning that the pose is unreliable, which precedes what it is doing; empty if it is
+    reliable. */
 function doubtOf({ localisation, placed }: Status): string {
   if (localisation === "lost") return "Lost: it searches the map for where it is, and what it draws meanwhile is faint";
   if (localisation === "ambiguous") return "Not sure where it is: what it draws meanwhile is faint";
   return placed ? "" : "Maps a piece of its own: its place in the saved map is not proved yet";
 }
 
-/** What there is of several things, beside each other. */
+/** Joins those parts that are not empty. */
 const told = (...parts: readonly string[]): string => parts.filter((part) => part !== "").map((part) => t(part)).join(" · ");
 
-/** What the map of a finished run is worth, as far as it was judged; empty where nobody asked. */
+/** The judgement of the map of a finished run, as far as it has come; empty if nobody asked. */
 function worthOf({ quality, judging }: Store): string {
   if (judging !== null) return t`judging the map, ${percent(judging)}`;
   if (!quality) return "";
@@ -87,7 +88,7 @@ function worthOf({ quality, judging }: Store): string {
   return { good, doubtful: t`the map is doubtful at ${places}`, torn: t`the map is torn at ${places}` }[quality.verdict];
 }
 
-/** What steers: a thumb has no keys. */
+/** How to steer: touch screens have no keys. */
 function byHand(): string {
   return isTouched() ? "by the stick" : "arrow keys, WASD or the stick";
 }

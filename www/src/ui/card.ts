@@ -1,4 +1,4 @@
-// How what was chosen on the map is told: a card with figures, a head and a cross to close it.
+// The card for what was chosen on the map: figures, a head and a cross to close it.
 
 import { css } from "lit";
 

@@ -1,4 +1,4 @@
-// Curves of the run over its time, each with the bound or the band in which it should be.
+// Curves of the run over its time, each with the bound or band in which it should lie.
 
 import { css, type CSSResultGroup, nothing, type TemplateResult } from "lit";
 import type uPlot from "uplot";
@@ -18,35 +18,35 @@ import { type Plotter, SlamPlotted } from "./plotted.js";
 
 export interface Curve {
   title: string;
-  /** What it means: the title's tooltip. */
+  /** Its meaning, shown as the title's tooltip. */
   meaning: string;
   unit: string;
   /** Column of the value. */
   value: number;
-  /** Title and meaning while there is no value but its bounds: without truth there is no error. */
+  /** Title and meaning if there are only bounds: without truth there is no error. */
   boundsAlone?: { title: string; meaning: string };
-  /** Columns of the bounds, the upper first; a lower one may be absent. */
+  /** Columns of the bounds, the upper first; the lower one is optional. */
   bounds: readonly number[];
   /** What the bounds are. */
   key: string;
   digits: number;
   colour: string;
-  /** The value may be negative: the axis has as much to either side of 0. */
+  /** The value may be negative: the axis is symmetric about 0. */
   isSigned?: true;
-  /** What the value is called, beside others in the same picture. */
+  /** Name of the value, among others in the same plot. */
   name?: string;
   beside?: readonly { name: string; value: number; colour: string }[];
-  /** The axis ends there; else where the values do. */
+  /** The end of the axis; by default the end of the values. */
   most?: number;
 }
 
 const REDRAW_MILLIS = 250;
-/** As many texts as one plot takes turns. */
+/** A plot takes as much of a picture's time as this many texts (in_turn.ts). */
 const PLOT_WEIGHT = 3;
 
-/** An axis reaches at least so far: of a curve that is 0 it would be numbered 0, 0, 0. */
+/** Least range of an axis: that of an all-zero curve would be labelled 0, 0, 0. */
 const LEAST_RANGE = 1e-3;
-/** Half the width and the height of a mark where a curve leaves the picture, CSS pixels. */
+/** Half the width, and the height, of a mark where a curve leaves the plot, CSS pixels. */
 const BEYOND = 4;
 
 export abstract class SlamCharts extends SlamPlotted {
@@ -69,7 +69,7 @@ export abstract class SlamCharts extends SlamPlotted {
   protected override readonly topics: readonly Topic[] = ["theme", "run"];
   protected override readonly height = 84;
   protected abstract readonly curves: readonly Curve[];
-  /** What tests call the numbers. */
+  /** Prefix of the identifiers that tests use. */
   protected readonly names: string = "plot";
 
   /** Where the columns are; the first is the time. */
@@ -77,12 +77,12 @@ export abstract class SlamCharts extends SlamPlotted {
     return this.store.history;
   }
 
-  /** Which curves have no value but their bounds. */
+  /** Which curves have only bounds. */
   #alone: readonly boolean[] = [];
   #drawn = -1;
   #drawnAt = 0;
   #theme = "";
-  /** Places of plots that somebody sees; the others are drawn when they come into sight. */
+  /** Plots that are visible; the others are drawn when they come into sight. */
   readonly #inSight = new Set<Element>();
   readonly #sight = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) this.#inSight[isIntersecting ? "add" : "delete"](target);
@@ -115,7 +115,7 @@ export abstract class SlamCharts extends SlamPlotted {
       <button class="csv" data-testid="csv" title="Save these curves as a table: CSV with units, times in seconds" @click=${this.press(() => this.#save())}>${icons.save} CSV</button>`;
   }
 
-  /** What is to be said below the curves. */
+  /** Text below the curves. */
   protected note(): TemplateResult | typeof nothing {
     return nothing;
   }
@@ -135,7 +135,7 @@ export abstract class SlamCharts extends SlamPlotted {
     if (keep > 1) store.set("toast", { toast: { level: "info", text: t`The run is long: of every ${keep} scans the curves keep one, and so does the table.` } });
   }
 
-  /** What is drawn, with all its digits; null while there is nothing. */
+  /** The drawn data, with all digits; null while there are none. */
   table(): SavedFile | null {
     const { store, history: { columns } } = this;
     const has = (index: number): boolean => columns[index]?.some(Number.isFinite) ?? false;
@@ -154,7 +154,7 @@ export abstract class SlamCharts extends SlamPlotted {
 
   override updated(): void {
     const theme = getComputedStyle(this).color;
-    // Figures come and go with what there is to show.
+    // Figures are added and removed with the data.
     const hosts = this.renderRoot.querySelectorAll<HTMLElement>(".plot");
     if (theme === this.#theme && hosts.length === this.plots.length && this.plots.every((plot) => plot.root.isConnected)) return;
     this.#theme = theme;
@@ -184,7 +184,7 @@ export abstract class SlamCharts extends SlamPlotted {
       return [curve.isSigned ? -most : 0, most];
     };
     const frame = this.frame(host, "s");
-    // Of an axis to either side of 0 each half has its numbers.
+    // On a symmetric axis each half has its numbers.
     if (curve.isSigned && frame.axes?.[1]) frame.axes[1].space = 14;
     const options: uPlot.Options = {
       ...frame,
@@ -197,7 +197,7 @@ export abstract class SlamCharts extends SlamPlotted {
     return new make(options, columns(this.history.columns, curve), host);
   }
 
-  /** Draws what came, if somebody sees it. */
+  /** Draws new samples, if the plots are visible. */
   protected feed(): void {
     const { history } = this;
     const { playing } = this.store;
@@ -214,8 +214,8 @@ export abstract class SlamCharts extends SlamPlotted {
     this.plots.forEach((plot, i) => {
       const curve = this.curves[i];
       if (!curve) return;
-      // A recording knows no truth, and some methods no innovations: an empty picture would only
-      // puzzle.
+      // A recording has no truth, and some methods no innovations: an empty plot would only be
+      // puzzling.
       const empty = (history.columns[SAMPLE.time]?.length ?? 0) > 0 && ![curve.value, ...curve.bounds].some(has);
       this.renderRoot.querySelector(`#figure-${i}`)?.toggleAttribute("hidden", empty);
       this.#tell(plot, i);
@@ -227,13 +227,13 @@ export abstract class SlamCharts extends SlamPlotted {
     });
   }
 
-  /** How far a curve goes beyond its picture; nothing if it does not. */
+  /** Shows how far a curve goes beyond its plot, if it does. */
   #tellBeyond(i: number, farthest: number): void {
     const [curve, target] = [this.curves[i], this.renderRoot.querySelector(`#beyond-${i}`)];
     if (curve && target) target.textContent = farthest === 0 ? "" : `▲ ${fixed(farthest, curve.digits)} ${curve.unit}`.trim();
   }
 
-  /** The number under the cursor, or else the latest. */
+  /** Shows the number under the cursor, or else the latest. */
   #tell(plot: uPlot, i: number): void {
     const curve = this.curves[i];
     const target = this.renderRoot.querySelector(`#now-${i}`);
@@ -245,13 +245,13 @@ export abstract class SlamCharts extends SlamPlotted {
   }
 }
 
-/** The first and the last sample between the ends of the axis of time. */
+/** The first and the last sample within the time axis. */
 function seen(plot: uPlot): readonly [number, number] {
   return plot.series[0]?.idxs ?? [0, plot.data[0].length - 1];
 }
 
-/** A mark at the edge wherever a value lies beyond it; returns the farthest of them, 0 where there
-    are none. */
+/** Draws a mark at the edge wherever a value lies beyond it. Returns the farthest such value, 0 if
+    there are none. */
 function markBeyond(plot: uPlot, colour: string): number {
   let farthest = 0;
   const { ctx, bbox, data: [times, ...curves] } = plot;

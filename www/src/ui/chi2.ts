@@ -1,11 +1,11 @@
-// What is said of the χ² of a constraint between two submaps, wherever it is said.
+// The wording for the χ² of a constraint between two submaps, shared by all views.
 
 import { t } from "../words.js";
 import { fixed } from "./format.js";
 
-/** χ² of 3 degrees of freedom is below this in 95 of 100 cases. */
+/** χ² of 3 degrees of freedom is below this in 95 % of cases. */
 export const CHI2_95 = 7.815;
-/** 1.1 million is as good as 1 116 908.5. */
+/** Writes 1 116 908.5 as 1.1 million. */
 const ROUGHLY = new Intl.NumberFormat("en", { notation: "compact", compactDisplay: "long", maximumSignificantDigits: 2 });
 
 export const chi2Meaning = t`Of 3 degrees of freedom: below ${fixed(CHI2_95, 1)} in 95 of 100 cases, if its uncertainty is honest`;

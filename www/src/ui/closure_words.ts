@@ -9,7 +9,7 @@ export type Figures = Readonly<Record<keyof typeof CLOSURE, number>>;
 
 const submaps = (count: number): string => `${fixed(count, 1)} ${fixed(count, 1) === "1.0" ? "submap" : "submaps"}`;
 
-/** Why, in a sentence or two. Evidence counts submaps that lie wholly on one another. */
+/** The reason, in a sentence or two. Evidence counts submaps that lie wholly on one another. */
 export const WHY: Readonly<Record<ClosureOutcome, (f: Figures) => string>> = {
   "known-before": () => "No search was needed: the place was known well enough to match the two at once, and it fits.",
   proved: (f) => t`It was searched for, and proved: this place and those that agree with it are worth ${submaps(f.evidence)}, where ${fixed(f.asked, 1)} were asked for${f.rival > 0 ? t`; the best rival has ${fixed(f.rival, 1)}` : ", and nothing contradicts it"}.`,

@@ -1,5 +1,5 @@
-// Is the filter honest? Its two figures with their bands, and a sentence that names the likely
-// cause where they leave them.
+// The consistency of the filter: its two figures with their bands, and a sentence that names the
+// likely cause if they leave them.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
@@ -59,7 +59,7 @@ export class SlamConsistency extends SlamCharts {
       ${super.render()}`;
   }
 
-  /** What the walls taught the filter of the wheels. */
+  /** What the walls taught the filter about its odometry. */
   #learned(): TemplateResult | typeof nothing {
     const { inspection } = this.store;
     if (!inspection) return nothing;

@@ -1,5 +1,5 @@
-// The planners side by side: the same way asked of all, what each found, how long it took, and its
-// tree on the map.
+// The planners side by side, all with the same query: the path of each, the time that it took, and
+// its tree on the map.
 
 import { css, nothing, type TemplateResult, unsafeCSS } from "lit";
 import type uPlot from "uplot";
@@ -23,8 +23,8 @@ const GROUNDS: readonly { ground: Ground; label: string; simOnly?: boolean }[] =
 ];
 /** Seconds for each planner. */
 const TIMES = [0.2, 1, 3, 10] as const;
-/** Why there is no path, in as many words as a cell of the table holds; the whole sentence is its
-    title. */
+/** Why there is no path, short enough for a cell of the table; the tooltip has the whole
+    sentence. */
 const WHY: Readonly<Record<NoPathKind, string>> = {
   "start-blocked": "blocked", "goal-blocked": "blocked", unreachable: "no way, proved", "not-offered": "needs walls", exhausted: "none found", "budget-spent": "none found",
 };
@@ -123,7 +123,7 @@ export class SlamContest extends SlamPlotted {
 
   override updated(): void {
     const { found } = this.store.contest;
-    // The table is what was asked for: on a wide screen it may have come below the edge.
+    // The table answers the request, but on a wide screen it may be below the edge.
     if (found && !this.#hasTable && !isNarrow()) document.querySelector("#paths-panel")?.scrollIntoView({ block: "start" });
     this.#hasTable = found !== null;
     super.updated();
@@ -141,7 +141,7 @@ export class SlamContest extends SlamPlotted {
   }
 }
 
-/** The table of the planners. */
+/** The columns of the table of planners. */
 function figuresOf({ entrants }: ContestState): Column[] {
   const numbers = (title: string, unit: string, value: (entrant: Entrant) => number): Column => ({ title, unit, values: entrants.map(value) });
   return [
@@ -152,7 +152,7 @@ function figuresOf({ entrants }: ContestState): Column[] {
   ];
 }
 
-/** Their lengths as they fell: a row for each path that was found. */
+/** Path lengths as they decreased: a row for each path that was found. */
 function lengthsOf({ entrants }: ContestState): Column[] {
   const rows = entrants.flatMap(({ title, curve }) => Array.from({ length: Math.floor(curve.length / 2) }, (_, i) => ({ title: sentence(title), time: curve[2 * i] ?? NaN, length: curve[2 * i + 1] ?? NaN })));
   return [
@@ -162,8 +162,8 @@ function lengthsOf({ entrants }: ContestState): Column[] {
   ];
 }
 
-/** Each planner's length as a staircase that ends with its time; the one that is watched is
-    thick. */
+/** The path length of each planner over time, as a staircase that ends at its total time; that of
+    the watched one is thick. */
 function curvesOf(make: Plotter, found: ContestState, host: HTMLElement, frame: Omit<uPlot.Options, "series">): uPlot {
   const steps = found.entrants.map(({ curve, seconds }) => {
     const points = new Map<number, number>();
@@ -186,7 +186,7 @@ function curvesOf(make: Plotter, found: ContestState, host: HTMLElement, frame: 
   }, data, host);
 }
 
-/** Powers of ten between two positive numbers. */
+/** The powers of ten between two positive numbers. */
 function decades(low: number, high: number): number[] {
   const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => 10 ** (first + i));

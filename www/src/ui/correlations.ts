@@ -1,5 +1,5 @@
-// The correlation matrix of the filter as a picture: which errors hang together, linked to the
-// walls on the map.
+// The correlation matrix of the filter as an image: it shows which errors are correlated, and is
+// linked to the walls on the map.
 
 import { css, type TemplateResult } from "lit";
 import { firstRowOf, rowOf, type Row, sizeOf } from "../inspect.js";
@@ -30,7 +30,7 @@ export class SlamCorrelations extends SlamElement {
   `;
 
   protected override readonly topics = ["inspection", "spot", "theme", "run"] as const;
-  /** The cell under the pointer or the keyboard's cursor. */
+  /** The cell under the pointer or under the keyboard's cursor. */
   #cell: readonly [row: number, column: number] | null = null;
   #painted: { inspection: Inspection | null; theme: string } = { inspection: null, theme: "" };
   #tones = new Uint32Array(2 * TONES + 1);
@@ -88,7 +88,7 @@ export class SlamCorrelations extends SlamElement {
     context.putImageData(image, 0, 0);
   }
 
-  /** From minus through zero to plus, in the colours of the theme. */
+  /** The tones from -1 through 0 to 1, in the colours of the theme. */
   #mixTones(): void {
     const probe = this.renderRoot.querySelector<HTMLElement>("#readout");
     if (!probe) return;
@@ -123,7 +123,7 @@ export class SlamCorrelations extends SlamElement {
     this.#choose([at((event.clientY - box.top) / box.height), at((event.clientX - box.left) / box.width)]);
   }
 
-  /** A finger that is lifted still means the cell that it touched. */
+  /** After a touch, the cell that was touched stays selected. */
   #leave(event: PointerEvent): void {
     if (event.pointerType === "mouse") this.#choose(null);
   }
@@ -141,7 +141,7 @@ export class SlamCorrelations extends SlamElement {
     this.#choose([Math.min(Math.max(row + step[0], 0), last), Math.min(Math.max(column + step[1], 0), last)]);
   }
 
-  /** Keeps the wall of the cell's row, or else of its column. */
+  /** Pins the wall of the cell's row, or else of its column. */
   #pin(): void {
     const walls = this.#walls();
     const wall = walls[0] ?? null;
@@ -153,7 +153,7 @@ export class SlamCorrelations extends SlamElement {
     this.store.point({ hovered: this.#walls() });
   }
 
-  /** The walls of the cell; a cell of the diagonal has one. */
+  /** The walls of the cell; a cell on the diagonal has one. */
   #walls(): number[] {
     const { inspection } = this.store;
     if (!inspection || !this.#cell) return [];

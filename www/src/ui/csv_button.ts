@@ -1,4 +1,4 @@
-// Saves what a plot or a table of figures shows: the same button under each of them.
+// A button below each plot or table of figures that saves its data.
 
 import { css, LitElement, type TemplateResult } from "lit";
 import { type Column, csvOf } from "../csv.js";
@@ -14,9 +14,9 @@ export class SlamCsv extends LitElement {
     @media (pointer: coarse) { button { min-height: 44px; } }
   `];
 
-  /** Of the file, without its ending; the button is found by it, too. */
+  /** File name without extension; it also identifies the button. */
   name = "";
-  /** What stands in the file: the numbers as they are, not as they are drawn. */
+  /** The data of the file: the exact numbers, not those as drawn. */
   columns: () => readonly Column[] = () => [];
 
   override render(): TemplateResult {
@@ -28,5 +28,5 @@ export class SlamCsv extends LitElement {
   }
 }
 
-// Each bundle that has such buttons brings its own: the first one is for all.
+// Each bundle that has such buttons contains this file: the first one defines the element for all.
 if (!customElements.get("slam-csv")) customElements.define("slam-csv", SlamCsv);

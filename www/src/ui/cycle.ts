@@ -1,5 +1,5 @@
-// The cycle as a strip: which stage it is in, what each gave and why, and a button for the next
-// one.
+// The cycle as a strip: the present stage, the results of each and the reasons, and a button for
+// the next one.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Stage } from "../protocol/module.js";
@@ -12,7 +12,7 @@ interface Words {
   meaning: string;
 }
 
-/** What each stage is for (TDK 2016 §6.3). */
+/** The purpose of each stage (TDK 2016 §6.3). */
 const STAGES: Readonly<Record<Stage, Words>> = {
   init: { label: "Init", meaning: "The first pose is known by definition: (0, 0, 0) is where the robot stands." },
   scan: { label: "Scan", meaning: "The robot stands while the sensor scans, so that no motion bends the picture." },
@@ -76,7 +76,7 @@ export class SlamCycle extends SlamElement {
     </section>`;
   }
 
-  /** One stage on; what is read is the newest again. */
+  /** Goes one stage on, and shows the newest stage again. */
   next(): void {
     if (!this.store.inCycle || this.store.source !== "sim") return;
     this.#chosen = null;

@@ -1,4 +1,4 @@
-// A window over the page: how it looks, opens and closes.
+// A window over the page: its style, and how it opens and closes.
 
 import { css } from "lit";
 import { SlamElement } from "./element.js";
@@ -12,7 +12,7 @@ export const dialog = css`
   @media (max-width: 760px) { dialog { padding: 18px; } }
 `;
 
-/** A component that is one dialog. */
+/** A component that is a dialog. */
 export abstract class SlamDialog extends SlamElement {
   show(): void {
     this.#dialog()?.showModal();

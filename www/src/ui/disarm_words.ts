@@ -1,4 +1,4 @@
-// Why a robot is disarmed, in words; for the page of one robot and of many.
+// The reasons why a robot is disarmed, in words, for the pages of one robot and of many.
 
 import type { DisarmReasonName } from "../protocol/module.js";
 

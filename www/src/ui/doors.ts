@@ -1,16 +1,16 @@
-// The doors of the simulated world: a button each, and one for all of them.
+// The doors of the simulated world: a button for each, and one for all of them.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { DOOR, DOOR_STRIDE } from "../protocol/module.js";
 import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 
-/** Doors that get a button of their own; the others are clicked on the map. */
+/** Most doors that get a button of their own; others can be clicked on the map. */
 const MOST_BUTTONS = 12;
 
 interface Door {
   open: boolean;
-  /** Whether it is to be open. */
+  /** Whether the door is ordered to be open. */
   ordered: boolean;
 }
 

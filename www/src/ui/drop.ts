@@ -1,4 +1,4 @@
-// Files dropped anywhere on the page.
+// Opens files dropped anywhere on the page.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";

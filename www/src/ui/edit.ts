@@ -1,4 +1,4 @@
-// Changes the map by hand: what a drag on it does.
+// Edits the map by hand: chooses what a drag on it does.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { EDIT_STRIDE, type EditName } from "../protocol/module.js";

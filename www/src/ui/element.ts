@@ -1,5 +1,5 @@
-// What every component starts from: the common style, the store, the client, and the topics that
-// make it render again.
+// The base of every component: the common style, the store, the client, and the topics on which it
+// renders again.
 
 import { type CSSResultGroup, type CSSResultOrNative, LitElement } from "lit";
 import type { Client } from "../client.js";
@@ -9,7 +9,7 @@ import type { Scene } from "../view/scene.js";
 import { inTurn } from "./in_turn.js";
 import { shared } from "./style.js";
 
-/** A component; it stays for as long as the page. */
+/** A component; it exists as long as the page. */
 export abstract class SlamElement extends LitElement {
   /** Set by main.ts before the element is connected. */
   store!: Store;
@@ -28,8 +28,8 @@ export abstract class SlamElement extends LitElement {
     addEventListener(LANGUAGE_CHANGED, () => this.requestUpdate());
   }
 
-  /** What a button does. After a click with the mouse the keys belong to the robot again, not to
-      the button. */
+  /** The handler of a button. After a click with the mouse, keys control the robot again, not the
+      button. */
   protected press(act: () => void): (event: Event) => void {
     return (event) => {
       act();

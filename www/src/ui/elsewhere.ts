@@ -1,4 +1,4 @@
-// A robot that has a computer of its own: where its bridge is had, and a field for the address.
+// For a robot that has a computer of its own: where to get the bridge, and a field for its address.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Host } from "../bridge_address.js";
@@ -8,7 +8,7 @@ import { withCode } from "./code.js";
 import { SlamElement } from "./element.js";
 import { tool } from "./style.js";
 
-/** Where it is to be had, by what serves this page. */
+/** Where to get the bridge, depending on what serves this page. */
 const WHERE: Readonly<Record<Host, string>> = {
   bridge: "This page comes from a bridge that has no robot: with `--source` it is told where one is.",
   files: "A robot with a computer of its own has a bridge there, which serves this same page with the robot behind it: open the bridge's address. This copy of the page stands on a server of files, and no bridge can be reached from it.",
@@ -33,7 +33,7 @@ export class SlamElsewhere extends SlamElement {
     </details>`;
   }
 
-  /** The field comes when somebody looks for it. */
+  /** The field is loaded when somebody looks for it. */
   readonly #asks = async (event: Event): Promise<void> => {
     const isOpen = (event.currentTarget as HTMLDetailsElement).open;
     this.#canAsk = isOpen && (await bundle(this.store, "bridge_field.js", "The field for an address")) !== null;

@@ -1,4 +1,4 @@
-// What to watch in the experiment that is shown.
+// The card of the experiment that is shown: what to watch.
 
 import { nothing, type TemplateResult } from "lit";
 import { isOf, type Shown } from "../gallery.js";
@@ -11,12 +11,12 @@ export class SlamExhibit extends SlamElement {
   static override styles = story;
 
   protected override readonly topics = ["exhibit", "tour"] as const;
-  /** Of a story that was read only its name is left, and the map has the room. */
+  /** The experiment whose story was read: it is folded to its name, to make room for the map. */
   #folded: Shown | null = null;
 
   override connectedCallback(): void {
     super.connectedCallback();
-    // Another run is another story.
+    // Another run has another story.
     this.store.on("run", () => {
       const { exhibit } = this.store;
       if (exhibit && !isOf(exhibit, this.store)) this.store.set("exhibit", { exhibit: null });

@@ -11,7 +11,7 @@ export const figures = css`
   dd { margin: 0; text-align: right; overflow-wrap: anywhere; }
 `;
 
-/** One figure; `id` is what tests know it by, `title` says more about it. */
+/** One figure; tests use `id`, and `title` explains it. */
 export function figure(name: string, value: unknown, id: string, title = "", wide = ""): TemplateResult {
   return html`<div class=${wide} title=${title}><dt>${name}</dt><dd class="num" data-testid=${id}>${value}</dd></div>`;
 }

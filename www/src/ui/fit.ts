@@ -1,5 +1,5 @@
-// Parameters of a recorded or a live robot, fitted to its drive, with standard errors, as a preset;
-// and the twin.
+// Parameters of a recorded or live robot, fitted to its drive, with standard errors and as a
+// preset; and the twin.
 
 import { css, type TemplateResult } from "lit";
 import type { DriveFit, SettingValues } from "../protocol/module.js";
@@ -71,7 +71,7 @@ function columnsOf({ parameters }: DriveFit): Column[] {
   ];
 }
 
-/** As many digits as the standard error is worth: two of its own. */
+/** Rounded to the second significant digit of the standard error. */
 function short(value: number, sigma: number): string {
   const size = Math.abs(Number.isFinite(sigma) && sigma !== 0 ? sigma : value);
   if (!(size > 0)) return "0";

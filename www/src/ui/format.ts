@@ -1,4 +1,4 @@
-// Numbers in words that people read.
+// Numbers as people read them.
 
 import { decimalMark } from "../spoken.js";
 
@@ -8,14 +8,14 @@ export function fixed(value: number, digits: number): string {
   if (!Number.isFinite(value)) return DASH;
   const text = Math.abs(value).toFixed(digits);
   const shown = text.replace(".", decimalMark());
-  // What rounds to zero has no sign.
+  // A number that rounds to zero has no sign.
   return value < 0 && Number(text) !== 0 ? `−${shown}` : shown;
 }
 
-/** Numbers beside each other; where a comma parts their digits, it cannot part them. */
+/** A list of numbers. The separator is not a comma if a comma is the decimal mark. */
 export const list = (...numbers: readonly string[]): string => numbers.join(decimalMark() === "," ? "; " : ", ");
 
-/** 83 s is 1:23. */
+/** For example, 83 s is 1:23. */
 export function clock(seconds: number): string {
   if (!Number.isFinite(seconds)) return DASH;
   const whole = Math.floor(Math.max(0, seconds));
@@ -28,13 +28,13 @@ export function percent(fraction: number): string {
   return Number.isFinite(fraction) ? `${Math.floor(fraction * 100)} %` : DASH;
 }
 
-/** 4.2 cm reads better than 0.04 m. */
+/** A length in a suitable unit: 4.2 cm reads better than 0.04 m. */
 export function length(metres: number): { value: string; unit: string } {
   if (!Number.isFinite(metres)) return { value: DASH, unit: "" };
   return metres < 1 ? { value: fixed(metres * 100, 1), unit: "cm" } : { value: fixed(metres, 2), unit: "m" };
 }
 
-/** With a capital at its beginning. */
+/** Starts with a capital letter. */
 export function sentence(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }

@@ -1,4 +1,4 @@
-// The gallery: a dozen experiments to begin by a click.
+// The gallery: a dozen experiments, each started by a click.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { EXAMPLE, openExample } from "../example.js";
@@ -51,13 +51,13 @@ export class SlamGallery extends SlamDialog {
     else location.hash = addressOfLesson(lesson);
   }
 
-  /** The map and the card beside it are what it is about: on a phone no panel covers them. */
+  /** On a phone, closes panels that would cover the map and the card. */
   #clear(): void {
     this.close();
     if (isNarrow()) this.store.set("tab", { tab: "" });
   }
 
-  /** World, sensor and method, as the choosers call them. */
+  /** World, sensor and method, by their names in the choosers. */
   #made({ setup }: Pick<Exhibit, "setup"> | LessonInfo): string {
     const { sensors } = this.store.offer;
     const sensor = sensors.find(({ name }) => name === setup.sensor)?.title ?? setup.sensor;
@@ -74,7 +74,7 @@ export class SlamGallery extends SlamDialog {
     void openExample(this.store, this.client);
   }
 
-  /** Experiments have an address of their own, which the page follows: it can be passed on. */
+  /** Experiments have addresses that can be passed on; the page reacts to the address. */
   #begin(each: Exhibit): void {
     this.#clear();
     if (location.hash === addressOf(each)) exhibit(this.store, this.client, each);

@@ -1,4 +1,4 @@
-// Says that a gamepad is there, what its stick does and what it says now; and when it goes.
+// Reports that a gamepad is connected, what its stick does and its present state; and its removal.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { GamepadState } from "../gamepad.js";
@@ -6,7 +6,7 @@ import { html, t } from "../words.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
-/** How far the dot goes from the middle of the ring, of 24. */
+/** Largest offset of the dot from the centre of the ring, of 24. */
 const REACH = 7;
 
 export class SlamGamepad extends SlamElement {
@@ -25,7 +25,7 @@ export class SlamGamepad extends SlamElement {
 
   override render(): TemplateResult {
     const { gamepad } = this.store;
-    // A status: read out when it comes, when what it does changes, and when it goes.
+    // A status: read aloud when a gamepad is connected, changes its function, or is removed.
     return html`<div role="status" data-testid="gamepad" ?hidden=${!gamepad} class=${gamepad?.stops ? "stops" : ""}>${gamepad
       ? html`${icons.gamepad}
         <svg viewBox="0 0 24 24" aria-hidden="true" data-testid="gamepad-stick"><circle class="ring" cx="12" cy="12" r="10.5"/><circle class="dot" r="3.6" cx=${12 - REACH * gamepad.turn} cy=${12 - REACH * gamepad.forward}/></svg>
@@ -40,7 +40,7 @@ export class SlamGamepad extends SlamElement {
     if (before && !gamepad) this.store.set("toast", { toast: { level: "info", text: t`${before.name} is gone: it drives no longer. Keys and the stick on the map do.` } });
   }
 
-  /** What moving its stick does here. */
+  /** What moving its stick does at present. */
   #use(): string {
     const { source, bridge } = this.store;
     if (source === "replay") return "has nothing to drive in a recording";

@@ -1,4 +1,4 @@
-// Name, one sentence on what is happening, registration lab, theme and help.
+// Name, a sentence on what is happening, registration lab, theme and help.
 
 import { css, type TemplateResult } from "lit";
 import { isInDoubt } from "../view/layers/grid.js";
@@ -77,10 +77,10 @@ export class SlamHeader extends SlamElement {
   }
 }
 
-/** A sentence of more letters needs more than three lines of a narrow phone. */
+/** Letters above which a sentence needs more than three lines on a narrow phone. */
 const LONG = 48;
 
-/** With numbers and their units on one line. */
+/** Keeps numbers and their units on one line. */
 const inOnePiece = (text: string): string => t(text).replace(/(\d) (?=[a-z%]+\b|%)/g, "$1\u00a0");
 
 customElements.define("slam-header", SlamHeader);

@@ -1,4 +1,4 @@
-// What the page shows, and every key.
+// The help: what the page shows, and every key.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
@@ -62,7 +62,7 @@ export class SlamHelp extends SlamDialog {
 
   protected override readonly topics = ["offline"] as const;
 
-  /** Who looks for another language looks here. */
+  /** Visitors who want another language look here. */
   override show(): void {
     super.show();
     void bundle(this.store, "language.js", "The choice of the language");

@@ -33,7 +33,7 @@ export const icons = {
   bin: icon(svg`<path d="M4.5 7h15M9 7V4.5h6V7M6.5 7l1 13h9l1-13M10 11v5.5M14 11v5.5"/>`),
   pin: icon(svg`<path d="M12 21s6.5-5.8 6.5-11A6.5 6.5 0 0 0 5.5 10c0 5.2 6.5 11 6.5 11z"/><circle cx="12" cy="10" r="2.3"/>`),
   arrow: icon(svg`<path d="M12 19V5.5M6.5 11 12 5.5l5.5 5.5"/>`),
-  /** A needle that points where the map's y axis does, turned by so many degrees. */
+  /** A needle that points along the map's y axis, turned by so many degrees. */
   needle: (turned: number): TemplateResult => icon(svg`<g transform="rotate(${-turned} 12 12)"><path d="M12 3.5 8.5 12h7z" fill="currentColor"/><path d="M12 20.5 8.5 12h7z"/></g>`),
   compass: icon(svg`<circle cx="12" cy="12" r="9"/><path d="m15.8 8.2-2.2 5.4-5.4 2.2 2.2-5.4z"/>`),
   cycle: icon(svg`<path d="M12 4a8 8 0 0 1 7.6 5.5M19.9 13a8 8 0 0 1-5 6.4M11 20a8 8 0 0 1-6.6-5M4.1 11A8 8 0 0 1 9 4.6"/><path d="M19.8 5v4.6h-4.6"/>`),

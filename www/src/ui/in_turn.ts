@@ -1,15 +1,15 @@
-// What a frame of a run makes drawn again takes turns, some for a picture: all at once, pictures
-// with a frame would take several times as long as the others.
+// Spreads the redrawing after a frame of a run over several pictures: all at once, such pictures
+// would take several times as long as the others.
 
-/** What is done for a picture; all of a frame is done before the next one. */
+/** Most weight of the work in one picture; all work of a frame is done before the next one. */
 const MOST = 3;
 
 interface Turn { readonly act: () => void; readonly weight: number }
 
 const waiting = new Map<unknown, Turn>();
 
-/** Acts within the next pictures; once, however often that is asked for in the name of `who`.
-    `weight`: how many texts that change it amounts to. */
+/** Calls `act` within the next pictures, and only once for each `who`, however often requested.
+    `weight`: how many text updates it costs. */
 export function inTurn(who: unknown, act: () => void, weight = 1): void {
   if (waiting.size === 0) requestAnimationFrame(next);
   waiting.set(who, { act, weight });

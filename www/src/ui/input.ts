@@ -1,4 +1,4 @@
-// What a person put into a field.
+// Reads what a person entered into a field.
 
 /** The value of the input or list that changed. */
 export function valueOf({ target }: Event): string {

@@ -1,5 +1,5 @@
-// In which language the page speaks: each by its own name. A bundle of its own, for a first visit
-// does without it.
+// The chooser of the page's language; each is listed by its own name. A bundle of its own, because
+// a first visit does not need it.
 
 import { css, type TemplateResult } from "lit";
 import { KEPT, load, PARAMETER } from "../language.js";
@@ -24,12 +24,12 @@ export class SlamLanguage extends SlamElement {
       </select></label>`;
   }
 
-  /** Speaks another one from here on, and remembers it. */
+  /** Switches to a language, and remembers it. */
   async #choose(wanted: Language): Promise<void> {
     try {
       await load(wanted);
       ifAllowed(() => localStorage.setItem(KEPT, wanted));
-      // The choice stands, not the link that the page was opened by.
+      // The choice replaces the language of the link that opened the page.
       const url = new URL(location.href);
       url.searchParams.delete(PARAMETER);
       if (url.href !== location.href) history.replaceState(history.state, "", url);

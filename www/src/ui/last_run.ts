@@ -1,4 +1,4 @@
-// What was left on the last visit, offered.
+// Offers the run that was left on the last visit.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { goOn, shownTitle } from "../last_run.js";

@@ -1,5 +1,5 @@
-// Every layer with its sign, what it means, and a switch; in which order they lie on one another;
-// and what the map is drawn with.
+// Every layer with its symbol, its meaning, and a switch; the order of the layers; and what draws
+// the map.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { repeat } from "lit/directives/repeat.js";
@@ -20,15 +20,15 @@ interface Entry {
   meaning: string;
   sign: TemplateResult<2>;
   simOnly?: boolean;
-  /** Of a real or a recorded robot only. */
+  /** Only for a real or a recorded robot. */
   realOnly?: boolean;
-  /** Of a log that several methods have mapped only. */
+  /** Only for a log that several methods have mapped. */
   comparedOnly?: boolean;
-  /** Of a method with submaps only. */
+  /** Only for a method with submaps. */
   submapsOnly?: boolean;
-  /** Of a robot that is to be found in a map only. */
+  /** Only for a robot that is localised in a prior map. */
   priorMapOnly?: boolean;
-  /** Not drawn now, for planners are compared. */
+  /** Not drawn now, because planners are compared. */
   makesRoom?: boolean;
 }
 
@@ -81,7 +81,7 @@ const ENTRIES: readonly Entry[] = [
   { name: "truth", label: "Truth", meaning: "The real walls and the real pose. Only the simulator knows them.", sign: stroke("truth", "5 4", 2), simOnly: true },
 ];
 
-/** What of the truth is special, shown where the world has it. */
+/** Special parts of the truth, shown if the world has them. */
 const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meaning: string; sign: TemplateResult<2> }[] = [
   { has: (scene) => scene.materials.includes(1), label: "Glass", meaning: "A lidar sees through it, but for beams that meet it squarely. A sonar hears it.", sign: stroke("glass", "8 2 2 2", 3) },
   { has: (scene) => scene.materials.includes(2), label: "Dark wall", meaning: "It swallows light: a lidar sees it from near only.", sign: stroke("dark", "2 2.5", 3.5) },
@@ -91,9 +91,9 @@ const MATERIALS: readonly { has: (scene: Scene) => boolean; label: string; meani
     sign: svg`<circle cx="14" cy="9" r="7" fill="var(--map-people)" fill-opacity=".28" stroke="var(--map-people)" stroke-width="1.5"/><circle cx="14" cy="9" r="2.8" fill="var(--map-people)" stroke="none"/>` },
 ];
 
-/** Distances are given up to so many cells. */
+/** Distances are shown up to this many cells. */
 const MOST_CELLS = 64;
-/** What the grid can show; ends of the scale and meaning for fields. */
+/** What the grid can show; for fields also the ends of the scale and the meaning. */
 const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, string]; meaning?: string }[] = [
   { view: "continuous", label: "how sure each cell is" },
   { view: "three", label: "three tones, as it is saved" },
@@ -102,7 +102,7 @@ const VIEWS: readonly { view: GridView; label: string; ends?: readonly [string, 
   { view: "room", label: "where the robot may be", ends: ["0 m of room", "and more"], meaning: "Configuration space: how far the middle of the robot's disc may move. Dark: it may not be there at all." },
 ];
 
-/** What the map can be drawn with; what "auto" is here is said beside it. */
+/** What the map can be drawn with; the present meaning of "auto" is shown beside it. */
 const DRAWN: Readonly<Record<Drawing, string>> = { auto: "what is quicker here", webgl2: "WebGL2", canvas: "Canvas 2D" };
 
 export class SlamLegend extends SlamElement {
@@ -141,17 +141,17 @@ export class SlamLegend extends SlamElement {
   `;
 
   protected override readonly topics = ["view", "run", "drawing", "tab"] as const;
-  /** Whether it is shown in which order they lie, rather than which are shown. */
+  /** Whether the list shows the order of the layers, rather than which are shown. */
   #isOrdering = false;
-  /** The layer that is being drawn to another place. */
+  /** The layer that is being dragged to another place. */
   #dragged: LayerName | null = null;
-  /** What was pointed at last. */
+  /** The meaning of the entry last pointed at. */
   #meaning = "";
 
   override connectedCallback(): void {
     super.connectedCallback();
     this.addEventListener("pointerleave", () => this.#explain(""));
-    // Materials, people and submaps come with the first frame of a run.
+    // Materials, people and submaps are known from the first frame of a run on.
     let seen = "";
     this.store.on("frame", () => {
       const now = [this.scene.submaps.count > 0, ...MATERIALS.map((m) => m.has(this.scene))].join();
@@ -198,7 +198,7 @@ export class SlamLegend extends SlamElement {
       </ul>`;
   }
 
-  /** From the uppermost down. */
+  /** The layers from the top down. */
   #order(): TemplateResult {
     const { store } = this;
     const entries = this.#entries();
@@ -214,25 +214,25 @@ export class SlamLegend extends SlamElement {
       <button class="icon turned" ?disabled=${at === listed.length - 1} data-testid="lower-${e.name}" title="Under the one below" aria-label="Lower ${e.label}" @click=${move(at, 1)}>${icons.arrow}</button></li>`)}</ul>`;
   }
 
-  /** By the sign; with a mouse by the name, too, where a finger scrolls the list. */
+  /** Starts a drag, by the symbol; with a mouse also by the name, where touch scrolls the list. */
   #take(event: PointerEvent, name: LayerName): void {
     const pressed = event.target as Element;
     if (event.button !== 0 || pressed.closest("button") || (event.pointerType === "touch" && !pressed.closest("svg"))) return;
-    // Rows change their places under the pointer; the list stays.
+    // Rows move under the pointer, but the list stays.
     (event.currentTarget as Element).parentElement?.setPointerCapture(event.pointerId);
     event.preventDefault();
     this.#dragged = name;
     this.requestUpdate();
   }
 
-  /** It lies at once where it is held: over or under what is beside it there. */
+  /** Moves the layer at once to where it is held: over or under its neighbour there. */
   #drag({ clientY }: PointerEvent, listed: readonly Entry[]): void {
     const name = this.#dragged;
     if (name === null) return;
     const at = listed.findIndex((e) => e.name === name);
     const middle = (each: Element): number => each.getBoundingClientRect().top + each.getBoundingClientRect().height / 2;
     const rows = [...this.renderRoot.querySelectorAll("li.order")].map(middle);
-    // As many as it was drawn over, up or down.
+    // It passes all layers that it was dragged across, up or down.
     const over = listed.find((_, i) => i < at && clientY < (rows[i] ?? -Infinity));
     const under = listed.findLast((_, i) => i > at && clientY > (rows[i] ?? Infinity));
     if (over) this.store.moveLayer(name, "over", over.name);
@@ -249,7 +249,7 @@ export class SlamLegend extends SlamElement {
     this.requestUpdate();
   }
 
-  /** The layers that this run has. */
+  /** The layers that exist in this run. */
   #entries(): readonly Entry[] {
     const { store } = this;
     const isThere = (e: Entry): boolean => (!e.priorMapOnly || needsPriorMap(store.method)) && (!e.submapsOnly || this.scene.submaps.count > 0) && (!e.comparedOnly || store.compared.length > 0);
@@ -263,7 +263,7 @@ export class SlamLegend extends SlamElement {
     this.requestUpdate();
   }
 
-  /** What the colours of a field mean. */
+  /** The meaning of a field's colours. */
   #scale(): TemplateResult | typeof nothing {
     const { gridView: view } = this.store;
     const chosen = VIEWS.find((entry) => entry.view === view);

@@ -1,4 +1,4 @@
-// The lesson of the run that is shown: what goes wrong, what is to be reached, and how far it is.
+// The lesson of the run that is shown: what goes wrong, the aim, and the progress.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { addressOf, current, leave, teach } from "../lessons.js";
@@ -10,7 +10,7 @@ import { clock, DASH, fixed, length, percent } from "./format.js";
 import { icons } from "./icons.js";
 import { story } from "./story_card.js";
 
-/** A number with its unit, by the kind of the measure. */
+/** A number with its unit, by the kind of measure. */
 const shown = { part: percent, metres: (value: number) => { const { value: text, unit } = length(value); return unit === "" ? text : `${text} ${unit}`; }, number: (value: number) => fixed(value, value < 100 ? 1 : 0), count: (value: number) => fixed(value, 0) };
 
 const MEASURES: Readonly<Record<MeasureName, { title: string; kind: keyof typeof shown; meaning: string }>> = {
@@ -45,7 +45,7 @@ export class SlamLesson extends SlamElement {
   `];
 
   protected override readonly topics = ["run", "lesson", "settings", "tour"] as const;
-  /** Of a lesson that was read only its name is left, and what came of it: the map has the room. */
+  /** The lesson that was read: it is folded to its name and result, to make room for the map. */
   #folded = "";
 
   override render(): TemplateResult | typeof nothing {

@@ -1,5 +1,5 @@
-// What was decided, and why, with the time of the run: as lines that open to each entry they stand
-// for, filtered by kind or words, and saved as a table.
+// What was decided, and why, with the run time: as lines that open to all their entries, filtered
+// by kind or words, and saved as a table.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Column } from "../csv.js";
@@ -70,7 +70,7 @@ export class SlamLog extends SlamElement {
       ${isOpen ? html`<ol>${earlier.map((entry) => html`<li class=${entry.level}>${this.#time(entry)}<span>${entry.text}</span></li>`)}</ol>` : nothing}</li>`;
   }
 
-  /** A run that is not live can be taken back to its moments. */
+  /** A run that is not live can go back to the moment of an entry. */
   #time({ time }: LogEntry): TemplateResult {
     if (this.store.source === "bridge") return html`<time>${clock(time)}</time>`;
     return html`<button class="moment" title="Go to this moment" @click=${this.press(() => this.client.seek(time))}><time>${clock(time)}</time></button>`;
@@ -82,7 +82,7 @@ export class SlamLog extends SlamElement {
   }
 }
 
-/** The oldest first, as other programs have it. */
+/** The oldest entry first, as usual in other programs. */
 function columnsOf(entries: readonly LogEntry[]): readonly Column[] {
   return [
     { title: "Time", unit: "s", values: entries.map(({ time }) => time) },

@@ -1,5 +1,5 @@
-// Saved, loaded and prior maps stand one step away: folded, until one of them is in use or somebody
-// asks for them. Their code comes then.
+// Saved, loaded and prior maps: folded until one of them is in use or somebody opens the fold. Only
+// then is their code loaded.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { bundle } from "../bundle.js";
@@ -19,7 +19,7 @@ export class SlamMaps extends SlamElement {
   protected override readonly topics = ["run", "submaps", "graph"] as const;
   #isOpen = mapsAreOpen();
   #isUsed = false;
-  /** Made when they are shown first. */
+  /** Created when they are first shown. */
   #tools: HTMLElement[] | null = null;
 
   override render(): TemplateResult {
@@ -38,7 +38,7 @@ export class SlamMaps extends SlamElement {
     this.requestUpdate();
     void bundle(store, "panels.js", "This panel").then((part) => {
       if (part) return;
-      // Whoever opens it again tries it again.
+      // Opening it again tries again.
       [this.#tools, this.#isOpen] = [null, false];
       this.requestUpdate();
     });

@@ -1,4 +1,4 @@
-// What became of a line of a scan, in words.
+// The outcome for a line of a scan, in words.
 
 import type { Decision } from "../protocol/module.js";
 import { word } from "../spoken.js";

@@ -1,4 +1,4 @@
-// Why this match: the lines of the last scan, what each was compared with, and what became of it.
+// The matching explained: the lines of the last scan, what each was compared with, and the outcome.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
@@ -70,7 +70,7 @@ export class SlamMatches extends SlamElement {
       })}</ul>`;
   }
 
-  /** What became of corners and posts, where they are landmarks. */
+  /** The outcome for corners and posts, if they are landmarks. */
   #points(): TemplateResult | typeof nothing {
     const [seen = 0, recognised = 0, added = 0] = this.store.inspection?.pointsSeen ?? [];
     if (seen === 0) return nothing;

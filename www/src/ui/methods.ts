@@ -1,5 +1,5 @@
-// Methods side by side on one log: each that was run on it with its figures, and how far its way is
-// from the one that is shown.
+// Methods side by side on one log: the figures of each that was run on it, and the distance of its
+// trajectory from the one that is shown.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { apart, type Compared, shownRun } from "../compared.js";
@@ -63,7 +63,7 @@ export class SlamMethods extends SlamElement {
   }
 }
 
-/** The figures of those that ran. */
+/** The figures of the methods that were run. */
 function columnsOf(runs: readonly Compared[], shown: Compared): Column[] {
   const numbers = (title: string, unit: string, value: (run: Compared) => number): Column => ({ title, unit, values: runs.map(value) });
   const gap = (run: Compared): { rms: number; most: number } => (run === shown ? { rms: 0, most: 0 } : apart(shown.trail, run.trail));

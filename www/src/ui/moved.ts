@@ -1,4 +1,4 @@
-// Says for some seconds that a loop was closed, and by how much that moved the map.
+// Reports for some seconds that a loop was closed, and how far that moved the map.
 
 import { css, type TemplateResult } from "lit";
 import { html, t } from "../words.js";
@@ -23,7 +23,7 @@ export class SlamMoved extends SlamElement {
     this.store.on("moved", () => {
       clearTimeout(this.#timer);
       const { moved } = this.store;
-      // The tour says it in its own words.
+      // The tour reports it in its own words.
       this.#text = moved > 0 && !this.store.tour ? t`Loop closed: the map moved by up to ${fixed(moved, moved < 0.95 ? 2 : 1)} m` : "";
       this.#timer = window.setTimeout(() => {
         this.#text = "";

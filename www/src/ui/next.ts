@@ -1,4 +1,4 @@
-// What next: offered at the end of a run, until something is done or the offer is closed.
+// Suggestions at the end of a run, until something is done or they are closed.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
@@ -24,15 +24,16 @@ export class SlamNext extends SlamElement {
 
   protected override readonly topics = ["run", "frame", "tab", "view", "tour", "exhibit", "lesson"] as const;
   #closed = false;
-  /** The run is over. Who stops a robot that is done asks nothing else of it: it stays over. */
+  /** The run is over. Stopping a robot that has finished changes nothing: the run stays over. */
   #isOver = false;
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, tab, comparesPaths, layers, editing, inspecting, isStopped, tour, exhibit, offer: { worlds }, setup } = this.store;
     this.#isOver = status !== null && (status.finished || (this.#isOver && isStopped));
     if (!this.#isOver) this.#closed = false;
-    // Those have a next step of their own, runs side by side are compared already, and a robot
-    // behind a bridge is told what to do by who drives it. On a phone what is open covers the map.
+    // Tour, experiment and lesson have next steps of their own, runs side by side are already
+    // compared, and a robot behind a bridge is up to its driver. On a phone an open sheet covers
+    // the map.
     if (!this.#isOver || this.#closed || source === "bridge" || tour || exhibit || currentLesson(this.store) || editing || inspecting || document.body.dataset["race"] !== undefined) return nothing;
     if (layers.rooms || comparesPaths || (tab !== "" && isNarrow())) return nothing;
     const world = worlds[(worlds.indexOf(setup.world) + 1) % worlds.length];

@@ -1,6 +1,6 @@
-// What lies over the page takes the files that are dropped on it: the page behind gets none.
+// An element over the page takes the files that are dropped on it: the page behind gets none.
 
-/** Hands what is dropped on `element` to `open`. */
+/** Passes files dropped on `element` to `open`. */
 export function takeDrops(element: HTMLElement, open: (files: File[]) => void): void {
   const keep = (event: DragEvent): void => {
     event.preventDefault();

@@ -1,6 +1,6 @@
-// What the tabs of filter, paths and settings show, and what is folded with submaps and other maps:
-// a bundle of its own. Its components have their places in index.html (main.ts puts them there) and
-// in the fold (maps.ts), and come to life when they are defined.
+// The contents of the tabs of filter, paths and settings, and of the fold with submaps and other
+// maps: a bundle of its own. Its components have their places in index.html (main.ts puts them
+// there) and in the fold (maps.ts), and become active when they are defined.
 
 import "./calibration.js";
 import "./consistency.js";

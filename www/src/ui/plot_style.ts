@@ -2,7 +2,7 @@
 
 import type uPlot from "uplot";
 
-/** A custom property as a colour that a canvas takes; `probe` is any element of the component. */
+/** A custom property as a colour that a canvas accepts; `probe` is any element of the component. */
 export function colourOf(probe: HTMLElement, name: string): string {
   probe.style.setProperty("color", `var(--${name})`);
   const colour = getComputedStyle(probe).color;
@@ -10,12 +10,12 @@ export function colourOf(probe: HTMLElement, name: string): string {
   return colour;
 }
 
-/** The same colour, hardly there. */
+/** The same colour, almost transparent. */
 export function faint(colour: string): string {
   return colour.replace(/^rgb\((.*)\)$/, (_, parts: string) => `rgba(${parts}, 0.2)`);
 }
 
-/** A number with its unit below, values at the left. */
+/** Axes: numbers with their unit below, values on the left. */
 export function numberAxes(probe: HTMLElement, unit: string): uPlot.Axis[] {
   const axis = { stroke: colourOf(probe, "muted"), font: "11px IBM Plex Mono, monospace", ticks: { show: false }, grid: { stroke: colourOf(probe, "line"), width: 1 } };
   return [

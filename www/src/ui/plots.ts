@@ -1,6 +1,6 @@
-// Curves of the run: position error and heading error with the 3σ that the filter claims, how far
-// what it recognises lies from where it expects it, what a scan showed, and time per scan. Without
-// truth there are no errors, and the claims stand alone.
+// Curves of the run: position error and heading error with the filter's 3σ, the innovations of the
+// matched features, what a scan showed, and time per scan. Without truth there are no errors, and
+// only the 3σ are shown.
 
 import { nothing, type TemplateResult } from "lit";
 import type { MethodName } from "../protocol/module.js";
@@ -9,7 +9,7 @@ import { word } from "../spoken.js";
 import { html, t } from "../words.js";
 import { type Curve, SlamCharts } from "./charts.js";
 
-/** Of methods that have no innovation, why, and what they have in its place. */
+/** For methods without an innovation: the reason, and what they have instead. */
 const NO_INNOVATION: Readonly<Partial<Record<MethodName, string>>> = {
   "odometry": "Odometry alone compares nothing with a map: there is no innovation to plot.",
   "scan-matching": "Whole scans are matched, not features: that has a residual, and no innovation with bounds.",

@@ -1,5 +1,5 @@
-// A component with plots: how all of them look, that they follow its width, and that what plots
-// comes when the first of them is seen.
+// A component with plots: their common style, their width, and loading the plotting library when
+// the first of them is seen.
 
 import { type CSSResultGroup, type CSSResultOrNative, css, unsafeCSS } from "lit";
 import type uPlot from "uplot";
@@ -8,17 +8,17 @@ import { bundle } from "../bundle.js";
 import { SlamElement } from "./element.js";
 import { numberAxes } from "./plot_style.js";
 
-/** What makes plots. */
+/** The constructor of plots. */
 export type Plotter = typeof uPlot;
 
 let plotter: Plotter | null = null;
 let coming: Promise<void> | null = null;
 
 export abstract class SlamPlotted extends SlamElement {
-  /** Of each plot, CSS pixels. */
+  /** Height of each plot, CSS pixels. */
   protected abstract readonly height: number;
   protected plots: readonly uPlot[] = [];
-  /** Whether it was to draw before there was what draws. */
+  /** Whether a drawing is pending because the library was not loaded yet. */
   #isOwed = false;
 
   protected static override finalizeStyles(own: CSSResultGroup = []): CSSResultOrNative[] {
@@ -31,7 +31,7 @@ export abstract class SlamPlotted extends SlamElement {
     this.store.on("frame", () => this.#settle());
   }
 
-  /** Makes the plots of what there is, in their places. */
+  /** Creates the plots of the present data, in their places. */
   protected abstract draw(make: Plotter): readonly uPlot[];
 
   override updated(): void {
@@ -41,13 +41,13 @@ export abstract class SlamPlotted extends SlamElement {
     this.#settle();
   }
 
-  /** Draws what could not be drawn yet, once somebody sees it and the robot has something to show:
-      before that, whether the tour hides it is not decided. */
+  /** Catches up on a pending drawing once the component is visible and the robot has data: before
+      that, it is not decided whether the tour hides it. */
   #settle(): void {
     if (!this.#isOwed || this.clientWidth === 0 || !this.store.status) return;
     this.#isOwed = false;
     coming ??= bundle(this.store, "plotter.js", "The part that draws curves").then((part) => {
-      // Where it did not come it is asked for at the next drawing, not at each frame.
+      // If loading fails it is tried again at the next drawing, not at each frame.
       plotter = (part as typeof import("./plotter.js") | null)?.default ?? null;
       coming = null;
     });
@@ -59,7 +59,7 @@ export abstract class SlamPlotted extends SlamElement {
     for (const plot of this.plots) plot.setSize({ width: this.#width, height: this.height });
   }
 
-  /** What plots have in common; `unit` is that of the axis below. */
+  /** The common options of plots; `unit` is that of the axis below. */
   protected frame(host: HTMLElement, unit: string): Omit<uPlot.Options, "series"> {
     return {
       width: this.#width, height: this.height, legend: { show: false }, cursor: { y: false, drag: { x: true, y: false } },
@@ -72,8 +72,8 @@ export abstract class SlamPlotted extends SlamElement {
   }
 }
 
-/** What is seen of a plot is a bitmap, made when it is drawn: browsers without a graphics card copy
-    every 2D canvas for each picture of the page, whether it changed or not. */
+/** Shows each plot as a bitmap, made when it is drawn: browsers without a graphics card copy every
+    2D canvas for each picture of the page, whether it changed or not. */
 function still(): uPlot.Plugin {
   let seen: ImageBitmapRenderingContext | null = null;
   return { hooks: { draw: ({ ctx: { canvas } }) => {
@@ -85,7 +85,7 @@ function still(): uPlot.Plugin {
   } } };
 }
 
-/** Where the bitmap of a canvas is seen in its place; null where there are none. */
+/** Adds a canvas that shows the bitmap instead; null if the browser has no bitmap contexts. */
 function placeBeside(canvas: HTMLCanvasElement): ImageBitmapRenderingContext | null {
   const place = document.createElement("canvas");
   const context = place.getContext("bitmaprenderer");

@@ -1,3 +1,3 @@
-// The library that plots: a bundle of its own, which comes when the first plot is seen.
+// The plotting library: a bundle of its own, loaded when the first plot is seen.
 
 export { default } from "uplot";

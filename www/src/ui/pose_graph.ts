@@ -1,4 +1,4 @@
-// A pose graph of others (.g2o): what it looks like, as its file had it and solved.
+// A pose graph from a foreign file (.g2o): as it was in the file, and solved.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { downloadAll } from "../save.js";
@@ -86,7 +86,7 @@ export class SlamPoseGraph extends SlamElement {
   }
 }
 
-/** With as many digits as tell one graph from another. */
+/** With enough digits to distinguish one graph from another. */
 function chi2(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(5))) : DASH;
 }

@@ -1,4 +1,4 @@
-// What poses of another file are to a recording: asked once, when they are given.
+// Asks what the poses of another file are to a recording, once, when they are opened.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { PosesAs } from "../protocol/module.js";

@@ -1,5 +1,4 @@
-// The map that a robot is to be found in: where it comes from, where the robot begins in it, and
-// whether it fits.
+// The prior map: where it comes from, where the robot begins in it, and whether it fits.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { LocalisationName, PriorMapSetup } from "../protocol/module.js";
@@ -11,7 +10,7 @@ import { icons } from "./icons.js";
 import { filesOf } from "./input.js";
 import { section } from "./style.js";
 
-/** Numbers of the start: name, what a person reads, and units of the page in one of the module. */
+/** The fields of the start: key, label, and page units per unit of the module. */
 const START = [["x", "x, m", 1], ["y", "y, m", 1], ["heading", "heading, °", 180 / Math.PI]] as const;
 
 const LOCALISATION_WORDS: Record<LocalisationName, string> = {
@@ -65,7 +64,7 @@ export class SlamPriorMap extends SlamElement {
       </div>` : nothing}`;
   }
 
-  /** Whether it knows where it is, of a method that tells. */
+  /** Whether the robot is localised, for methods that report it. */
   #localisation(): TemplateResult | typeof nothing {
     const { status, source } = this.store;
     const words = status?.localisation ? LOCALISATION_WORDS[status.localisation] : null;
@@ -83,7 +82,7 @@ export class SlamPriorMap extends SlamElement {
       : misfit && !this.store.setup.priorMap && this.store.source === "sim" ? t`Only ${part} of what the sensor hits is a wall of the map: the robot is elsewhere in it than it believes.`
       : misfit ? t`The map does not fit: only ${part} of what the sensor hits is a wall of it. It shows another building, it is too rough, or the robot is elsewhere in it than it believes.`
       : t`The map fits: ${part} of what the sensor hits is a wall of it.`;
-    // That it fitted before says nothing while the robot is lost in it.
+    // An earlier fit means nothing while the robot is lost.
     if (isJudged && !misfit && status.localisation !== null && status.localisation !== "localised") return nothing;
     return html`<p class=${misfit ? "bad" : ""} data-testid="prior-map-fit">${words}</p>`;
   }
@@ -97,7 +96,7 @@ export class SlamPriorMap extends SlamElement {
       this.client.localiseIn({ ...priorMap, start });
       return;
     }
-    // The field says again where the robot began.
+    // The field shows the start in use again.
     input.value = String(Number(((priorMap.start[index] ?? 0) * unit).toFixed(3)));
   }
 }

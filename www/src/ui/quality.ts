@@ -1,4 +1,4 @@
-// What the map is worth: whether it agrees with itself, and where not and why.
+// The judgement of the map: whether it agrees with itself, and if not, where and why.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
@@ -14,14 +14,14 @@ const VERDICTS: Readonly<Record<MapVerdictName, string>> = {
   torn: "This map is torn.",
 };
 
-/** Why nothing can be said. */
+/** Why no judgement is possible. */
 const NOTHING_SAID: Readonly<Record<UnjudgeableName, string>> = {
   "no-surfaces": "No scan showed a surface that others could be matched to: nothing can be said of this map, nor of where the robot was.",
   "one-scan": "There is one scan: nothing can be said of this map yet.",
   unmatched: "Only the first scan was drawn, and the last could not be matched to it: nothing can be said of this map, nor of where the robot was.",
 };
 
-/** The worst places, told in words. */
+/** Number of the worst places that are described in words. */
 const MOST_TOLD = 8;
 
 export class SlamQuality extends SlamElement {
@@ -65,12 +65,12 @@ export class SlamQuality extends SlamElement {
     `;
   }
 
-  /** How far off ways were when loops were closed over them, over time. */
+  /** The errors of the trajectory corrected by loop closures, over time. */
   #loops({ loops, loopRatio, isOverconfident }: Quality): TemplateResult | typeof nothing {
     if (loops.length === 0) return nothing;
     const [first, last] = [loops[0]?.at ?? 0, loops.at(-1)?.at ?? 0];
     const x = (at: number): number => 6 + (288 * (at - first)) / Math.max(last - first, 1);
-    // By decades: a tenth below, ten times above.
+    // Logarithmic: from a tenth at the bottom to ten times at the top.
     const y = (ratio: number): number => 30 - 26 * Math.log10(Math.min(Math.max(ratio, 0.1), 10));
     return html`
       <p class=${isOverconfident ? "torn" : ""} data-testid="loops">Loops were closed from ${loops.length === 1 ? "one stretch" : t`${loops.length} stretches`} of the way.

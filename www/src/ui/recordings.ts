@@ -1,5 +1,5 @@
-// Recordings of the bridge, here and in object storage: which there are, how far each is stored,
-// and each of them to open. A bundle of its own, which comes when somebody looks.
+// Recordings of the bridge, on its disk and in object storage: a list with the upload progress,
+// from which each can be opened. A bundle of its own, loaded when somebody looks.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { word } from "../spoken.js";
@@ -13,7 +13,7 @@ interface Recording {
   readonly here: boolean;
   readonly stored: boolean;
   readonly current: boolean;
-  /** Of one that is being stored, 0 to 1. */
+  /** The part that has been stored, 0 to 1. */
   readonly part: number;
 }
 
@@ -23,7 +23,7 @@ interface List {
   readonly recordings: readonly Recording[];
 }
 
-/** More are for the tools of the store. */
+/** The longest list; for more, use the tools of the store. */
 const MOST = 50;
 const MEBIBYTE = 1024 * 1024;
 

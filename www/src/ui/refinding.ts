@@ -1,5 +1,5 @@
-// How well landmarks are found again in this run, against the truth that the simulator knows: the
-// receiver operating characteristic over the gate, with the gate that is set, and what it comes to.
+// How well landmarks are found again in this run, against the truth known to the simulator: the
+// receiver operating characteristic over the gate, and the rates at the gate in use.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { REFINDING, REFINDING_STRIDE } from "../protocol/module.js";
@@ -12,7 +12,7 @@ import { fixed } from "./format.js";
 
 const REDRAW_MILLIS = 500;
 
-/** What was counted at a gate; rates 0 to 1, NaN of nothing. */
+/** The counts at a gate; rates are 0 to 1, NaN without a count. */
 export interface Gate {
   gate: number;
   tpr: number;
@@ -29,7 +29,7 @@ const FIGURES: readonly { key: "tpr" | "fpr" | "ppv" | "acc"; label: string; mea
   { key: "acc", label: "ACC", meaning: "Accuracy: of all that is seen, the part that is decided rightly." },
 ];
 
-/** Parts of a hundred at which the axis of false positives may end. */
+/** Possible ends of the axis of false positives, %. */
 const ENDS = [1, 2, 5, 10, 20, 50, 100];
 
 export class SlamRefinding extends SlamElement {
@@ -94,13 +94,13 @@ export class SlamRefinding extends SlamElement {
     </figure>`;
   }
 
-  /** The gate that is set. */
+  /** The gate in use. */
   #gate(): number {
     const { setup, settings } = this.store;
     return setup.settings["ekf.gate"] ?? settings.find((s) => s.key === "ekf.gate")?.default ?? NaN;
   }
 
-  /** Draws what came, if somebody sees it. */
+  /** Draws new data, if it is due. */
   #feed(): void {
     const now = performance.now();
     const { refinding } = this.scene;
@@ -122,8 +122,8 @@ export function gatesOf(rows: Float32Array): Gate[] {
   });
 }
 
-/** What a gate comes to, from its neighbours among those that were counted; gates beyond them count
-    as the last. */
+/** The rates at a gate, interpolated between the neighbouring gates that were counted; a larger
+    gate gets the rates of the last one. */
 export function between(gates: readonly Gate[], gate: number): Gate | null {
   if (!Number.isFinite(gate)) return null;
   const next = gates.findIndex((g) => g.gate >= gate);

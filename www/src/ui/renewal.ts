@@ -1,5 +1,5 @@
-// Says that there is a newer build of the page than the one that is shown, and offers it. The run
-// ends only when somebody takes it.
+// Reports that a newer build of the page exists, and offers it. The run ends only if somebody
+// accepts.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { renew, type Renewal } from "../offline.js";
@@ -20,7 +20,7 @@ export class SlamRenewal extends SlamElement {
   `;
 
   protected override readonly topics = ["offline"] as const;
-  /** What somebody does not want to hear of any more. */
+  /** The renewal that somebody closed. */
   #dismissed: Renewal = null;
 
   override render(): TemplateResult {
@@ -33,7 +33,7 @@ export class SlamRenewal extends SlamElement {
   }
 
   #renew(): void {
-    // Nobody is left driving a robot.
+    // No robot may go on driving without its driver.
     if (this.client.robot.mayBeDriven) this.client.stop();
     renew();
   }

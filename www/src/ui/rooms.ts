@@ -1,5 +1,5 @@
-// Rooms and corridors of the map as a list: what each is, its area, and its doors with where they
-// lead.
+// A list of the rooms and corridors of the map: kind, area, and doors with the regions that they
+// lead to.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Rooms } from "../protocol/module.js";

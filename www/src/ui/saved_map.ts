@@ -1,4 +1,4 @@
-// The saved map that runs go on in: what it looks like, and where in it the robot begins.
+// The saved map that runs go on in: its picture, and where in it the robot begins.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { degrees } from "../angle.js";
@@ -26,7 +26,7 @@ const MEANS: Readonly<Record<MapStart["from"], string>> = {
   anywhere: "It maps a piece of its own until its place in the map is proved.",
 };
 
-/** Numbers of a place: what a person reads, and units of the page in one of the module. */
+/** The fields of a pose: label, and page units per unit of the module. */
 const PLACE = [["x, m", 1], ["y, m", 1], ["heading, °", 180 / Math.PI]] as const;
 
 /** A press that moves less than this keeps the heading, CSS pixels. */
@@ -54,11 +54,11 @@ export class SlamSavedMap extends SlamElement {
   readonly #camera = new Camera();
   readonly #tiles = new Tiles();
   #isPainted = false;
-  /** A place was asked for and is not told yet. */
+  /** A place is being asked for and has not been given yet. */
   #asks = false;
-  /** The map that the tiles show. */
+  /** The map in the tiles. */
   #shown: SavedMap["picture"] | null = null;
-  /** Where the press began that chooses a place, CSS pixels, and the pose so far. */
+  /** The press that chooses a pose: where it began, CSS pixels, and the pose so far. */
   #press: { x: number; y: number; pose: Pose } | null = null;
 
   override connectedCallback(): void {
@@ -98,7 +98,7 @@ export class SlamSavedMap extends SlamElement {
       <button data-testid="empty-map" @click=${() => this.client.send({ kind: "go-on", name: "", bytes: null })}>${icons.again} Begin with an empty map</button>`;
   }
 
-  /** What can be done to the map itself. */
+  /** Actions on the map itself. */
   #changes(): TemplateResult {
     return html`<div class="changes">
       <label>
@@ -117,12 +117,12 @@ export class SlamSavedMap extends SlamElement {
       this.#tiles.clear();
       if (picture?.grid) this.#tiles.take(picture.grid);
     }
-    // With each frame only the words may be others.
+    // A frame can change only the text.
     if (!this.#isPainted) this.#paint();
   }
 
   #choose(from: MapStart["from"]): void {
-    // A place is still to be told: until then the run goes on as it began.
+    // The place has not been given yet: until then the run goes on as it began.
     this.#asks = from === "at";
     if (from === "at") this.requestUpdate();
     else this.client.beginAt({ from });
@@ -133,7 +133,7 @@ export class SlamSavedMap extends SlamElement {
     const typed: [number, number, number] = [...pose];
     typed[index] = value;
     if (Number.isFinite(value)) this.#begin(typed);
-    // The field says again what it was.
+    // The field shows its old value again.
     else input.value = shown(pose, index, unit);
   }
 
@@ -142,7 +142,7 @@ export class SlamSavedMap extends SlamElement {
     this.client.beginAt({ from: "at", pose });
   }
 
-  /** Where the robot begins, as far as that is known; what is being chosen goes before. */
+  /** Where the robot begins, if known; a choice that is being made comes first. */
   #pose(): Pose | null {
     const { savedMap } = this.store;
     if (this.#press) return this.#press.pose;

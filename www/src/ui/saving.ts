@@ -1,8 +1,8 @@
-// What can be saved of the run, in one dialog: one file where one is ticked, one ZIP archive where
-// there are several. All is collected when the dialog opens: the list tells the size of each file
-// and why there is none, and what is saved is what was listed.
+// What can be saved of the run, in one dialog: one file if one is ticked, a ZIP archive if there
+// are several. All files are collected when the dialog opens, so the list shows the size of each,
+// or why there is none, and what is saved is what was listed.
 //
-// A bundle of its own, for a first visit does without it.
+// A bundle of its own, because a first visit does not need it.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Collected } from "../client.js";
@@ -13,7 +13,7 @@ import { packed } from "../zip.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
-/** What the page itself makes, beside what the module does. */
+/** Files made by the page itself; the module makes the others. */
 export type PageKind = "png" | "svg" | "csv" | "link";
 export type Kind = SavedKind | PageKind;
 type Preset = "ros" | "sheet";
@@ -21,7 +21,7 @@ type Preset = "ros" | "sheet";
 interface Offered {
   /** Name and format. */
   readonly title: string;
-  /** What it is good for. */
+  /** What it can be used for. */
   readonly about: string;
   readonly preset?: Preset;
 }
@@ -44,7 +44,7 @@ const OFFERED: Readonly<Record<Kind, Offered>> = {
   svg: { title: "What is seen (SVG)", about: "All layers that are on, sharp at any size." },
   link: { title: "Link of the experiment (.url)", about: "It does this run again, to the bit, with all that was done: open it, or drop it here." },
 };
-/** Why there is none of what the page makes. */
+/** Why the page can make none of its own files. */
 const NOTHING_YET = "there is nothing to see yet: let the robot scan first";
 const NONE: Readonly<Record<PageKind, string>> = {
   png: NOTHING_YET, svg: NOTHING_YET, csv: NOTHING_YET,
@@ -71,7 +71,7 @@ export class SlamSaving extends SlamDialog {
     @media (max-width: 760px) { footer { bottom: -18px; margin: 0 -18px -18px; padding: 12px 18px; } }
   `];
 
-  /** Makes a file that the page makes; none while there is nothing to see. Set by main.ts. */
+  /** Makes a file of the page; none while there is nothing to see. Set by main.ts. */
   make!: (kind: PageKind) => Promise<readonly SavedFile[]>;
 
   readonly #collected = new Map<Kind, Collected>();
@@ -119,7 +119,7 @@ export class SlamSaving extends SlamDialog {
     </label></li>`;
   }
 
-  /** One after the other, so that the run goes on between them. */
+  /** Collects one after the other, so that the run goes on between them. */
   async #collect(): Promise<void> {
     this.#collecting += 1;
     const mine = this.#collecting;
@@ -148,7 +148,7 @@ export class SlamSaving extends SlamDialog {
     this.requestUpdate();
   }
 
-  /** Whether something that is ticked has not come yet. */
+  /** Whether something that is ticked has not arrived yet. */
   #isWaiting(): boolean {
     return [...this.#ticked].some((kind) => !this.#collected.has(kind));
   }

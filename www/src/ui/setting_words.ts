@@ -1,14 +1,14 @@
-// The number of a setting as people read and type it.
+// The value of a setting as people read and type it.
 
 import type { SettingInfo } from "../protocol/module.js";
 import { t } from "../words.js";
 
-/** Seven digits say what anybody typed; the others are those of the binary number. */
+/** Seven digits cover what people type; the rest are artefacts of binary fractions. */
 function plain(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(7))) : "";
 }
 
-/** The same as it is read: an angle that is round in radians is told by three digits. */
+/** The same for display: an angle that is a round number of radians is rounded to three digits. */
 function told(value: number): string {
   const isRound = Number(plain(value)) === Number(value.toPrecision(4)) || Math.abs(value) >= 1000;
   return isRound || !Number.isFinite(value) ? plain(value) : String(Number(value.toPrecision(3)));
@@ -26,13 +26,13 @@ export function range(s: SettingInfo): string {
 
 const endsOf = ({ low, high, default: byDefault }: SettingInfo): readonly number[] => [low, high, byDefault];
 
-/** What the field of a number says: the ends of its range and its default as they are told. */
+/** The text in the field of a number. The ends of its range and its default are shown rounded. */
 export function field(s: SettingInfo, value: number): string {
   return endsOf(s).includes(value) ? told(s.scale * value) : plain(s.scale * value);
 }
 
-/** The number to be stored for one as people read it; an end of the range as it is written is that
-    end, whatever was rounded. */
+/** Converts a displayed number to the stored one. An end of the range as displayed is exactly that
+    end, in spite of rounding. */
 export function stored(s: SettingInfo, shown: number): number {
   const isSame = (end: number): boolean => plain(s.scale * end) === plain(shown) || told(s.scale * end) === plain(shown);
   return endsOf(s).find(isSame) ?? shown / s.scale;

@@ -1,5 +1,5 @@
-// Every setting of the run, as the core's table has them: grouped, searched, with presets; changed
-// at once or on restart.
+// Every setting of the run, from the core's table: grouped, searchable, with presets; changed at
+// once or on restart.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { current } from "../lessons.js";
@@ -52,7 +52,7 @@ export class SlamSettings extends SlamElement {
     const { store } = this;
     const effective = store.settings.filter((s) => s.idle === "");
     const found = effective.filter((s) => matches(s, this.#search));
-    // Search finds everything, and what was changed stays in sight.
+    // A search finds every setting, and changed ones stay visible.
     const shown = found.filter((s) => this.#all || this.#search !== "" || s.isBasic || this.#differs(s));
     const groups = [...new Set(shown.map((s) => s.group))];
     const changed = effective.filter((s) => this.#differs(s)).length;
@@ -71,7 +71,8 @@ export class SlamSettings extends SlamElement {
     `;
   }
 
-  /** What is changed from: nothing, or the fault of a lesson, which is not to be given away. */
+  /** The values that changes are compared with: the defaults, or those of the lesson, whose fault
+      must not be revealed. */
   get #given(): SettingValues {
     return current(this.store)?.lesson.setup.settings ?? {};
   }
@@ -114,7 +115,7 @@ export class SlamSettings extends SlamElement {
       @change=${(e: Event) => this.#type(s, e.target as HTMLInputElement, value)}>${s.unit ? html`<span>${s.unit}</span>` : nothing}`;
   }
 
-  /** A number out of its range stays out of the run; the field says again what holds. */
+  /** A number out of range is not used; the field shows the present one again. */
   #type(s: SettingInfo, input: HTMLInputElement, before: number): void {
     const value = stored(s, Number(input.value || NaN));
     const fits = value >= s.low && value <= s.high && (s.kind !== "whole" || Number.isInteger(value));
@@ -129,7 +130,7 @@ export class SlamSettings extends SlamElement {
     this.client.configure(this.#possible(value === s.default ? others : { ...others, [s.key]: value }));
   }
 
-  /** Figures that depend on another setting go when that no longer asks for them. */
+  /** Without settings whose condition, the value of another setting, no longer holds. */
   #possible(settings: SettingValues): SettingValues {
     const rows = new Map(this.store.settings.map((s) => [s.key, s]));
     const holds = (key: string): boolean => {
@@ -148,7 +149,7 @@ export class SlamSettings extends SlamElement {
     this.client.configure(this.#possible({ ...Object.fromEntries(others), ...preset.values }));
   }
 
-  /** Whether the group is set as the preset has it. */
+  /** Whether the settings of the group are those of the preset. */
   #holds(preset: PresetInfo): boolean {
     const of = this.store.settings.filter((s) => s.group === preset.group);
     return of.every((s) => s.idle !== "" || (this.store.setup.settings[s.key] ?? s.default) === (preset.values[s.key] ?? s.default));
@@ -166,7 +167,7 @@ function differing(count: number, isLesson: boolean): string {
   return count === 1 ? t`${count} setting differs from its default.` : t`${count} settings differ from their defaults.`;
 }
 
-/** The words of the table, in English and as they are shown. */
+/** Searches the words of the table, in English and as shown. */
 function matches(s: SettingInfo, search: string): boolean {
   const words = [s.group, s.name, s.meaning];
   const all = [...words, ...words.map((each) => t(each)), s.unit, s.key].join(" ").toLowerCase();

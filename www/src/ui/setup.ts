@@ -1,4 +1,4 @@
-// What a run starts from: world, sensor, seed, method; files in and out.
+// The start of a run: world, sensor, seed, method; opening and saving files.
 
 import { css, type TemplateResult } from "lit";
 import { opened } from "../chosen.js";
@@ -142,7 +142,7 @@ export class SlamSetup extends SlamElement {
       this.#restart({ seed });
       return;
     }
-    // The field says again what the run was made of.
+    // The field shows the seed of the run again.
     input.value = String(this.store.setup.seed);
     this.store.set("toast", { toast: { level: "warn", text: t`A seed is a whole number from 0 to ${MOST_SEED}; the run goes on with ${this.store.setup.seed}.` } });
   }

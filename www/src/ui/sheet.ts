@@ -1,12 +1,12 @@
-// The sheets of a phone: each is shut by a swipe down, and stands on what steers, however high
-// that is.
+// The sheets of a phone: each closes by a swipe down, and lies above the steering controls,
+// whatever their height.
 
 import { narrowScreen } from "../screen.js";
 import type { Store } from "../store.js";
 
-/** A sheet that was drawn down so far is shut, CSS pixels. */
+/** A sheet that is pulled down this far closes, CSS pixels. */
 const SHUTS = 72;
-/** The tabs below what steers. */
+/** Height of the tabs below the steering controls, CSS pixels. */
 const TABS = 51;
 
 export function startSheets(store: Store): void {
@@ -27,7 +27,7 @@ export function startSheets(store: Store): void {
 }
 
 class Drag {
-  /** Where the finger went down; null while the sheet scrolls, or what is in it is dragged. */
+  /** Where the touch began; null while the sheet scrolls, or something in it is dragged. */
   #from: number | null = null;
 
   constructor(private readonly sheet: HTMLElement, private readonly phone: MediaQueryList, private readonly shut: () => void) {
@@ -48,7 +48,7 @@ class Drag {
 
   #move(event: TouchEvent): void {
     const by = this.#by(event.touches[0]);
-    // Upwards it scrolls, and goes on to.
+    // An upward move scrolls, and keeps scrolling.
     if (by < 0 || this.sheet.scrollTop > 0) this.#rest();
     else if (by > 0) this.sheet.style.transform = `translateY(${by}px)`;
   }

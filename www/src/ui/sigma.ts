@@ -1,4 +1,4 @@
-// How much the ranges of this sensor err, estimated from scans of a robot that stands; and its use.
+// The range noise of this sensor, estimated from scans of a robot that stands; and its use.
 
 import { css, type TemplateResult } from "lit";
 import type uPlot from "uplot";
@@ -66,7 +66,7 @@ export class SlamSigma extends SlamPlotted {
   #words(curve: SigmaCurve): TemplateResult {
     const { constant: a, slope: b, constantError: da, slopeError: db, chiSquared: chi, freedom } = curve;
     const unit = curve.growth === "linear" ? "mm/m" : "mm/m²";
-    // Three standard deviations above its mean of χ²: the form of the curve is wrong.
+    // Three standard deviations above the mean of χ²: the form of the curve is wrong.
     const misfits = chi > freedom + 3 * Math.sqrt(2 * freedom);
     return html`<p data-testid="sigma-words">a = <b class="num">${fixed(1000 * a, 2)} ± ${fixed(1000 * da, 2)} mm</b>, b = <b class="num">${fixed(1000 * b, 2)} ± ${fixed(1000 * db, 2)} ${unit}</b>, from ${curve.scans} scans${curve.stretches > 1 ? t` in ${curve.stretches} stretches` : ""}.
       ${misfits ? t`The bins do not all lie on such a curve (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom): beams on edges and slanting walls spoil some, or the other form fits better.` : t`The bins lie on it as well as they can (χ² ${fixed(chi, 0)} with ${freedom} degrees of freedom).`}</p>`;
@@ -80,12 +80,12 @@ export class SlamSigma extends SlamPlotted {
   }
 }
 
-/** What was measured, bin by bin. */
+/** The measured noise, bin by bin. */
 function measuredOf({ bins }: SigmaCurve): Column[] {
   return [{ title: "Range", unit: "m", values: bins.map(({ range }) => range) }, { title: "σ", unit: "m", values: bins.map(({ sigma }) => sigma) }];
 }
 
-/** The curve through it, and the noise as it was drawn where that is known. */
+/** The fitted curve, and the true noise if it is known. */
 function curveOf({ curveRanges, curveSigmas, truth }: SigmaCurve): Column[] {
   const known: Column[] = truth.length > 0 ? [{ title: "σ, as drawn", unit: "m", values: truth }] : [];
   return [{ title: "Range", unit: "m", values: curveRanges }, { title: "σ, curve", unit: "m", values: curveSigmas }, ...known];

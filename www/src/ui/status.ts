@@ -63,7 +63,7 @@ export class SlamStatus extends SlamElement {
   }
 }
 
-/** Of a heading, rad: half a turn is as much as nothing. */
+/** The bound of a heading, rad: half a turn means that nothing is known. */
 function claimed(bound: number): string {
   return bound >= Math.PI ? "over 180°" : `${fixed(degrees(bound), 1)}°`;
 }

@@ -1,10 +1,10 @@
-// A stick for the thumb: up is forward, left turns left. Letting go stops the robot.
+// A joystick for the thumb: up is forward, left turns left. Letting go stops the robot.
 
 import { css, type TemplateResult } from "lit";
 import { html } from "../words.js";
 import { SlamElement } from "./element.js";
 
-/** Within this part of the radius nothing moves. */
+/** Dead zone, as part of the radius. */
 const DEAD = 0.12;
 
 export class SlamStick extends SlamElement {

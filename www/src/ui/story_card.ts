@@ -1,4 +1,4 @@
-// What is told beside the map: a heading, a few sentences, a cross to close it.
+// The card of a story beside the map: a heading, a few sentences, a cross to close it.
 
 import { css } from "lit";
 

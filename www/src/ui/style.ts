@@ -3,7 +3,7 @@
 
 import { css } from "lit";
 
-/** A tool that folds away: a sentence, some fields, a picture. */
+/** A tool that can be folded: a sentence, some fields, a picture. */
 export const tool = css`
   :host { border-top: 1px solid var(--line); margin-top: 14px; padding-top: 4px; }
   p { margin: 6px 0 8px; font-size: 12.5px; line-height: 1.5; color: var(--muted); }
@@ -17,7 +17,7 @@ export const tool = css`
   .apply { width: 100%; margin-bottom: 8px; white-space: normal; }
 `;
 
-/** A section of a tab: its heading and what is said under it. */
+/** A section of a tab: its heading and the text below it. */
 export const section = css`
   h2 { margin: 18px 0 8px; }
   p { margin: 0 0 8px; font-size: 12.5px; line-height: 1.4; color: var(--muted); }

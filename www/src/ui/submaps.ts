@@ -1,5 +1,5 @@
-// What the map is made of, as a list: its submaps, to be shown, looked at, saved and taken out; and
-// maps that were loaded beside it, with how they fit.
+// The submaps of the map as a list, to be shown, looked at, saved and removed; and loaded maps,
+// with how well they fit.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { AlignedName } from "../protocol/module.js";
@@ -13,7 +13,7 @@ import { icons } from "./icons.js";
 import { filesOf } from "./input.js";
 import { section } from "./style.js";
 
-/** What told where a loaded map lies. */
+/** How a loaded map was aligned. */
 const BY: Readonly<Record<AlignedName, string>> = {
   walls: "Walls alone told the place",
   landmarks: "Walls fit more than one place; landmarks told which",
@@ -64,7 +64,7 @@ export class SlamSubmaps extends SlamElement {
       </div>`;
   }
 
-  /** Shows all submaps, or none. */
+  /** A button that shows all submaps, or none. */
   #all(): TemplateResult {
     const isShown = this.store.layers.submaps && this.store.hiddenSubmaps.size === 0;
     const hidden = isShown ? this.#numbers() : [];
@@ -116,7 +116,7 @@ export class SlamSubmaps extends SlamElement {
     return this.store.layers.submaps && !this.store.hiddenSubmaps.has(submap);
   }
 
-  /** Where none was drawn, the one that is asked for is drawn alone. */
+  /** If none was drawn, only the requested one is drawn. */
   #show(submap: number, shown: boolean): void {
     const { layers, hiddenSubmaps } = this.store;
     const hidden = new Set(layers.submaps ? hiddenSubmaps : this.#numbers());

@@ -1,5 +1,5 @@
-// On a phone the panels share one sheet, on a wide screen plots, filter, paths, settings and log
-// share the rest of the side: these choose which.
+// The tabs: on a phone all panels share one sheet; on a wide screen plots, filter, paths, settings
+// and log share the rest of the side.
 
 import { css, type TemplateResult } from "lit";
 import { narrowScreen } from "../screen.js";
@@ -61,7 +61,7 @@ export class SlamTabs extends SlamElement {
     </nav>`;
   }
 
-  /** On a wide screen one of the five panels is always shown, and the layers beside it. */
+  /** On a wide screen one of the five panels is always shown, with the layers beside it. */
   #isShown(tab: Tab): boolean {
     const { tab: chosen } = this.store;
     if (this.#narrow.matches || chosen === tab) return chosen === tab;
@@ -73,7 +73,7 @@ export class SlamTabs extends SlamElement {
     const isBeside = this.#narrow.matches || tab === "layers";
     const closes = this.store.tab === tab && isBeside;
     this.store.set("tab", { tab: closes ? "" : tab });
-    // The panel takes up its room first. The tabs themselves are in sight already, wherever it is.
+    // Scroll after the panel has taken up its room. The tabs themselves are visible already.
     if (!isBeside) requestAnimationFrame(() => document.querySelector(`#${tab}-panel`)?.scrollIntoView({ block: "start" }));
   }
 }

@@ -1,11 +1,11 @@
-// What is said of a place where the map is torn, wherever it is said.
+// The wording for a place where the map is torn, shared by all views.
 
 import type { Tear, TearName } from "../protocol/module.js";
 import { word } from "../spoken.js";
 import { t } from "../words.js";
 import { clock, fixed } from "./format.js";
 
-/** Why, as the end of a sentence. */
+/** The reason, as the end of a sentence. */
 export const WHY: Readonly<Record<TearName, string>> = {
   doubled: "the same walls stand twice",
   contradicted: "walls stand where nothing was at the other time",
@@ -15,13 +15,13 @@ export const WHY: Readonly<Record<TearName, string>> = {
 
 export const seen = ([from, to]: readonly [number, number]): string => t`${clock(from)} to ${clock(to)}`;
 
-/** By how much, in words; empty where nobody knows. */
+/** How far apart the sides are, in words; empty if unknown. */
 export const apart = ({ off }: Tear): string => off === null ? "" : t`${fixed(off, 1)} m off`;
 
-/** What a place is called: one that nothing proves contradicts nothing either. */
+/** The name of the place: if nothing proves it, nothing is contradicted either. */
 export const called = ({ kind }: Tear): string => kind === "unproven" ? word("doubtful") : word("torn");
 
-/** Of a mark under the pointer. */
+/** The text for a mark under the pointer. */
 export function tearWords(tear: Tear): string {
   const off = apart(tear);
   return `${t(called(tear))}: ${t(WHY[tear.kind])}${off === "" ? "" : `, ${off}`}`;

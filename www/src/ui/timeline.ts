@@ -1,5 +1,5 @@
-// The run from its beginning to as far as it came: its events, where it is now, and the way back to
-// an earlier moment.
+// The run from its beginning to its furthest time: its events, the present moment, and a way back
+// to earlier ones.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { span } from "../past.js";
@@ -9,7 +9,7 @@ import { clock } from "./format.js";
 import { icons } from "./icons.js";
 import { valueOf } from "./input.js";
 
-/** Shorter runs have no past worth a line, s. */
+/** A run shorter than this, s, needs no time line. */
 const SHORTEST = 1;
 
 export class SlamTimeline extends SlamElement {
@@ -31,16 +31,16 @@ export class SlamTimeline extends SlamElement {
   `;
 
   protected override readonly topics = ["frame", "run", "log"] as const;
-  /** Where the handle is while it is dragged, s. */
+  /** Time at the handle while it is dragged, s. */
   #dragged: number | null = null;
-  /** What was shown last, s: on the way to another moment the run has no status for a while. */
+  /** What was last shown, s: on the way to another moment the run has no status for a while. */
   #shown = { at: 0, whole: 0 };
 
   override render(): TemplateResult | typeof nothing {
     const { store, client } = this;
     const { status, marks, seeking } = store;
-    // A run that is done again keeps how far it came. The line stays meanwhile, and with it the
-    // focus of whoever goes by keys: on the page the same keys would drive.
+    // A run that is repeated keeps its furthest time. Meanwhile the line stays, and so does the
+    // focus of keyboard users: on the page the same keys would drive.
     if (!status && store.furthest === 0) this.#shown = { at: 0, whole: 0 };
     const whole = status ? span(store) : this.#shown.whole;
     if (store.source === "bridge" || store.reading || whole < SHORTEST) return nothing;

@@ -1,4 +1,4 @@
-// One hint for the first visit, dismissed for good by the first action, or when it has been read.
+// A hint for the first visit, dismissed for good by the first action, or when it has been read.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { current as currentLesson } from "../lessons.js";
@@ -9,7 +9,7 @@ import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
 const KEY = "slamlab-tip-seen";
-/** So long it stands, wall milliseconds. */
+/** How long it stays, wall milliseconds. */
 const READ_MILLIS = 10_000;
 
 export class SlamTip extends SlamElement {
@@ -27,7 +27,7 @@ export class SlamTip extends SlamElement {
 
   override connectedCallback(): void {
     super.connectedCallback();
-    // Who has clicked the map needs no hint that it can be clicked.
+    // After a click on the map, the hint that it can be clicked is superfluous.
     addEventListener("click", (event) => {
       if (this.#timer !== 0 && event.composedPath().some((at) => at instanceof HTMLElement && at.localName === "slam-map")) this.dismiss();
     });
@@ -35,8 +35,8 @@ export class SlamTip extends SlamElement {
 
   override render(): TemplateResult | typeof nothing {
     const { status, source, comparesPaths, layers, editing, inspecting, tour, exhibit } = this.store;
-    // The tour says so at its end, and an experiment has a story of its own. A click chooses a
-    // room, or start and goal, where those are shown.
+    // The tour gives the hint at its end, and an experiment has a story of its own. While rooms, or
+    // start and goal, can be chosen, a click chooses those.
     if (this.#seen || tour || exhibit || currentLesson(this.store) || editing || inspecting || layers.rooms || comparesPaths || source !== "sim" || !status || status.time < 8 || status.finished) return nothing;
     if (status.mode !== "explore") {
       this.dismiss();
@@ -48,7 +48,7 @@ export class SlamTip extends SlamElement {
 
   dismiss(): void {
     this.#seen = true;
-    // Without storage the hint comes again with the next visit.
+    // Without storage the hint appears again on the next visit.
     ifAllowed(() => localStorage.setItem(KEY, "1"));
     this.requestUpdate();
   }

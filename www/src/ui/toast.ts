@@ -1,4 +1,4 @@
-// A sentence that wants to be read: what could not be done, and why.
+// A sentence to be read now: what failed, and why.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { Toast } from "../store.js";
@@ -7,9 +7,9 @@ import { withCode } from "./code.js";
 import { SlamElement } from "./element.js";
 import { icons } from "./icons.js";
 
-/** More letters may have to be scrolled, by keyboard too. */
+/** A longer text may have to be scrolled, by keyboard too. */
 const LONG = 600;
-/** Good news stand so long, wall milliseconds. */
+/** How long good news stays, wall milliseconds. */
 const GOOD_MILLIS = 8000;
 
 export class SlamToast extends SlamElement {
@@ -37,7 +37,7 @@ export class SlamToast extends SlamElement {
     super.connectedCallback();
     this.store.on("toast", () => {
       clearTimeout(this.#timer);
-      // That something went well need not be put away by hand; the log keeps it.
+      // Good news disappears by itself; the log keeps it.
       const { toast } = this.store;
       const stands = toast?.stands ?? (toast?.level === "good" ? GOOD_MILLIS : null);
       if (stands !== null) this.#timer = window.setTimeout(() => this.store.set("toast", { toast: null }), stands);
@@ -53,7 +53,7 @@ export class SlamToast extends SlamElement {
       : nothing}</span>`;
   }
 
-  /** Over the editor it stands below the tools, however many lines they take. */
+  /** In the editor it lies below the tools, however many lines they take. */
   override updated(): void {
     const tools = this.store.toast && document.querySelector("slam-editor")?.shadowRoot?.querySelector(".head");
     this.style.top = tools ? `${tools.getBoundingClientRect().bottom + 8}px` : "";

@@ -1,4 +1,4 @@
-// Which topics of a recording of ROS are meant: asked where it has several lidars or odometries.
+// Asks which topics of a ROS recording to use, if it has several lidars or odometries.
 
 import { css, nothing, type TemplateResult } from "lit";
 import type { OfferedTopic } from "../protocol/module.js";
@@ -6,7 +6,7 @@ import { html } from "../words.js";
 import { dialog, SlamDialog } from "./dialog.js";
 import { icons } from "./icons.js";
 
-/** How the module calls an odometry that is none. */
+/** The module's name for "no odometry". */
 const NONE = "none";
 
 export class SlamTopics extends SlamDialog {

@@ -1,4 +1,4 @@
-// The four steps of a first visit, beside the run that they speak of.
+// The four steps of the tour, beside the run that they explain.
 
 import { css, nothing, type TemplateResult } from "lit";
 import { DoubtHistory, doubtOf } from "../doubt.js";
@@ -19,11 +19,11 @@ const TITLES: Readonly<Record<TourStep, string>> = {
 
 type Length = ReturnType<typeof length>;
 
-/** Who reads the first step for so long is shown what goes wrong there, wall seconds. */
+/** Visitors who stay this long at the first step are shown what goes wrong there, wall seconds. */
 const LINGERS = 15;
 
-/** So long the robot is seen from near once its doubt has collapsed, wall milliseconds: its map
-    slides into place meanwhile. */
+/** How long the close view of the robot lasts after its uncertainty has collapsed, wall
+    milliseconds: its map slides into place meanwhile. */
 const NEAR_MILLIS = 6000;
 
 export class SlamTour extends SlamElement {
@@ -52,18 +52,18 @@ export class SlamTour extends SlamElement {
 
   protected override readonly topics = ["tour", "frame", "view"] as const;
   readonly #history = new DoubtHistory();
-  /** What the doubt shrank from and to, when a loop was closed. */
+  /** What the uncertainty shrank from and to, when a loop was closed. */
   #collapse: { from: number; to: number } | null = null;
-  /** By how much that moved the map, m. */
+  /** How far that moved the map, m. */
   #moved = 0;
   #time = 0;
-  /** Whether the map of the wheels came by itself, for who stays at the first step. */
+  /** Whether the map by odometry was shown by itself, because the first step took long. */
   #isShown = false;
 
   override connectedCallback(): void {
     super.connectedCallback();
     this.store.on("run", () => {
-      // The tour speaks of its own run: who begins another one has seen enough.
+      // The tour is about its own run: starting another one ends it.
       if (this.store.tour && !isOwnRun(this.store)) go(this.store, null);
     });
     this.store.on("frame", () => this.#follow());
@@ -80,13 +80,13 @@ export class SlamTour extends SlamElement {
       this.store.setLayers({ wheels: true });
     }
     const collapse = this.#history.add(status.time, doubtOf(status));
-    // Doubt also falls where it turns back on its way.
+    // The uncertainty also shrinks when the robot turns back on its own path.
     if (!collapse || this.#collapse || status.loopClosures === 0) return;
     this.#collapse = collapse;
     if (tour !== "doubt" && tour !== "loop") return;
     go(this.store, "loop", true);
     setTimeout(() => {
-      // Who has gone on, or looks elsewhere, stays there.
+      // A visitor who has gone on, or moved the view, is left there.
       if (this.store.tour === "loop" && this.store.follow) go(this.store, "loop");
     }, NEAR_MILLIS);
   }
@@ -108,7 +108,7 @@ export class SlamTour extends SlamElement {
     </section>`;
   }
 
-  /** To a step; the last one waits near the robot until the loop is closed. */
+  /** Goes to a step; the last one stays near the robot until the loop is closed. */
   #go(step: TourStep | null): void {
     go(this.store, step, step === "loop" ? !this.#collapse : undefined);
   }
@@ -133,7 +133,7 @@ export class SlamTour extends SlamElement {
     }
   }
 
-  /** What is waited for; a robot that was taken by hand does not come there by itself. */
+  /** What has to happen next; a robot that is steered by hand does not get there by itself. */
   #awaited(): TemplateResult {
     const { status } = this.store;
     if (status?.mode === "explore" && status.finished) return html`<p>This run came to its end before it closed its loop.</p><p><button data-testid="tour-again" @click=${this.press(() => begin(this.store, this.client))}>Begin again</button></p>`;
@@ -141,7 +141,7 @@ export class SlamTour extends SlamElement {
     return html`<p>Once it comes round to where it began, its doubt falls at once, and the whole way between is put straight. Watch the ellipse: it is soon there.</p>`;
   }
 
-  /** Who steers does so at the pace of time: the tour goes on at its own. */
+  /** Hands the robot back. Steering was in real time; the tour has a speed of its own. */
   #letGo(): void {
     this.client.setSpeed(SPEED);
     this.client.explore();
@@ -162,7 +162,7 @@ export class SlamTour extends SlamElement {
         : html`<p class="muted">${touch ? "Choose Go to and tap the map: the robot drives there. Look around, and under Run a recorded log of a real building opens." : "Choose Go to and click the map: the robot drives there. Drop a recorded log, and a real building is mapped."}</p>`}`;
   }
 
-  /** How the doubt grew and shrank. */
+  /** How the uncertainty grew and shrank. */
   #doubt(): TemplateResult {
     const { samples } = this.#history;
     const [first, last] = [samples[0], samples.at(-1)];

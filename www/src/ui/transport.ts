@@ -95,13 +95,13 @@ export class SlamTransport extends SlamElement {
     `;
   }
 
-  /** What is over begins once more. The same seed would give the same run. */
+  /** Starts a finished run again, with another seed: the same one would give the same run. */
   #again(): void {
     if (this.store.source === "sim") this.client.start({ mode: "explore", seed: anySeed() });
     else this.client.again();
   }
 
-  /** One speed up or down. */
+  /** Changes the speed by one step. */
   shift(by: 1 | -1): void {
     const at = SPEEDS.indexOf(this.store.speed);
     const next = SPEEDS[Math.min(Math.max(at + by, 0), SPEEDS.length - 1)];
@@ -114,7 +114,7 @@ export class SlamTransport extends SlamElement {
     this.client.setSpeed(speed);
   }
 
-  /** Who drives a real robot, in place of the time, which is its own. */
+  /** Who drives a real robot, in place of the time controls, which it cannot have. */
   #lease(): TemplateResult {
     const { bridge } = this.store;
     const drives = bridge?.armed ?? false;

@@ -1,4 +1,4 @@
-// Curves of the twin: how far it is from the robot, with what chance allows.
+// Curves of the twin: its distance from the robot, with the bound that chance allows.
 
 import { css, type TemplateResult } from "lit";
 import type { History } from "../history.js";

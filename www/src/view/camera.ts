@@ -10,35 +10,35 @@ export interface Box {
   maxY: number;
 }
 
-/** The smallest box around both. */
+/** The smallest box that contains both. */
 export function union(a: Box | null, b: Box): Box {
   if (a === null) return b;
   return { minX: Math.min(a.minX, b.minX), minY: Math.min(a.minY, b.minY), maxX: Math.max(a.maxX, b.maxX), maxY: Math.max(a.maxY, b.maxY) };
 }
 
-/** Whether the box with these corners, in any order, lies outside of `box`, more than `reach` away
+/** Whether the box with these corners, in any order, lies outside of `box`, by more than `reach`
     along an axis. */
 export function isOutside({ minX, minY, maxX, maxY }: Box, x1: number, y1: number, x2: number, y2: number, reach = 0): boolean {
   return (x1 < minX - reach && x2 < minX - reach) || (x1 > maxX + reach && x2 > maxX + reach) || (y1 < minY - reach && y2 < minY - reach) || (y1 > maxY + reach && y2 > maxY + reach);
 }
 
-/** Who follows the robot sees it so large, pixels a metre. */
+/** Scale of the view that follows the robot, pixels per metre. */
 export const NEAR = 80;
 
 export class Camera {
   /** Map point in the middle of the free part of the canvas, m. */
   x = 0;
   y = 0;
-  /** CSS pixels for each metre. */
+  /** CSS pixels per metre. */
   scale = 48;
-  /** By how much the map is turned on the screen, rad: +90° takes the map's x axis up. */
+  /** The rotation of the map on the screen, rad: +90° makes the map's x axis point up. */
   angle = 0;
   /** Size of the canvas, CSS pixels. */
   width = 1;
   height = 1;
-  /** Device pixels for each CSS pixel. */
+  /** Device pixels per CSS pixel. */
   ratio = 1;
-  /** CSS pixels at each side that panels cover. */
+  /** CSS pixels on each side that panels cover. */
   inset = { top: 0, right: 0, bottom: 0, left: 0 };
 
   static readonly MIN_SCALE = 2;
@@ -55,13 +55,13 @@ export class Camera {
     return [this.x + dx, this.y + dy];
   }
 
-  /** The way in the map, m, that is so many CSS pixels on the screen. */
+  /** The displacement in the map, m, that corresponds to so many CSS pixels on the screen. */
   #across(screenX: number, screenY: number): [number, number] {
     const [cos, sin] = [Math.cos(this.angle) / this.scale, Math.sin(this.angle) / this.scale];
     return [cos * screenX - sin * screenY, -sin * screenX - cos * screenY];
   }
 
-  /** Map metres to device pixels, as a context has it. */
+  /** Map metres to device pixels, in the form of a 2D context. */
   get transform(): readonly [number, number, number, number, number, number] {
     const k = this.scale * this.ratio;
     const [x, y] = this.toScreen(0, 0);
@@ -69,12 +69,12 @@ export class Camera {
     return [cos, -sin, -sin, -cos, x * this.ratio, y * this.ratio];
   }
 
-  /** After this the context draws in metres, y up; `px` gives widths. */
+  /** Makes the context draw in metres, y up; `px` gives widths. */
   applyTo(context: Pick<Pencil, "setTransform">): void {
     context.setTransform(...this.transform);
   }
 
-  /** Length in metres that is `n` CSS pixels on the canvas. */
+  /** The length in metres of `n` CSS pixels. */
   px(n: number): number {
     return n / this.scale;
   }
@@ -103,7 +103,7 @@ export class Camera {
     this.y += y - newY;
   }
 
-  /** The view that shows all of `box`, with at most `maxScale`. */
+  /** The view that shows all of `box`, with a scale of at most `maxScale`. */
   fitted(box: Box, maxScale = 90): { x: number; y: number; scale: number } {
     const width = Math.max(this.width - this.inset.left - this.inset.right, 40);
     const height = Math.max(this.height - this.inset.top - this.inset.bottom, 40);
@@ -117,7 +117,7 @@ export class Camera {
     };
   }
 
-  /** The smallest box of the map, its sides along its axes, around what is seen. */
+  /** The axis-aligned bounding box, in the map, of what is visible. */
   get visible(): Box {
     const corners = [this.toMap(0, 0), this.toMap(this.width, 0), this.toMap(0, this.height), this.toMap(this.width, this.height)];
     const [xs, ys] = [corners.map(([x]) => x), corners.map(([, y]) => y)];

@@ -1,4 +1,4 @@
-// Thousands of things with a 2D context, be it of a canvas or of a drawing.
+// Draws thousands of things with a 2D context, of a canvas or of a drawing.
 
 import { type Box, type Camera, isOutside } from "./camera.js";
 import type { Pen } from "./layers/layer.js";
@@ -6,20 +6,20 @@ import { type Bulk, type Crowd, wholeSide } from "./painter.js";
 import { rgb } from "./palette.js";
 import type { Tiles } from "./tiles.js";
 
-/** So many squares are drawn as a path, and so many lines each time, crisp. Of more, a path would
-    cost a hundred milliseconds. */
+/** Up to this many squares are drawn as a path, and up to this many lines are stroked each time,
+    crisply. With more, a path would take a hundred milliseconds. */
 const MOST_IN_PATH = 3000;
-/** Squares of so many pixels are written without a loop across: 2.5 px where each is one of the
-    device. */
+/** Squares of this side, device pixels, are written without an inner loop: 2.5 px if a CSS pixel is
+    a device pixel. */
 const USUAL_SIDE = 3;
-/** What is painted of lines beyond each side of the view, as a part of it. */
+/** How far lines are painted beyond each side of the view, as a part of it. */
 const SPARE = 0.25;
-/** How much a picture of lines may be stretched before it is painted again. */
+/** How far an image of lines may be stretched before it is painted again. */
 const STRETCH = 1.25;
-/** A turn of the view by less is none, rad. */
+/** A view turned by less than this counts as upright, rad. */
 const LEAST_TURN = 1e-6;
 
-/** On the page or off it. */
+/** The context of a visible or an off-screen canvas. */
 export type Context2D = CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D;
 
 export class CanvasBulk implements Bulk {
@@ -34,7 +34,7 @@ export class CanvasBulk implements Bulk {
     const { a, b, c, d, e, f } = context.getTransform();
     const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
     const pixels = wholeSide(side, Math.hypot(a, b));
-    // From a point to the upper left corner of its square, in device pixels.
+    // Maps a point to the upper left corner of its square, in device pixels.
     const place: Place = {
       a: a * cos + c * sin, b: b * cos + d * sin, c: c * cos - a * sin, d: d * cos - b * sin,
       e: a * x + c * y + e - pixels / 2, f: b * x + d * y + f - pixels / 2,
@@ -54,8 +54,8 @@ export class CanvasBulk implements Bulk {
     context.restore();
   }
 
-  /** Many lines are painted once into a picture somewhat larger than the view, which is then only
-      moved and stretched; and again when the view leaves it, or stands. */
+  /** Paints many lines once, into an image somewhat larger than the view, which is then only moved
+      and stretched. It is painted again when the view leaves it, or comes to rest. */
   #picture(ends: Float32Array, pen: Pen): void {
     const { context, camera } = this;
     const view = [camera.x, camera.y, camera.scale, camera.angle, camera.width, camera.height].join();
@@ -73,13 +73,13 @@ export class CanvasBulk implements Bulk {
   }
 }
 
-/** Device pixels. */
+/** Size in device pixels. */
 function sizeOf({ width, height, ratio }: Camera): { width: number; height: number } {
   return { width: Math.round(width * ratio), height: Math.round(height * ratio) };
 }
 
 /** Stretches the tiles of a grid over the canvas. Unless the view is turned, they meet on whole
-    device pixels, or seams would show. */
+    device pixels; otherwise seams would show. */
 export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): void {
   const side = tiles.tileCells * tiles.resolution;
   const isTurned = Math.abs(camera.angle) > LEAST_TURN;
@@ -88,7 +88,7 @@ export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): voi
   context.imageSmoothingEnabled = camera.scale * camera.ratio * tiles.resolution < 1;
   if (!isTurned) context.resetTransform();
   else context.transform(1, 0, 0, -1, 0, 0);
-  // Of tiles that lie askew each covers a little of the next.
+  // Turned tiles overlap a little.
   const lap = isTurned ? camera.px(0.5) : 0;
   const pixel = (x: number, y: number): [number, number] => {
     const [screenX, screenY] = camera.toScreen(x, y);
@@ -109,11 +109,11 @@ export function drawTiles(context: Context2D, camera: Camera, tiles: Tiles): voi
   context.restore();
 }
 
-/** As of a canvas: x' = ax + cy + e, y' = bx + dy + f. */
+/** The transform of a canvas: x' = ax + cy + e, y' = bx + dy + f. */
 interface Place { readonly a: number; readonly b: number; readonly c: number; readonly d: number; readonly e: number; readonly f: number }
 interface Size { readonly width: number; readonly height: number }
 
-// Upright and of whole pixels: turned, thousands of squares take four times as long.
+// Squares are upright and of whole pixels: turned, thousands of them take four times as long.
 
 function fillPath(context: Context2D, { width, height }: Size, points: Float32Array, { a, b, c, d, e, f }: Place, side: number, colour: string): void {
   context.fillStyle = colour;
@@ -128,11 +128,11 @@ function fillPath(context: Context2D, { width, height }: Size, points: Float32Ar
 
 let sheet: { readonly image: ImageData; readonly pixels: Uint32Array; readonly canvas: OffscreenCanvas } | null = null;
 
-/** One by one in a picture as large as the canvas, of which only the part counts in which they
-    lie. */
+/** Writes squares one by one into an image as large as the canvas; only the part that contains them
+    is used. */
 function setPixels(context: Context2D, size: Size, points: Float32Array, place: Place, side: number, colour: string): void {
   const { left: leftmost, top: topmost, right, bottom } = within(size, extentOf(points), place, side);
-  // Nor where they are nowhere.
+  // Points without a finite position leave no box either.
   if (!(leftmost < right && topmost < bottom)) return;
   const { width, height } = size;
   if (sheet?.image.width !== width || sheet.image.height !== height) {
@@ -169,7 +169,7 @@ function setPixels(context: Context2D, size: Size, points: Float32Array, place: 
   context.drawImage(canvas, ...part, ...part);
 }
 
-/** The whole pixels of the canvas on which squares can be that lie within a box. */
+/** The whole pixels of the canvas that can be covered by squares within a box. */
 function within({ width, height }: Size, { minX, minY, maxX, maxY }: Box, { a, b, c, d, e, f }: Place, side: number): { left: number; top: number; right: number; bottom: number } {
   const corners = [[minX, minY], [minX, maxY], [maxX, minY], [maxX, maxY]] as const;
   const [lefts, tops] = [corners.map(([x, y]) => a * x + c * y + e), corners.map(([x, y]) => b * x + d * y + f)];
@@ -179,7 +179,7 @@ function within({ width, height }: Size, { minX, minY, maxX, maxY }: Box, { a, b
   };
 }
 
-/** Around points, of which none may be: arrays do not change. */
+/** The boxes around arrays of points, which may be empty; arrays do not change. */
 const extents = new WeakMap<Float32Array, Box>();
 
 function extentOf(points: Float32Array): Box {
@@ -204,7 +204,7 @@ interface Picture {
   readonly colour: string;
   readonly box: Box;
   readonly scale: number;
-  /** The view that it was drawn in last. */
+  /** The view in which it was last drawn. */
   view: string;
 }
 
@@ -229,7 +229,7 @@ function pictureOf(ends: Float32Array, pen: Pen, camera: Camera): Omit<Picture, 
   return { canvas, colour: pen.colour, box, scale: camera.scale };
 }
 
-/** Strokes what may cross `box`; `pixel` is the size of a CSS pixel, m. */
+/** Strokes the lines that may cross `box`; `pixel` is the size of a CSS pixel, m. */
 function strokeWithin(context: Context2D, ends: Float32Array, box: Box, { colour, width, alpha = 1, dash = [] }: Pen, pixel: number): void {
   context.strokeStyle = colour;
   context.globalAlpha = alpha;

@@ -1,21 +1,22 @@
-// The map on three 2D canvases. What is not drawn anew for each picture, because that takes long,
-// the browser moves with the view until it is.
+// The map on three 2D canvases. A canvas that takes too long to be redrawn for each picture is
+// moved with the view by the browser until it is redrawn.
 //
 // Without a graphics card browsers copy every 2D canvas for each picture of the page, whether it
-// changed or not. What is seldom drawn anew, and then as a whole, is therefore shown as a bitmap.
+// changed or not. The sheet that is rarely redrawn, and then as a whole, is therefore shown as a
+// bitmap.
 
 import { Camera, type Box } from "./camera.js";
 import { CanvasBulk, type Context2D } from "./canvas_bulk.js";
 import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
 
-/** Shown as a bitmap. */
+/** The sheet that is shown as a bitmap. */
 const STILL: SheetName = "record";
 
 interface Sheet {
   readonly canvas: HTMLCanvasElement;
-  /** What shows its bitmaps; null where it is drawn on. */
+  /** Shows the bitmaps of the sheet; null if its canvas is drawn on directly. */
   readonly shown: ImageBitmapRenderingContext | null;
-  /** The view that it was drawn for; null before that. */
+  /** The view that it was last drawn for; null before that. */
   camera: Camera | null;
   moved: string;
 }
@@ -83,7 +84,7 @@ export class CanvasSurface implements Surface {
   }
 }
 
-/** As a CSS transform; empty where they are the same. */
+/** The change of view as a CSS transform; empty if there is none. */
 function motion(from: Camera, to: Camera): string {
   const at = (x: number, y: number): [number, number] => to.toScreen(...from.toMap(x, y));
   const [[x, y], [rightX, rightY], [downX, downY]] = [at(0, 0), at(1, 0), at(0, 1)];
@@ -92,7 +93,7 @@ function motion(from: Camera, to: Camera): string {
   return isThere ? "" : `matrix(${matrix.map((value) => value.toFixed(9)).join()})`;
 }
 
-/** To whole pixels, and those beside them, into which smoothing carries. */
+/** Clips to whole pixels, with a margin for smoothing. */
 function clip(context: Context2D, camera: Camera, { minX, minY, maxX, maxY }: Box): void {
   const corners = [camera.toScreen(minX, maxY), camera.toScreen(maxX, maxY), camera.toScreen(minX, minY), camera.toScreen(maxX, minY)];
   const [xs, ys] = [corners.map(([x]) => x * camera.ratio), corners.map(([, y]) => y * camera.ratio)];

@@ -1,30 +1,30 @@
-// What of the map is left free by what lies over it: what is fitted goes there.
+// The part of the map that is not covered by other elements: the view is fitted into it.
 
 import { current as currentLesson } from "../lessons.js";
 import { isNarrow } from "../screen.js";
 import type { Store } from "../store.js";
 import type { Camera } from "./camera.js";
 
-/** CSS pixels of free height from which on a phone has room for the scale. */
+/** A phone's map shows the scale from this free height on, CSS pixels. */
 const LEAST_SCALED = 140;
-/** CSS pixels of width from which on a story has room beside the map. */
+/** A story stands beside the map from this width on, CSS pixels. */
 const LEAST_BESIDE = 960;
-/** CSS pixels of height of a name alone, which leaves the map its room. */
+/** A card up to this height shows a name alone, and leaves the map its room, CSS pixels. */
 const LEAST_TOLD = 130;
-/** What the buttons at its right take of a phone's map, CSS pixels. */
+/** Width of the buttons at the right of a phone's map, CSS pixels. */
 const TOOLS = 58;
-/** What the line of a run's past takes of the lower end, CSS pixels. */
+/** Height of the time line at the lower end, CSS pixels. */
 const TIME_LINE = 50;
 
 /** The panels that a phone shows as a sheet over the map. */
 const PANELS = { run: "#run-panel", status: "#status-panel", plots: "#plots-panel", filter: "#filter-panel", paths: "#paths-panel", settings: "#settings-panel", layers: "#legend", log: "#log-panel" } as const;
 
 export interface FreeRoom {
-  /** What is covered at each side, CSS pixels. */
+  /** Covered width at each side, CSS pixels. */
   readonly inset: Camera["inset"];
-  /** Height of the card that tells something, CSS pixels; 0 without one. */
+  /** Height of the card over the map, CSS pixels; 0 without one. */
   readonly card: number;
-  /** A long sheet leaves a strip, with room for the robot only. */
+  /** A long sheet leaves only a strip, with room for the robot. */
   readonly isLow: boolean;
 }
 
@@ -36,7 +36,7 @@ export function freeRoom(map: HTMLElement, store: Store): FreeRoom {
   // An open sheet covers the lower part of the map.
   const sheet = phone && store.tab !== "" ? boxOf(PANELS[store.tab]) : undefined;
   const covered = sheet && sheet.height > 0 ? bounds.bottom - sheet.top : dock;
-  // What is told covers the upper part of a phone, and stands beside the map where there is room
+  // A story covers the upper part of a phone's map, and stands beside the map where there is room
   // for both.
   const isTold = store.tour !== null || store.exhibit !== null || currentLesson(store) !== null || store.lastRun !== null;
   const inspector = boxOf("#inspector");
@@ -46,11 +46,11 @@ export function freeRoom(map: HTMLElement, store: Store): FreeRoom {
   return { inset: inset(), card, isLow: map.clientHeight - covered < LEAST_SCALED };
 
   function inset(): Camera["inset"] {
-    // Runs side by side have their names above, and nothing over them else.
+    // Runs side by side have their names above, and nothing else over them.
     if (document.body.hasAttribute("data-race")) return { top: 44, right: phone ? 12 : 62, bottom: 12, left: 12 };
     if (phone) return { top: card + 20, right: store.tour ? 12 : TOOLS, bottom: covered + 12 + (sheet ? 0 : offered), left: 12 };
     const told = story > LEAST_TOLD && map.clientWidth >= LEAST_BESIDE ? 372 : 0;
-    // During the tour there is no legend.
+    // The tour hides the legend.
     const legend = matchMedia("(min-width: 1180px)").matches && !store.tour ? 238 : 14;
     return {
       top: 24,

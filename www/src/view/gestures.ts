@@ -1,21 +1,21 @@
-// Turns pointer, wheel, pinch and twist on the map into intentions: pan, zoom, turn, tap, hover.
+// Translates pointer, wheel, pinch and twist on the map into actions: pan, zoom, turn, tap, hover.
 
 import { turnBetween } from "../angle.js";
 
 export interface GestureHandlers {
   pan(dx: number, dy: number): void;
   zoom(factor: number, x: number, y: number): void;
-  /** Turns by so much, rad, around a point; around the middle of the view where there is none.
-      Without it nothing turns. */
+  /** Turns by an angle, rad, around a point; null: around the middle of the view. Without this
+      handler nothing turns. */
   turn?(angle: number, around: readonly [number, number] | null): void;
   tap(x: number, y: number): void;
   hover(x: number, y: number): void;
   leave(): void;
-  /** Whether a press that moves draws, rather than moves the view. */
+  /** Whether a drag draws, rather than moving the view. */
   draws(): boolean;
-  /** From where it began to where it is now. */
+  /** A drag that draws: from where it began to where it is now. */
   draw(from: readonly [number, number], to: readonly [number, number]): void;
-  /** It has ended there; else it is of no more account. */
+  /** The drag has ended; with `isDone` false it is cancelled. */
   drawn(isDone: boolean): void;
 }
 
@@ -30,11 +30,11 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
   const pointers = new Map<number, { x: number; y: number }>();
   let moved = 0;
   let hadTwo = false;
-  /** By how much two fingers have turned, rad. */
+  /** The angle that two fingers have turned, rad. */
   let twist = 0;
   /** Whether the press turns the view. */
   let turns = false;
-  /** Where a press began that draws. */
+  /** Where a drag began that draws. */
   let begun: readonly [number, number] | null = null;
 
   const at = (event: MouseEvent): { x: number; y: number } => {
@@ -113,7 +113,7 @@ export function listenToGestures(element: HTMLElement, on: GestureHandlers): voi
   element.addEventListener("wheel", wheel, { passive: false });
 }
 
-/** The direction in which a point lies from another one, as the screen has it (y down), rad. */
+/** The direction of a point from another one, on the screen (y down), rad. */
 function direction(point: { x: number; y: number }, from: { x: number; y: number }): number {
   return Math.atan2(point.y - from.y, point.x - from.x);
 }

@@ -1,12 +1,12 @@
-// Whether the map is drawn with WebGL2 or with Canvas 2D.
+// Decides whether the map is drawn with WebGL2 or with Canvas 2D.
 //
 // | graphics card | drawn with | why |
 // |---|---|---|
-// | there is one | WebGL2 | the page's main thread has hardly anything to do |
+// | present | WebGL2 | the page's main thread has hardly anything to do |
 // | emulated by the processor | Canvas 2D | measured on two cores: 60 pictures a second, not 10 |
 // | none, or taken away | Canvas 2D | until it is given back |
 //
-// A person can choose otherwise; the browser keeps that.
+// A person can choose otherwise; the browser remembers that.
 
 import { bundle } from "../bundle.js";
 import { ifAllowed } from "../storage.js";
@@ -18,7 +18,7 @@ export const DRAWINGS = ["auto", "webgl2", "canvas"] as const;
 export type Drawing = (typeof DRAWINGS)[number];
 
 const KEY = "slamlab-drawn-with";
-/** What graphics cards are called that are none. */
+/** Names of graphics cards that are emulated. */
 const EMULATED = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 let chosen: Drawing = DRAWINGS.find((name) => name === ifAllowed(() => localStorage.getItem(KEY))) ?? "auto";
@@ -37,13 +37,13 @@ export function chooseDrawing(drawing: Drawing): void {
 export interface Hearer {
   /** There is a graphics card to draw with. */
   came(surface: Surface): void;
-  /** There is none to draw with; why. `isLoss`: there was. */
+  /** There is none to draw with, for this reason. `isLoss`: there was one. */
   went(why: string, isLoss: boolean): void;
 }
 
-/** Tells whether there is WebGL2 to draw with, and whenever that changes, on a canvas that it puts
-    in the place of `place`. It is hidden while nobody draws on it: of one that has lost its context
-    browsers show a sad face. */
+/** Reports whether WebGL2 is available, and every change of that, with a canvas that replaces
+    `place`. The canvas is hidden while unused: browsers show a sad face on one that has lost its
+    context. */
 export class Graphics {
   #canvas: HTMLCanvasElement;
   #gl: WebGL2RenderingContext | null = null;
@@ -53,12 +53,12 @@ export class Graphics {
     this.#canvas = place;
   }
 
-  /** Begins, or begins anew. */
+  /** Begins, or begins again. */
   begin(): void {
     this.end();
     choice.addEventListener("change", this.#again);
     if (chosen === "canvas") return this.hearer.went("so it was chosen", false);
-    // A canvas never gives another context than its first one.
+    // A canvas gives no other context than its first one.
     const canvas = this.#canvas.cloneNode() as HTMLCanvasElement;
     this.#canvas.replaceWith(canvas);
     this.#canvas = canvas;
@@ -71,7 +71,7 @@ export class Graphics {
     }
     canvas.addEventListener("webglcontextlost", (event) => {
       if (this.#gl !== gl) return;
-      // Or it would not be given back.
+      // Without this it would never be given back.
       event.preventDefault();
       canvas.hidden = true;
       this.hearer.went("the graphics card was taken away", true);
@@ -80,7 +80,7 @@ export class Graphics {
     void this.#use(gl);
   }
 
-  /** Gives back what it has: a browser has so many contexts and no more. */
+  /** Releases the context: a browser allows only so many. */
   end(): void {
     choice.removeEventListener("change", this.#again);
     this.#release();
@@ -95,7 +95,7 @@ export class Graphics {
 
   async #use(gl: WebGL2RenderingContext): Promise<void> {
     const part = await bundle(this.store, "gl.js", "The part that draws with WebGL2") as typeof import("./gl/surface.js") | null;
-    // Something else may have been chosen meanwhile.
+    // Another choice may have been made meanwhile.
     if (this.#gl !== gl) return;
     if (!part) return this.hearer.went("the part of the page that draws with it did not come", false);
     try {

@@ -1,4 +1,4 @@
-// How the map, its buttons and its read-out are laid out.
+// The layout of the map, its buttons and its read-out.
 
 import { css } from "lit";
 

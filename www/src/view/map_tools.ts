@@ -6,7 +6,7 @@ import { icons } from "../ui/icons.js";
 import { t } from "../words.js";
 import type { SlamMap } from "./map_view.js";
 
-/** By lit's own `html`: see the map's. */
+/** Uses lit's own `html`, for the same reason as the map. */
 export function mapTools(map: SlamMap): TemplateResult {
   const { follow, source, inspecting, editing, layers, method } = map.store;
   return html`<div id="tools" role="group" aria-label=${t("View")}>

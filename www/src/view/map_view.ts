@@ -1,14 +1,14 @@
 // The map: three sheets with a camera that can be panned, zoomed, turned, fitted, and tied to the
-// robot. They are drawn with WebGL2, or on 2D canvases where there is none.
+// robot. They are drawn with WebGL2, or on 2D canvases if there is none.
 //
 // | sheet | drawn |
 // |---|---|
 // | overlays: the robot, what it sees and what it plans | for each picture, unless that takes long |
-// | record: trails, submaps, closures | when they have grown, some times a second; or when it is looked at otherwise |
-// | ground: grid and rules | when they change; only the part that does, while the view stands |
+// | record: trails, submaps, closures | when they have grown, some times a second; or when the view changes |
+// | ground: grid and rules | when they change; only the changed part, while the view is the same |
 //
-// Record and ground take long, and so may overlays: at most one of those is drawn for a picture. In
-// another order of layers more is on the quicker sheets (`parts.ts`).
+// Record and ground take long, and overlays may: at most one slow sheet is drawn for a picture. In
+// another order of layers, more is drawn on the quicker sheets (`parts.ts`).
 
 import { html, nothing, type TemplateResult } from "lit";
 import { sendByClick } from "../errand.js";
@@ -35,20 +35,20 @@ import { isDoorOpen, KEY_REACH, REACH, roomAt, type Sight, targetAt, thingsAt } 
 import type { Tiles } from "./tiles.js";
 import { placeWords } from "./words.js";
 
-/** Fraction of the way to its target that the camera goes in a second, as 1 - e^-rate. */
+/** Rate of the camera's approach to its target: it covers 1 - e^-rate of the way in a second. */
 const EASE = 6;
 const REFIT_MILLIS = 300;
-/** What is recorded is drawn again after so long while a run goes on, and while the map glides. */
+/** Milliseconds between redraws of the record sheet: during a run, and while the map glides. */
 const RECORD_MILLIS = 200;
 const GLIDING_MILLIS = 30;
-/** So long a busy page is waited for before the map is drawn with WebGL2, milliseconds. */
+/** Longest wait for an idle page before the map is drawn with WebGL2, milliseconds. */
 const LONGEST_IDLE = 1000;
-/** A map that is turned by less is upright, rad. */
+/** A map turned by less than this counts as upright, rad. */
 const LEAST_ANGLE = 1e-3;
-/** How far beside the card it comes out, CSS pixels. */
+/** Distance from the card at which an uncovered place appears, CSS pixels. */
 const UNCOVERED = 40;
 
-/** What a change would go from and to, map frame, m. */
+/** The two places of an edit in progress, map frame, m. */
 type Draft = NonNullable<NonNullable<Brush["edit"]>["draft"]>;
 
 export class SlamMap extends SlamElement {
@@ -56,9 +56,9 @@ export class SlamMap extends SlamElement {
 
   protected override readonly topics = ["view", "run"] as const;
   readonly camera = new Camera();
-  /** The map whose view this one shows too, where runs stand side by side. */
+  /** The map whose view this one copies, if runs are shown side by side. */
   lead: SlamMap | null = null;
-  /** What else is to be seen where everything is shown. */
+  /** Scenes of other runs, included when everything is shown. */
   others: readonly Scene[] = [];
 
   /** The view keeps showing everything that is known. */
@@ -68,17 +68,17 @@ export class SlamMap extends SlamElement {
   #palette: Palette | null = null;
   #sheets: Sheets | null = null;
   #graphics: Graphics | null = null;
-  /** Length of the trail that the record shows. */
+  /** Length of the trail on the record sheet. */
   #recordedTrail = 0;
-  /** Scale that the bar below shows. */
+  /** Scale shown by the bar below. */
   #ruledScale = NaN;
   #lastTick = 0;
   #inCycle = false;
   #hasTable = false;
-  /** Grows with every change of what lights up. */
+  /** Grows with every change of what is highlighted or chosen. */
   #spotVersion = 0;
   #still = matchMedia("(prefers-reduced-motion: reduce)");
-  /** Pictures drawn in the last second, for the curious and for tests. */
+  /** Pictures drawn in the last second, for display and for tests. */
   frames = 0;
   #frameTimes: number[] = [];
 
@@ -89,14 +89,14 @@ export class SlamMap extends SlamElement {
     this.store.on("theme", () => (this.#palette = null));
     this.store.on("contest", () => {
       this.#spotVersion += 1;
-      // With its table the panel of a phone covers more of the map.
+      // With its table the panel covers more of a phone's map.
       const hasTable = this.store.contest.found !== null;
       if (hasTable !== this.#hasTable) requestAnimationFrame(() => this.#resize());
       this.#hasTable = hasTable;
     });
     for (const topic of ["rooms", "spot", "inspection", "chosen", "quality", "submaps"] as const) this.store.on(topic, () => (this.#spotVersion += 1));
     for (const topic of ["tab", "tour", "exhibit", "lesson", "last", "chosen"] as const) this.store.on(topic, () => requestAnimationFrame(() => this.#resize()));
-    // The strip of the cycle takes room from the map of a phone.
+    // The strip of the cycle takes room from a phone's map.
     this.store.on("run", () => {
       if (this.#draft && !this.store.editing) this.#setDraft(null);
       this.#spotVersion += 1;
@@ -138,11 +138,11 @@ export class SlamMap extends SlamElement {
     });
     const resized = new ResizeObserver(() => this.#resize());
     resized.observe(this);
-    // What is told there comes later than what it tells of.
+    // The cards get their text only after the event, and so change their size later.
     for (const told of document.querySelectorAll("#inspector, #tip, #tour")) resized.observe(told);
     this.#sheets = new Sheets(this.#canvases());
     this.#resize();
-    // What is seen first does not wait for a graphics card.
+    // The first picture does not wait for a graphics card.
     const begin = (): void => void (this.isConnected && this.#graphics?.begin());
     if ("requestIdleCallback" in window) requestIdleCallback(begin, { timeout: LONGEST_IDLE });
     else setTimeout(begin, LONGEST_IDLE);
@@ -154,8 +154,8 @@ export class SlamMap extends SlamElement {
     this.#drawOn(null, "");
   }
 
-  /** By lit's own `html`: what the map is drawn on stays when the language changes, and only its
-      labels are said anew. */
+  /** Uses lit's own `html`: when the language changes, the canvases stay, and only their labels
+      change. */
   override render(): TemplateResult {
     const { source, editing, fence, inspecting } = this.store;
     return html`
@@ -188,24 +188,24 @@ export class SlamMap extends SlamElement {
     this.#fitAt = -Infinity;
   }
 
-  /** How far it is turned from here on, rad. */
+  /** Called with each new rotation of the map, rad. */
   onTurn: (angle: number) => void = () => {};
 
-  /** Turns the map by so much, to the left, rad; without that, upright. */
+  /** Turns the map by an angle, to the left, rad; by default to upright. */
   turn(angle = -this.camera.angle): void {
     this.#turnAt(angle, this.camera.toScreen(this.camera.x, this.camera.y));
   }
 
   #turnAt(angle: number, around: readonly [number, number]): void {
     this.camera.turnAt(angle, ...around);
-    // Upright is upright.
+    // Exactly upright if nearly so.
     if (Math.abs(this.camera.angle) < LEAST_ANGLE) this.camera.angle = 0;
     this.#fitAt = -Infinity;
     this.onTurn(this.camera.angle);
     this.requestUpdate();
   }
 
-  /** Goes to a part of the map, and stays there. */
+  /** Shows a part of the map, and stays there. */
   lookAt(box: Box): void {
     this.#release();
     this.#target = this.camera.fitted(box);
@@ -219,20 +219,20 @@ export class SlamMap extends SlamElement {
     this.#release();
   }
 
-  /** Follows the robot, at so many pixels a metre. */
+  /** Follows the robot, at so many pixels per metre. */
   stayWithRobot(scale: number): void {
     this.store.set("view", { follow: true });
     this.#auto = false;
     this.#target = { x: this.camera.x, y: this.camera.y, scale };
   }
 
-  /** From here on the map is changed by what is drawn on it, or no longer. */
+  /** Starts or ends editing the map by drawing on it. */
   toggleEditing(): void {
     if (this.store.method === "scan-matching") this.store.set("run", { editing: this.store.editing ? null : "erase", inspecting: false });
     else this.store.set("toast", { toast: { level: "info", text: "Only a map of scan matching can be changed by hand: choose that method under Run." } });
   }
 
-  /** A new run: forget the old picture at once, and the view, if it is not to stay. */
+  /** A new run: drops the old picture at once, and the view, unless it has to stay. */
   restart(keepsView: boolean): void {
     if (!keepsView) {
       if (!this.store.follow) this.#auto = true;
@@ -259,9 +259,10 @@ export class SlamMap extends SlamElement {
     if (this.store.follow) this.store.set("view", { follow: false });
   }
 
-  /** While things are inspected: what lies there, and at the next click at the same place what lies
-      under it. Else: a torn place; a wall, while the filter's tab is open; a door; a loop closure or a join; a
-      room, where rooms are shown; else a goal for the robot, as `errand.ts` has it. */
+  /** While inspecting: describes what lies there, and at the next click on the same place what lies
+      under it. Otherwise, in this order: a torn place; a wall, while the filter's tab is open; a
+      door; a loop closure or a join; a room, if rooms are shown; or a goal for the robot
+      (`errand.ts`). */
   #choose(x: number, y: number, isByKey = false): void {
     if (this.store.editing) {
       // Two taps draw too, and so does Enter at the cross.
@@ -295,7 +296,7 @@ export class SlamMap extends SlamElement {
     return { store: this.store, scene: this.scene, px: (pixels) => this.camera.px(pixels) };
   }
 
-  /** Where it was inspected last. */
+  /** The place last inspected. */
   #inspected: [number, number] = [NaN, NaN];
 
   #inspect(x: number, y: number, reach: number): void {
@@ -307,18 +308,17 @@ export class SlamMap extends SlamElement {
     store.choose(thingsAt(this.#sight, x, y, reach));
   }
 
-  /** From here on a click asks what is there, or no longer; begins with the robot and what is near
-      it. */
+  /** Starts or ends inspecting; it begins with the robot and what is near it. */
   toggleInspecting(): void {
     const { store, scene: { status } } = this;
     const inspecting = !store.inspecting;
     store.set("run", { inspecting, editing: null, aiming: false });
     store.choose(inspecting && status ? thingsAt(this.#sight, status.x, status.y, KEY_REACH) : []);
-    // The first click tells what is nearest, on the robot as well.
+    // The first click describes the nearest thing, even on the robot.
     this.#inspected = [NaN, NaN];
   }
 
-  /** Where a change of the map begins that is being drawn, and where it would end. */
+  /** The edit in progress: where it begins, and where it would end. */
   #draft: Draft | null = null;
 
   #setDraft(draft: Draft | null): void {
@@ -373,7 +373,7 @@ export class SlamMap extends SlamElement {
     Object.assign(this.camera, { width: clientWidth, height: clientHeight, ratio });
     const { inset, card, isLow } = freeRoom(this, this.store);
     this.toggleAttribute("low", isLow);
-    // During the tour there are few controls, on a phone those for the thumb alone.
+    // During the tour there are few controls, on a phone only those for the thumb.
     this.toggleAttribute("told", this.store.tour !== null);
     this.style.setProperty("--card", `${card}px`);
     const before = this.camera.inset;
@@ -387,7 +387,7 @@ export class SlamMap extends SlamElement {
     cross.style.setProperty("top", `${y}px`);
   }
 
-  /** What was pointed at comes out from under the card that tells of it, where the view is not
+  /** Moves the view so that the card does not cover the place it describes, unless the view is
       fitted anyway. */
   #uncover(before: Camera["inset"]): void {
     const { store, camera } = this;
@@ -452,14 +452,14 @@ export class SlamMap extends SlamElement {
     return new CanvasSurface((name) => this.#element(name) as HTMLCanvasElement);
   }
 
-  /** From here on the map is drawn on that; on canvases where there is no other, and `why`. */
+  /** Draws the map on this surface from here on; null: on canvases, for the reason `why`. */
   #drawOn(surface: Surface | null, why: string): void {
     const isThere = !surface && this.#sheets?.surface.kind === "canvas";
     if (!isThere) this.#sheets?.moveTo(surface ?? this.#canvases(), this.camera);
     this.store.set("drawing", { drawing: { with: surface?.kind ?? "canvas", why } });
   }
 
-  /** The layers that are drawn: of a robot that is not heard nothing that changes all the time. */
+  /** The layers that are drawn: for a robot out of contact, none that changes all the time. */
   get #layers(): SlamMap["store"]["layers"] {
     const { layers, isCutOff } = this.store;
     return isCutOff ? { ...layers, scan: false, found: false, points: false, tracks: false } : layers;
@@ -482,15 +482,15 @@ export class SlamMap extends SlamElement {
     if (drawn?.includes("ground") && camera.scale !== this.#ruledScale) this.#scaleBar();
   }
 
-  /** Draws what is seen into a context that writes a file, in CSS pixels. */
+  /** Draws the view into a context that writes a file, in CSS pixels. */
   drawInto(context: CanvasRenderingContext2D): void {
     const camera = Object.assign(new Camera(), this.camera, { ratio: 1 });
-    // What breathes stands still; the trail is drawn to its end.
+    // Animations are frozen; the trail is drawn to its end.
     const brush = { ...this.#brush(context, new CanvasBulk(context, camera), camera, 0), recordedTrail: this.scene.trailLength };
     for (const sheet of SHEETS) drawSheet(sheet, brush, this.#layers, this.store.layerOrder);
   }
 
-  /** The picture on the screen, for tests: without what lies over the map. */
+  /** The map's picture on the screen, for tests: without elements over the map. */
   picture(): ImageData | null {
     const { width, height, ratio } = this.camera;
     const context = new OffscreenCanvas(Math.round(width * ratio), Math.round(height * ratio)).getContext("2d");
@@ -510,13 +510,13 @@ export class SlamMap extends SlamElement {
     };
   }
 
-  /** The grid, or the field of it that is looked at, once it has come. */
+  /** The grid, or the chosen field of it once that has arrived. */
   #tiles(): Tiles {
     const { tiles, field } = this.scene;
     return field.name !== null && field.name === this.store.gridView ? field.tiles : tiles;
   }
 
-  /** What the contest was asked, while its panel is open: the robot may have gone on since. */
+  /** The contest's query, while its panel is open: the robot may have moved on since. */
   #contest(): Brush["contest"] {
     const { comparesPaths, contest } = this.store;
     if (!comparesPaths) return null;
@@ -525,7 +525,7 @@ export class SlamMap extends SlamElement {
     return { found, start: start ?? begun, goal };
   }
 
-  /** Rooms while they are shown, with the one that holds the chosen place: numbers change as the
+  /** Rooms while they are shown, with the one that contains the chosen place: numbers change as the
       map grows. */
   #rooms(): Brush["rooms"] {
     const { rooms: found, roomNumbers: numbers, roomSpot: spot, layers } = this.store;

@@ -1,26 +1,24 @@
-// Where everything is between two steps: the run moves 20 times a second, the screen 60 times.
+// Interpolates between steps: the run moves 20 times a second, the screen 60 times.
 //
-// Drawn is the run at the time that its clock shows, less the way from worker to screen. The worker
-// is up to a step ahead of that clock, so this lies between two states that were both computed, and
-// nothing is guessed. A run that is paused, or goes as fast as it can, is drawn as of its newest
-// step.
+// The run is drawn at the time of its clock, minus the delay from worker to screen. The worker is
+// up to a step ahead of that clock, so this time lies between two computed states, and nothing is
+// extrapolated. A run that is paused, or goes as fast as possible, is drawn in its newest state.
 
 import { turnBetween } from "../angle.js";
 import type { Clock, Frame, Status } from "../protocol/frame.js";
 
-/** How far behind its clock a run is drawn: a picture of the screen, wall seconds, */
+/** How far behind its clock a run is drawn: one picture of the screen, wall seconds, */
 const DELAY_SECONDS = 0.02;
-/** but no more than this, seconds of the run: where steps come faster than pictures there is little
-    to smooth. */
+/** but at most this, run seconds: if steps come faster than pictures there is little to smooth. */
 const DELAY_MOST = 0.1;
-/** States kept: the time that is drawn may lie between earlier ones than the last two. */
+/** States kept: the drawn time may lie before the last two. */
 const KEPT = 4;
-/** A longer silence than this between two states is no motion, seconds of the run. */
+/** Over a longer gap between two states, run seconds, nothing is interpolated. */
 const GAP = 1;
 
 export interface Instant {
   readonly status: Status;
-  /** x y radius of what walks about. */
+  /** x y radius of the walkers. */
   readonly movers: Float32Array;
 }
 
@@ -39,7 +37,7 @@ export class Motion {
     const last = this.#kept.at(-1);
     const instant = { status: frame.status, movers: frame.movers ?? last?.movers ?? new Float32Array(0) };
     this.#clock = frame.clock;
-    // The same step sent again (after a command, say) replaces the earlier one.
+    // A step sent again (after a command, say) replaces the earlier one.
     if (last && last.status.time >= frame.status.time) this.#kept.pop();
     this.#kept.push(instant);
     if (this.#kept.length > KEPT) this.#kept.shift();

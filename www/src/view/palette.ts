@@ -16,7 +16,7 @@ export type Rgb = readonly [number, number, number];
 export interface Palette {
   /** CSS colours. */
   readonly css: Readonly<Record<PaletteName, string>>;
-  /** The tones of the grid, for its pixels. */
+  /** The tones of the grid's pixels. */
   readonly tones: { readonly unknown: Rgb; readonly free: Rgb; readonly occupied: Rgb };
 }
 

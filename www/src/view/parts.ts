@@ -1,8 +1,8 @@
-// What is drawn, from the ground up, and on which sheet: the layers in the order that a person
+// What is drawn, from the bottom up, and on which sheet: the layers in the order that a person
 // chose.
 //
-// A sheet is drawn as seldom as the slowest of its parts allows. What lies over a part of a quick
-// sheet is drawn as often as that, or it would be under it.
+// A sheet is drawn as rarely as the slowest of its parts allows. A part that lies over a part of a
+// quick sheet moves to that sheet, or it would end up below it.
 
 import type { Brush } from "./layers/layer.js";
 import { LAYERS, type LayerName } from "./scene.js";
@@ -45,26 +45,26 @@ interface Part {
   readonly layer: LayerName;
   readonly sheet: SheetName;
   readonly draw: (brush: Brush) => void;
-  /** Whether it is drawn, where it is not just its layer that says so. */
+  /** Whether it is drawn, if that depends on more than the switch of its layer. */
   readonly isOn?: (on: Switches, brush: Brush) => boolean;
-  /** It stands on the newest submap, and glides with it. */
+  /** It is attached to the newest submap, and glides with it. */
   readonly onRobot?: boolean;
   /** It shows what the robot itself is about to do. */
   readonly ofPlan?: boolean;
 }
 
-/** Two plans at once are none: the robot's own makes room for the contest. */
+/** Two plans at once would be confusing: the robot's own makes room for the contest. */
 const ofPlan = (layer: LayerName, draw: Part["draw"]): Part => ({ layer, sheet: "overlays", draw, ofPlan: true, isOn: (on, { contest }) => on[layer] && contest === null });
 const ofRobot = (layer: LayerName, draw: Part["draw"]): Part => ({ layer, sheet: "overlays", draw, onRobot: true });
 
-/** From the ground up, as long as nobody chose otherwise. */
+/** From the bottom up, by default. */
 const PARTS: readonly Part[] = [
   { layer: "grid", sheet: "ground", draw: grid.draw },
   { layer: "wheels", sheet: "ground", draw: wheels.draw },
   { layer: "grid", sheet: "ground", draw: grid.drawRules, isOn: () => true },
   { layer: "truth", sheet: "ground", draw: truth.drawWalls },
   { layer: "submaps", sheet: "record", draw: submaps.drawWalls },
-  // The walls go ahead of a grid that is still to be drawn again.
+  // The walls move first; the grid is redrawn later.
   { layer: "submaps", sheet: "record", draw: submaps.drawAll, isOn: (on, { scene }) => scene.submaps.ahead && on.grid && !on.submaps },
   { layer: "compared", sheet: "record", draw: compared.draw },
   { layer: "trails", sheet: "record", draw: trails.draw },
@@ -96,14 +96,15 @@ const PARTS: readonly Part[] = [
 /** Whether a layer makes room while planners are compared. */
 export const isOfPlan = (layer: LayerName): boolean => PARTS.some((part) => part.layer === layer && part.ofPlan);
 
-/** Over all layers: what somebody is just about. */
+/** Over all layers: what somebody is working on. */
 const ON_TOP = [loadedMaps.draw, geofence.draw, contest.draw, edits.draw, spot.draw, chosen.draw] as const;
 
-/** Where the parts of each layer begin: LAYERS are in that order. */
+/** Where the parts of each layer begin: LAYERS have that order. */
 const isFirst = (part: Part, at: number): boolean => PARTS.findIndex(({ layer }) => layer === part.layer) === at;
 
-/** The parts in an order of layers. What a layer draws first stands where the layer does. Further
-    parts stay where they are, over some other layer, unless theirs was lifted over that. */
+/** The parts for an order of layers. The first part of a layer is drawn at the layer's place. Its
+    other parts stay where they are, over some other layer, unless their own layer was lifted over
+    that. */
 function arranged(order: readonly LayerName[]): readonly Part[] {
   const rank = new Map(order.map((layer, at) => [layer, at]));
   const above = new Map<LayerName, Part[]>(order.map((layer) => [layer, []]));
@@ -125,7 +126,7 @@ function partsIn(order: readonly LayerName[]): readonly Part[] {
   return lastParts;
 }
 
-/** Draws what belongs on a sheet, in an order of layers. */
+/** Draws the parts of a sheet, in an order of layers. */
 export function drawSheet(sheet: SheetName, brush: Brush, on: Switches, order: readonly LayerName[]): void {
   let lowest = 0;
   for (const { layer, sheet: own, draw, isOn, onRobot } of partsIn(order)) {
@@ -143,7 +144,7 @@ function withRobot(brush: Brush, draw: (brush: Brush) => void): void {
   draw(brush);
 }
 
-/** A layer leaves the context as it was. */
+/** Draws a layer, and restores the context. */
 function paint(brush: Brush, draw: (brush: Brush) => void): void {
   brush.context.save();
   brush.camera.applyTo(brush.context);

@@ -1,4 +1,4 @@
-// What there is to draw: the latest of everything, taken from frames as they come.
+// Everything to be drawn: the latest data of all kinds, taken from frames as they come.
 
 import { type Frame, type Status, type SubmapsChange } from "../protocol/frame.js";
 import { type FieldName, TRAIL, TRAIL_STRIDE } from "../protocol/module.js";
@@ -7,45 +7,45 @@ import { Motion } from "./motion.js";
 import { moved, Submaps } from "./submaps.js";
 import { Tiles } from "./tiles.js";
 
-/** From the ground up, as long as nobody chose otherwise. */
+/** From the bottom up, by default. */
 export const LAYERS = ["grid", "wheels", "truth", "submaps", "compared", "trails", "graph", "closures", "rooms", "priorMap", "hypotheses", "frontiers", "lines", "walls", "landmarks", "tree", "scan", "tracks", "found", "points", "rawPath", "path", "twin", "torn", "robot"] as const;
 export type LayerName = (typeof LAYERS)[number];
 
 const EMPTY = new Float32Array(0);
 
-/** What a frame replaces, if it has it. */
+/** Arrays that a frame replaces, if it has them. */
 const SHAPES = ["scan", "beams", "doors", "found", "points", "landmarks", "refinding", "tracks", "takenOut", "truth", "priorMap", "hypotheses", "particles", "path", "rawPath", "tree", "frontiers", "edits"] as const;
 
 export class Scene {
   readonly tiles = new Tiles();
-  /** The field that came last, and what a byte more of it means. */
+  /** The field that came last, and the increase per step of a byte. */
   readonly field = { name: null as FieldName | null, step: 0, tiles: new Tiles() };
-  /** The map that the wheels alone would have drawn. */
+  /** The map drawn by odometry alone. */
   readonly wheels = new Tiles();
-  /** Status and movers as of the picture that is being drawn, see `animate`. */
+  /** Status and movers at the time of the picture being drawn, see `animate`. */
   status: Status | null = null;
   scan: Float32Array = EMPTY;
-  /** Lines found in it, x1 y1 x2 y2. */
+  /** Lines found in the scan, x1 y1 x2 y2. */
   found: Float32Array = EMPTY;
-  /** Points found in it, see POINT. */
+  /** Points found in the scan, see POINT. */
   points: Float32Array = EMPTY;
   /** Landmarks with their confidence, see LANDMARK. */
   landmarks: Float32Array = EMPTY;
-  /** How well they are found again, see REFINDING. */
+  /** How often landmarks are found again, see REFINDING. */
   refinding: Float32Array = EMPTY;
-  /** What moves about, see TRACK. */
+  /** Tracks of moving things, see TRACK. */
   tracks: Float32Array = EMPTY;
-  /** x y of what the last scan hit that was kept out of pose and map. */
+  /** x y of the hits of the last scan that were taken out of pose and map. */
   takenOut: Float32Array = EMPTY;
   lines: Float64Array = new Float64Array(0);
   truth: Float32Array = EMPTY;
   /** Material of each true wall: 0 opaque, 1 glass, 2 dark. */
   materials: Uint8Array = new Uint8Array(0);
-  /** Walls of the map that the robot is to be found in, x1 y1 x2 y2. */
+  /** Walls of the prior map, x1 y1 x2 y2. */
   priorMap: Float32Array = EMPTY;
   /** See HYPOTHESIS. */
   hypotheses: Float32Array = EMPTY;
-  /** x y of the particles behind them. */
+  /** x y of the particles behind the hypotheses. */
   particles: Float32Array = EMPTY;
   movers: Float32Array = EMPTY;
   /** See DOOR. */
@@ -56,7 +56,7 @@ export class Scene {
   rawPath: Float32Array = EMPTY;
   tree: Float32Array = EMPTY;
   frontiers: Float32Array = EMPTY;
-  /** What was changed by hand, see EDIT. */
+  /** Edits of the map, see EDIT. */
   edits: Float32Array = EMPTY;
   /** Flat points, see TRAIL_STRIDE. */
   trail: Float32Array = EMPTY;
@@ -91,8 +91,7 @@ export class Scene {
     if (grid) this.field.tiles.take(grid);
   }
 
-  /** Takes a frame that came at a wall time; returns by how much a loop closure moves the map,
-      m. */
+  /** Takes a frame that came at a wall time. Returns how far a loop closure moves the map, m. */
   take(frame: Frame, wall: number): number {
     this.#motion.take(frame);
     if (frame.gridReset) {
@@ -114,7 +113,7 @@ export class Scene {
     return bent;
   }
 
-  /** What was driven in a submap moves with it. Recordings bring their whole trail anew. */
+  /** The trail of a submap moves with it. Recordings send their whole trail anew. */
   #bend(change: SubmapsChange, wall: number): number {
     for (const { submap, by } of change.renumbered) this.#renumber(submap, by);
     const before = change.renumbered.length > 0 ? EMPTY : this.submaps.poses;
@@ -127,7 +126,7 @@ export class Scene {
     return most;
   }
 
-  /** The trail names submaps: those behind one that is taken out or put back are others now. */
+  /** The trail refers to submaps by number: those behind one that is removed or put back change. */
   #renumber(submap: number, by: number): void {
     for (let i: number = TRAIL.submap; i < this.trailLength; i += TRAIL_STRIDE) {
       const number = this.trail[i] ?? 0;
@@ -135,8 +134,8 @@ export class Scene {
     }
   }
 
-  /** Sets what moves to where it is at a wall time, milliseconds since 1970; where things are to
-      stand `still`, the map does not glide. */
+  /** Moves everything to its place at a wall time, milliseconds since 1970; with `still` the map
+      does not glide. */
   animate(wall: number, still: boolean): void {
     this.submaps.animate(wall, still);
     const state = this.#motion.at(wall);

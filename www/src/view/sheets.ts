@@ -1,5 +1,5 @@
-// When each sheet of the map is drawn anew. What takes long takes turns: of that one sheet is drawn
-// for a picture, the one that has waited longest, and the quick ones for the next. Those that wait
+// Decides when each sheet of the map is redrawn. Slow sheets take turns: for one picture one of
+// them is redrawn, the one that has waited longest; for the next, the quick ones. Waiting sheets
 // are moved with the view meanwhile.
 
 import type { Box, Camera } from "./camera.js";
@@ -7,33 +7,33 @@ import { type Draw, SHEETS, type SheetName, type Surface } from "./surface.js";
 
 /** Sheets that take longer than this take turns, milliseconds. */
 const LONG_MILLIS = 5;
-/** Those that always do. */
+/** Sheets that always take turns. */
 const LONG: readonly SheetName[] = ["ground", "record"];
 
-/** What a sheet shall show. */
+/** What a sheet has to show. */
 export interface Wanted {
-  /** Names the view; in another one all of the sheet is drawn anew. */
+  /** Identifies the view; if it changes, the whole sheet is redrawn. */
   readonly view: string;
-  /** Names what is shown in it, and how long that may wait, milliseconds. */
+  /** Identifies the contents; a change may wait for this long, milliseconds. */
   readonly content?: string;
   readonly wait?: number;
-  /** Where that differs from what was drawn last, asked for when it is drawn; null: anywhere. */
+  /** Where the contents differ from those drawn, asked when it is drawn; null: anywhere. */
   readonly within?: () => Box | null;
 }
 
-/** What it shows, empty while that is nothing, since when, and how long it took, milliseconds. */
+/** View and contents (empty if none), when it was drawn, and how long that took, milliseconds. */
 interface Drawn { readonly view: string; readonly content: string; readonly at: number; readonly took: number }
 
 const NOTHING: Drawn = { view: "", content: "", at: -Infinity, took: 0 };
 
 export class Sheets {
   #drawn: Record<SheetName, Drawn> = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
-  /** For the last picture one that takes long was drawn. */
+  /** A slow sheet was drawn for the last picture. */
   #wasLong = false;
 
   constructor(public surface: Surface) {}
 
-  /** From here on they are drawn on another surface. */
+  /** Draws on another surface from here on. */
   moveTo(surface: Surface, camera: Camera): void {
     this.surface.clear();
     this.surface = surface;
@@ -45,12 +45,12 @@ export class Sheets {
     this.forget();
   }
 
-  /** All is drawn anew, at once. */
+  /** Everything is redrawn at once. */
   forget(): void {
     this.#drawn = { ground: NOTHING, record: NOTHING, overlays: NOTHING };
   }
 
-  /** Draws what is due by `drawOf`, and shows all; returns what was drawn. */
+  /** Draws the sheets that are due with `drawOf`, and shows all. Returns those that were drawn. */
   draw(camera: Camera, now: number, wanted: Readonly<Record<SheetName, Wanted>>, drawOf: (sheet: SheetName) => Draw): readonly SheetName[] {
     const { surface } = this;
     if (surface.takeStale()) this.forget();

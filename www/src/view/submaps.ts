@@ -1,61 +1,61 @@
-// Submaps as they are drawn: where a loop closure moves them, they glide, and so does all that
-// stands on them.
+// Submaps as they are drawn: when a loop closure moves them they glide, together with everything
+// that is attached to them.
 
 import { turnBetween } from "../angle.js";
 import type { SubmapsChange } from "../protocol/frame.js";
 import { CLOSURE, CLOSURE_STRIDE, type ClosureOutcome, EXTENT, EXTENT_STRIDE, SUBMAP, SUBMAP_STRIDE } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
 
-/** What became of a placement, as people tell them apart; of those that were accepted, neighbours
-    on the way close no loop. */
+/** The fate of a placement, as people distinguish it; accepted placements of consecutive submaps
+    ("neighbours") close no loop. */
 export type Fate = "accepted" | "neighbour" | "waiting" | "refused" | "revoked";
 const FATE: Readonly<Record<ClosureOutcome, Exclude<Fate, "neighbour">>> = {
   "known-before": "accepted", proved: "accepted", "not-judged": "waiting", "too-little-proof": "waiting", "beyond-belief": "waiting", rivals: "waiting",
   tears: "waiting", overruled: "waiting", "placed-elsewhere": "refused", "never-proved": "refused", revoked: "revoked",
 };
 
-/** How long they glide, wall milliseconds. */
+/** Duration of a glide, wall milliseconds. */
 const GLIDE_MILLIS = 600;
-/** The map is drawn again beside the one that is shown. Walls stand where they will be until then,
-    but no longer than this, wall milliseconds. */
+/** The grid is redrawn in the background. Until then walls are drawn at their new places, but no
+    longer than this, wall milliseconds. */
 const REDRAW_MILLIS = 3000;
-/** How long closures stand out that were accepted just now, wall milliseconds. */
+/** How long newly accepted closures stand out, wall milliseconds. */
 const FRESH_MILLIS = 2500;
-/** What moves by less is no news, m. */
+/** A smaller motion is not reported, m. */
 export const LEAST_MOVE = 0.05;
 
 const EMPTY = new Float32Array(0);
 
 /** x y heading. */
 type Place = readonly [number, number, number];
-/** A turn and a shift: x' = cos x - sin y + dx, y' = sin x + cos y + dy. */
+/** A rotation and translation: x' = cos x - sin y + dx, y' = sin x + cos y + dy. */
 export interface Shift { readonly cos: number; readonly sin: number; readonly dx: number; readonly dy: number }
 
 export class Submaps {
-  /** See SUBMAP: as known now, and where they glide from. */
+  /** See SUBMAP: the latest poses, and those from which they glide. */
   #poses: Float32Array = EMPTY;
   #from: Float32Array = EMPTY;
   #began = -Infinity;
   #part = 1;
   #awaitsGrid = false;
-  /** x y of the walls of each, in its own frame. */
+  /** x y of the walls of each submap, in its own frame. */
   readonly surfaces: Float32Array[] = [];
-  /** See EXTENT, of those that are complete. */
+  /** See EXTENT, for complete submaps. */
   #extents: readonly number[] = [];
-  /** So many can be taken out, the first ones. */
+  /** This many submaps, the first ones, can be removed. */
   removable = 0;
-  /** The one that was taken out last and can be put back. */
+  /** The submap that was last removed and can be put back. */
   undoable: number | undefined;
-  /** Names of the loops that are closed, of those that were last, and when. */
+  /** Names of the closed loops, of the newest ones, and the time of those. */
   #accepted: ReadonlySet<string> = new Set();
   #news: ReadonlySet<string> = new Set();
   #acceptedAt = -Infinity;
-  /** Rows of the loops that were closed just now, and how much they stand out yet, 1 to 0. */
+  /** Rows of the newly closed loops, and how much they still stand out, 1 to 0. */
   fresh: { rows: readonly number[]; part: number } = { rows: [], part: 0 };
   /** See CLOSURE. */
   closures: Float32Array = EMPTY;
   outcomes: readonly ClosureOutcome[] = [];
-  /** What became of each, row by row. */
+  /** The fate of each closure, row by row. */
   fates: readonly Fate[] = [];
 
   clear(): void {
@@ -74,25 +74,25 @@ export class Submaps {
     return this.#poses.length / SUBMAP_STRIDE;
   }
 
-  /** Whether they are on their way. */
+  /** Whether submaps are gliding. */
   get glides(): boolean {
     return this.#part < 1;
   }
 
-  /** Whether the grid shows walls where they were: on the way, and until it is drawn again. */
+  /** Whether the grid shows walls at their old places: during a glide, and until it is redrawn. */
   get ahead(): boolean {
     return this.glides || this.#awaitsGrid;
   }
 
-  /** Whether the next picture differs, also while nothing else does. */
+  /** Whether the next picture differs even if nothing else changes. */
   get isLively(): boolean {
     return this.ahead || this.fresh.part > 0;
   }
 
-  /** Takes a change at a wall time; returns by how much it moves what was there, m. */
+  /** Takes a change at a wall time. Returns how far it moves existing submaps, m. */
   take({ poses, lengths, surfaces, extents, removable, undoable, closures, outcomes, renumbered }: SubmapsChange, wall: number): number {
     if (renumbered.length > 0) {
-      // Others have the names of those that were: nothing glides, and no closure is news.
+      // After renumbering, other submaps have the old names: nothing glides, and no closure is new.
       this.clear();
       this.#accepted = new Set(loopsOf(closures, fatesOf(closures, outcomes)).map(([name]) => name));
     }
@@ -110,13 +110,13 @@ export class Submaps {
     for (let i = 0; i < before.length; i += SUBMAP_STRIDE) {
       moved = Math.max(moved, Math.hypot((poses[i] ?? 0) - (before[i] ?? 0), (poses[i + 1] ?? 0) - (before[i + 1] ?? 0)));
     }
-    // What is on its way already goes on from there.
+    // A glide that is under way continues from its present place.
     if (moved >= LEAST_MOVE || this.glides) [this.#from, this.#began, this.#part] = [from, wall, 0];
     this.#awaitsGrid ||= moved >= LEAST_MOVE;
     return moved;
   }
 
-  /** Where all are drawn now; those that are new come along with the last that is known. */
+  /** Where all submaps are drawn now; new ones move along with the last known one. */
   #placesOf(next: Float32Array): Float32Array {
     const places = Float32Array.from(next);
     const last = this.count - 1;
@@ -138,12 +138,12 @@ export class Submaps {
     this.fresh = { ...this.fresh, rows: accepted.filter(([name]) => this.#news.has(name)).map(([, row]) => row) };
   }
 
-  /** The grid was drawn again. */
+  /** The grid was redrawn. */
   redrawn(): void {
     this.#awaitsGrid = false;
   }
 
-  /** Moves them to where they are at a wall time; at once where nothing is to move. */
+  /** Moves submaps to their places at a wall time; with `still`, at once. */
   animate(wall: number, still: boolean): void {
     this.fresh = { ...this.fresh, part: still ? 0 : Math.max(0, 1 - (wall - this.#acceptedAt) / FRESH_MILLIS) };
     const passed = wall - this.#began;
@@ -152,7 +152,7 @@ export class Submaps {
     if (still || passed > REDRAW_MILLIS) this.#awaitsGrid = false;
   }
 
-  /** Where a submap is drawn now. */
+  /** The pose at which a submap is drawn now. */
   shown(submap: number): Place {
     const known = placeOf(this.#poses, submap);
     if (!this.glides) return known;
@@ -165,17 +165,17 @@ export class Submaps {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.loose] === 1;
   }
 
-  /** A number of a submap, see SUBMAP. */
+  /** A figure of a submap, see SUBMAP. */
   figure(submap: number, name: keyof typeof SUBMAP): number {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP[name]] ?? NaN;
   }
 
-  /** A number of a complete submap, see EXTENT; NaN of the one that is being made. */
+  /** A figure of a complete submap, see EXTENT; NaN for the one that is being made. */
   extent(submap: number, name: keyof typeof EXTENT): number {
     return this.#extents[submap * EXTENT_STRIDE + EXTENT[name]] ?? NaN;
   }
 
-  /** Where it lies in the map; null while it has no walls. */
+  /** Its bounding box in the map; null while it has no walls. */
   bounds(submap: number): Box | null {
     return boundsOf(this.surfaces[submap] ?? EMPTY, this.shown(submap));
   }
@@ -184,19 +184,19 @@ export class Submaps {
     return this.#poses[submap * SUBMAP_STRIDE + SUBMAP.keyframes] ?? 0;
   }
 
-  /** From where all that stands on a submap is known to be to where it is drawn; null where that is
-      the same. */
+  /** The motion from a submap's latest pose to where it is drawn, which applies to everything
+      attached to it; null if it is zero. */
   shift(submap: number): Shift | null {
     return this.glides && submap < this.count ? between(placeOf(this.#poses, submap), this.shown(submap)) : null;
   }
 
-  /** The same from where another set of poses has it. */
+  /** The motion from its pose in another set of poses to the latest. */
   shiftFrom(before: Float32Array, submap: number): Shift | null {
     if ((submap + 1) * SUBMAP_STRIDE > before.length) return null;
     return between(placeOf(before, submap), placeOf(this.#poses, submap));
   }
 
-  /** As known now, see SUBMAP. */
+  /** The latest poses, see SUBMAP. */
   get poses(): Float32Array {
     return this.#poses;
   }
@@ -209,12 +209,12 @@ function fatesOf(closures: Float32Array, outcomes: readonly ClosureOutcome[]): F
   });
 }
 
-/** Names and rows of the closures that are accepted and close a loop. */
+/** Names and rows of the accepted closures that close a loop. */
 function loopsOf(closures: Float32Array, fates: readonly Fate[]): (readonly [string, number])[] {
   return fates.flatMap((fate, row) => (fate === "accepted" ? [[nameOf(closures, row), row] as const] : []));
 }
 
-/** A closure by its two submaps. */
+/** A closure is named by its two submaps. */
 function nameOf(closures: Float32Array, row: number): string {
   const at = row * CLOSURE_STRIDE;
   return `${closures[at + CLOSURE.old]} ${closures[at + CLOSURE.new]}`;
@@ -225,7 +225,7 @@ function placeOf(poses: Float32Array, submap: number): Place {
   return [poses[at + SUBMAP.x] ?? NaN, poses[at + SUBMAP.y] ?? NaN, poses[at + SUBMAP.heading] ?? NaN];
 }
 
-/** The motion of the map that takes `from` to `to`. */
+/** The rigid motion that takes `from` to `to`. */
 function between(from: Place, to: Place): Shift {
   const turn = to[2] - from[2];
   const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
@@ -236,13 +236,13 @@ export function moved({ cos, sin, dx, dy }: Shift, x: number, y: number): [numbe
   return [cos * x - sin * y + dx, sin * x + cos * y + dy];
 }
 
-/** Where a pose `x y heading` in the frame of `place` lies in the map. */
+/** A point of the frame at pose `place`, in the map frame. */
 export function within(place: Place, x: number, y: number): [number, number] {
   const [cos, sin] = [Math.cos(place[2]), Math.sin(place[2])];
   return [place[0] + cos * x - sin * y, place[1] + sin * x + cos * y];
 }
 
-/** The box around points of a frame that lies at `place`. */
+/** The bounding box of points in the frame at pose `place`. */
 export function boundsOf(points: Float32Array, place: Place): Box | null {
   let box: Box | null = null;
   for (let i = 0; i + 1 < points.length; i += 2) {

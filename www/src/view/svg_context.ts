@@ -1,19 +1,19 @@
 // A 2D context that writes SVG, so that the layers draw a file with the code that draws them on the
-// page. A bundle of its own, loaded when a drawing is saved first.
+// page. A bundle of its own, loaded when a drawing is first saved.
 //
-// The library draws; mended here is what our layers need and it does otherwise:
+// The library does the drawing. Corrected here is what our layers need and the library lacks:
 //
-// | of the context | the library | here |
+// | part of the context | the library | here |
 // |---|---|---|
 // | ellipses and arcs | turned the wrong way where y points up | cubic curves, right under any transform |
-// | dashes | in pixels, whatever the scale | scaled, as a canvas does |
-// | pictures | no OffscreenCanvas, always smoothed | taken, with hard cells where asked for |
-// | filling by the even-odd rule | ignored | kept |
+// | dashes | in pixels, whatever the scale | scaled, as on a canvas |
+// | images | no OffscreenCanvas, always smoothed | accepted, with sharp cells if requested |
+// | filling by the even-odd rule | ignored | supported |
 // | fonts of texts | read by a style attribute, which our Content-Security-Policy forbids | read without |
 
 import { Context } from "svgcanvas";
 
-/** A cubic curve follows up to a quarter of a circle within 3e-4 of its radius. */
+/** A cubic curve approximates up to a quarter of a circle within 3e-4 of its radius. */
 const QUARTER = Math.PI / 2;
 
 const ANCHORS: Readonly<Record<CanvasTextAlign, string>> = { left: "start", start: "start", center: "middle", right: "end", end: "end" };
@@ -93,7 +93,7 @@ export class SvgContext extends Context {
   }
 }
 
-/** How far an arc goes, as the canvas has it: a full turn at most. */
+/** The angle of an arc, as on a canvas: a full turn at most. */
 function sweepOf(from: number, to: number, isBack: boolean): number {
   const turn = 2 * Math.PI;
   const way = isBack ? from - to : to - from;

@@ -1,10 +1,10 @@
-// What we use of svgcanvas, which brings no types.
+// The part of svgcanvas that we use; the package has no types.
 
 declare module "svgcanvas" {
   interface Drawing extends CanvasRenderingContext2D {
     /** The element that is being painted. */
     readonly __currentElement: SVGElement;
-    /** What the next element goes into. */
+    /** The parent of the next element. */
     __closestGroupOrSvg(): SVGElement;
     getSvg(): SVGSVGElement;
     getSerializedSvg(): string;

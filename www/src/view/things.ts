@@ -1,4 +1,4 @@
-// What lies at a place of the map: the one answer to "what did they point at?", for the read-out
+// The things at a place of the map: the one answer to "what did they point at?", for the read-out
 // under the pointer, for a click and for the inspector.
 
 import { clickSends } from "../errand.js";
@@ -11,57 +11,57 @@ import { nearestSegment } from "./layers/layer.js";
 import { MARK, tearAt } from "./layers/torn.js";
 import type { Scene } from "./scene.js";
 
-/** Something that can be pointed at, by what names it for as long as it is there. Places are of the
-    map frame, m. */
+/** Something that can be pointed at, with what identifies it for as long as it exists. Places are
+    in the map frame, m. */
 export type Thing =
   | { readonly kind: "torn"; readonly tear: Tear }
   | { readonly kind: "closure"; readonly name: ClosureName }
-  /** By its later submap. */
+  /** Given by its later submap. */
   | { readonly kind: "join"; readonly submap: number }
   | { readonly kind: "robot" }
   | { readonly kind: "track" | "point" | "line"; readonly id: number }
-  /** One of those where the robot may be. */
+  /** One of the places where the robot may be. */
   | { readonly kind: "hypothesis"; readonly x: number; readonly y: number }
   | { readonly kind: "particles" }
-  /** A beam of the last scan, by its number in it. */
+  /** A beam of the last scan, given by its index. */
   | { readonly kind: "beam"; readonly number: number }
-  /** A door of the simulated world, by its number. */
+  /** A door of the simulated world, given by its number. */
   | { readonly kind: "door"; readonly number: number }
-  /** A door that was found in the map, by its posts: x1 y1 x2 y2. */
+  /** A door that was found in the map, given by its posts: x1 y1 x2 y2. */
   | { readonly kind: "doorway"; readonly posts: readonly number[] }
-  /** The room or corridor that holds a place. */
+  /** The room or corridor that contains a place. */
   | { readonly kind: "room"; readonly x: number; readonly y: number }
-  /** What a person drew into the map or took out of it, by its number. */
+  /** A person's edit, given by its number. */
   | { readonly kind: "edit"; readonly number: number }
   | { readonly kind: "frontier" | "cell"; readonly x: number; readonly y: number }
   | { readonly kind: "submap"; readonly number: number }
-  /** A wall of the simulated world, by its row. */
+  /** A wall of the simulated world, given by its row. */
   | { readonly kind: "truth"; readonly row: number };
 
-/** Pixels within which something is found; a finger is wider than a pointer, and who comes by keys
-    has the cross only. */
+/** Pixels within which something is found: more for touch than for a pointer, and most for keyboard
+    users, who have only the cross. */
 export const REACH = isTouched() ? 18 : 9;
 export const KEY_REACH = 40;
-/** The same of what a click does something to, and of a beam's end: they lie on other things. */
+/** The same for what a click acts on, and for a beam's end: they lie on other things. */
 const ACTS = 10;
-/** Pixels within which a click that drives is meant for a line under it: the map is full of lines
-    that are wider to point at than to see. */
+/** Pixels within which a click that would send the robot applies to a line instead: the map is full
+    of lines, whose normal reach is wider than what is seen. */
 const LINE_REACH = 3;
 const BEAM_REACH = 8;
 
-/** What is looked at, and how long a pixel is there, m. */
+/** What is being looked at, and the size of a pixel, m. */
 export interface Sight {
   readonly store: Store;
   readonly scene: Scene;
   px(pixels: number): number;
 }
 
-/** The mark of the map there that a click always chooses: a torn place, a loop closure, or a join
-    of the pose graph. Not while a goal or a plan is being chosen. */
+/** The mark at a place that a click always chooses: a torn place, a loop closure, or a join of the
+    pose graph. None while a goal or a plan is being chosen. */
 export function markAt({ store, scene, px }: Sight, x: number, y: number, reach = REACH): Thing | null {
   const { layers, aiming, comparesPaths, quality } = store;
   if (aiming || comparesPaths) return null;
-  // Marks lie over all else.
+  // Marks lie over everything else.
   const tear = layers.torn ? tearAt(quality?.tears ?? [], x, y, px(Math.max(MARK, reach))) : null;
   if (tear) return { kind: "torn", tear };
   const name = layers.closures ? closureAt(scene.submaps, x, y, px(reach)) : null;
@@ -70,15 +70,14 @@ export function markAt({ store, scene, px }: Sight, x: number, y: number, reach 
   return submap === null ? null : { kind: "join", submap };
 }
 
-/** What a click there does something to, each where it is shown and no other choice is being
-    made. */
+/** What a click at a place acts on: each only if it is shown and no other choice is being made. */
 export interface Target {
   readonly mark: Thing | null;
   /** Number of a wall of the line map, while the filter's tab is open. */
   readonly wall: number | null;
   /** Number of a door of the world. */
   readonly door: number | null;
-  /** Place of a region among the rooms. */
+  /** Index of a region among the rooms. */
   readonly room: number | null;
 }
 
@@ -97,12 +96,12 @@ export function isDoorOpen({ doors }: Scene, door: number): boolean {
   return doors[door * DOOR_STRIDE + DOOR.ordered] === 1;
 }
 
-/** How the hit there was read, while the scan is shown. */
+/** The reading of the hit at a place, while the scan is shown. */
 export function hitAt({ store: { layers }, scene: { scan, beams }, px }: Sight, x: number, y: number): Reading | null {
   return layers.scan ? readingAt(scan, beams, x, y, px(BEAM_REACH)) : null;
 }
 
-/** All that is drawn there, what lies on top first; the cell of the grid is there always. */
+/** Everything drawn at a place, the topmost first; the cell of the grid is always included. */
 export function thingsAt(sight: Sight, x: number, y: number, reach = REACH): Thing[] {
   const { store: { layers, rooms }, scene, px } = sight;
   const { status, tracks, landmarks, hypotheses, particles, frontiers, lines, truth, submaps, doors, edits } = scene;
@@ -148,8 +147,8 @@ function named(kind: "track" | "point", rows: Float32Array, stride: number, plac
   return row === null || row + stride > rows.length ? null : { kind, id: rows[row + place] ?? NaN };
 }
 
-/** Where the row begins whose point, x y from its `place` on, is nearest, if it is nearer than
-    `reach`, m. */
+/** The row whose point (x y, starting at its `place`) is nearest, within `reach`, m: where it
+    begins. */
 function nearest(rows: Float32Array, stride: number, place: number, x: number, y: number, reach: number, counts = (_: number): boolean => true): number | null {
   let [least, found] = [reach, null as number | null];
   for (let row = 0; row + stride <= rows.length; row += stride) {
@@ -159,17 +158,17 @@ function nearest(rows: Float32Array, stride: number, place: number, x: number, y
   return found;
 }
 
-/** How a hit of the last scan was read: m, and the strength of the echo in the sensor's own unit,
-    NaN where it reports none. */
+/** A hit of the last scan as measured: range and σ in m, and the strength of the echo in the
+    sensor's own unit, NaN if it reports none. */
 export interface Reading {
   range: number;
   sigma: number;
   quality: number;
-  /** Of its beam in the scan. */
+  /** Index of its beam in the scan. */
   number: number;
 }
 
-/** The reading whose hit is nearest to a map point, if it is nearer than `reach`, m. */
+/** The reading whose hit is nearest to a map point, within `reach`, m. */
 export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y: number, reach: number): Reading | null {
   let [nearest, found] = [reach, -1];
   for (let i = 0; i + 1 < scan.length; i += 2) {
@@ -181,19 +180,19 @@ export function readingAt(scan: Float32Array, beams: Float32Array, x: number, y:
   return { range: at(BEAM.range), sigma: at(BEAM.sigma), quality: at(BEAM.quality), number: at(BEAM.number) };
 }
 
-/** The wall whose seen part is nearest to a map point, if it is nearer than `reach`, m. */
+/** The wall whose observed part is nearest to a map point, within `reach`, m. */
 export function wallAt(lines: Float64Array, x: number, y: number, reach: number): number | null {
   const row = nearestSegment(lines, LINE_STRIDE, LINE.x1, x, y, reach);
   return row === null ? null : (lines[row + LINE.id] ?? null);
 }
 
-/** The door whose leaf is nearest to a map point, if it is nearer than `reach`, m; its number. */
+/** The number of the door whose leaf is nearest to a map point, within `reach`, m. */
 export function doorAt(doors: Float32Array, x: number, y: number, reach: number): number | null {
   const row = nearestSegment(doors, DOOR_STRIDE, DOOR.x1, x, y, reach);
   return row === null ? null : row / DOOR_STRIDE;
 }
 
-/** The region that holds a map point; null outside of all. */
+/** The region that contains a map point; null outside of all. */
 export function roomAt({ regions }: Pick<Rooms, "regions">, x: number, y: number): number | null {
   const room = regions.findIndex(({ outlines }) => outlines.reduce((count, ring) => count + crossings(ring, x, y), 0) % 2 === 1);
   return room < 0 ? null : room;

@@ -1,19 +1,19 @@
-// Grid cells as pictures: tiles of 8 x 8 blocks, which are only stretched when they are drawn.
-// Whoever draws keeps its own picture of a tile, a canvas or a texture, and paints into it the
-// blocks that have changed since.
+// Grid cells as images: tiles of 8 x 8 blocks, which only have to be stretched to be drawn. Each
+// back end keeps its own image of a tile, a canvas or a texture, and updates the blocks that have
+// changed.
 
 import type { FieldName, GridChange } from "../protocol/module.js";
 import { type Box, union } from "./camera.js";
 import { type Palette, type Rgb, rgb } from "./palette.js";
 
-/** What the grid shows: how sure it is, that in three tones as it is saved, or a field of it. */
+/** What the grid shows: how certain each cell is, the same in three tones as saved, or a field. */
 export type GridView = "continuous" | "three" | FieldName;
 
-/** What tiles show: that, or the obstacles of the map by the wheels alone. */
+/** What tiles show: one of these, or the obstacles of the map by odometry alone. */
 export type TileView = GridView | "wheels";
 
 const BLOCKS_PER_TILE = 8;
-/** Above this probability there is an obstacle, below the rest of 1 there is none; as in ROS
+/** A cell is an obstacle above this probability, and free below 1 minus it; as in ROS
     map_server. */
 const OCCUPIED = 0.65;
 const EVERYWHERE: Box = { minX: -Infinity, minY: -Infinity, maxX: Infinity, maxY: Infinity };
@@ -28,13 +28,13 @@ export interface Block {
   readonly col: number;
   readonly row: number;
   readonly cells: Uint8Array;
-  /** The rectangle of what is known in it, m; null while nothing is. */
+  /** The rectangle of its known cells, m; null if there are none. */
   readonly box: Box | null;
-  /** Grows with every change of a pixel, whichever block it is in. */
+  /** The version of the tiles at its last change of a pixel. */
   version: number;
 }
 
-/** What somebody has painted of a tile, and up to which version. */
+/** The image of a tile, and the version up to which it is painted. */
 interface Painted { readonly canvas: OffscreenCanvas; upTo: number }
 
 export class Tiles {
@@ -57,7 +57,7 @@ export class Tiles {
     this.version += 1;
   }
 
-  /** Where pixels changed since this was asked last; not finite where all did. */
+  /** Where pixels changed since the last call; infinite if all did. */
   takeChanged(): Box | null {
     const changed = this.#changed;
     this.#changed = null;
@@ -92,7 +92,7 @@ export class Tiles {
     this.version += 1;
   }
 
-  /** Chooses colours; repaints everything where they differ from the present ones. */
+  /** Chooses colours; repaints everything if they differ from the present ones. */
   colour(palette: Palette, view: TileView): void {
     const key = JSON.stringify([palette.tones, palette.css.field, palette.css.odometry, view]);
     if (key === this.#key) return;
@@ -103,13 +103,13 @@ export class Tiles {
     this.#changed = EVERYWHERE;
   }
 
-  /** Probability of an obstacle at a map point; null where nothing is known. */
+  /** Probability of an obstacle at a map point; null if nothing is known. */
   probabilityAt(x: number, y: number): number | null {
     const value = this.byteAt(x, y);
     return value === 0 ? null : (value - 1) / 254;
   }
 
-  /** The value of the cell at a map point; 0 where it is unknown. */
+  /** The value of the cell at a map point; 0 if it is unknown. */
   byteAt(x: number, y: number): number {
     const side = this.blockCells;
     const [col, row] = [Math.floor(x / this.resolution), Math.floor(y / this.resolution)];
@@ -117,7 +117,7 @@ export class Tiles {
     return block?.cells[modulo(row, side) * side + modulo(col, side)] ?? 0;
   }
 
-  /** The rectangle of everything known, to a cell; null while nothing is. */
+  /** The rectangle of everything known, to a cell; null if nothing is. */
   bounds(): Box | null {
     let all: Box | null = null;
     for (const { box } of this.#blocks.values()) if (box !== null) all = union(all, box);
@@ -158,13 +158,14 @@ export class Tiles {
     return tile;
   }
 
-  /** Where a block lies in its tile, from the left upper corner, pixels. Tiles hold rows from the
-      top, blocks from the bottom: the camera's one flip of y would leave every tile upside down. */
+  /** The position of a block in its tile, from the upper left corner, pixels. Tiles hold rows from
+      the top, blocks from the bottom: the camera's one flip of y would leave every tile upside
+      down. */
   placeOf({ col, row }: Block): [number, number] {
     return [modulo(col, BLOCKS_PER_TILE) * this.blockCells, (BLOCKS_PER_TILE - 1 - modulo(row, BLOCKS_PER_TILE)) * this.blockCells];
   }
 
-  /** A block in colours, rows from the top; the next one is written over it. */
+  /** A block in colours, rows from the top; the next call overwrites it. */
   pixelsOf(block: Block): ImageData {
     const side = this.blockCells;
     if (this.#image?.width !== side) this.#image = new ImageData(side, side);
@@ -176,7 +177,7 @@ export class Tiles {
     return this.#image;
   }
 
-  /** A tile as a picture. */
+  /** A tile as an image. */
   canvasOf(tile: Tile): OffscreenCanvas {
     const painted = this.#canvases.get(tile) ?? { canvas: new OffscreenCanvas(this.tileCells, this.tileCells), upTo: 0 };
     this.#canvases.set(tile, painted);
@@ -201,7 +202,7 @@ function tableFor(palette: Palette, view: TileView): Uint32Array {
   }
 }
 
-/** Obstacles in the hue of the wheels; through all else the map is seen. */
+/** Obstacles in the colour of odometry; everything else is transparent. */
 function wheelsTable(palette: Palette): Uint32Array {
   const hue = packed(rgb(palette.css.odometry));
   return Uint32Array.from({ length: 256 }, (_, byte) => ((byte - 1) / 254 > OCCUPIED ? hue : 0));
@@ -210,27 +211,27 @@ function wheelsTable(palette: Palette): Uint32Array {
 function colourTable(palette: Palette, threeTones: boolean): Uint32Array {
   const { unknown, free, occupied } = palette.tones;
   return tableOf((p) => {
-    // Full tone where the state is decided, so that a room looks the same after two sightings and
+    // Full tone once the state is decided, so that a room looks the same after two observations and
     // after twenty.
     const certainty = threeTones ? (p > OCCUPIED || p < 1 - OCCUPIED ? 1 : 0) : Math.min(1, Math.abs(p - 0.5) * 2.6);
     return mix(unknown, p > 0.5 ? occupied : free, certainty);
   });
 }
 
-/** From walls, or where the robot may not be, in the tone of what is occupied, to free in a hue of
-    its own; a likelihood the other way round. */
+/** A distance goes from the field's own hue at walls to the tone of free cells; a likelihood the
+    other way round. Where the robot has no room, the tone is that of occupied cells. */
 function fieldTable(palette: Palette, view: FieldName): Uint32Array {
   const { free, occupied } = palette.tones;
   const hue = rgb(palette.css.field);
   return tableOf((part) => {
     if (view === "likelihood") return mix(free, hue, part);
     if (view === "room" && part === 0) return occupied;
-    // Near walls is where distances matter.
+    // Distances matter most near walls.
     return mix(hue, free, Math.sqrt(part));
   });
 }
 
-/** The colours of all bytes: 0 is unknown, the others are parts from 0 to 1. */
+/** The colours of all bytes: 0 is unknown, the others are values from 0 to 1. */
 function tableOf(colour: (part: number) => Rgb): Uint32Array {
   return Uint32Array.from({ length: 256 }, (_, byte) => (byte === 0 ? 0 : packed(colour((byte - 1) / 254))));
 }

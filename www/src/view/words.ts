@@ -6,8 +6,8 @@ import { t } from "../words.js";
 import { hitAt, isDoorOpen, type Reading, type Sight, type Target, type Thing } from "./things.js";
 import type { GridView, Tiles } from "./tiles.js";
 
-/** A place, m, what the grid says of it, and what it is that a click there does something to.
-    `tiles`: the grid, or the field of it that is looked at. */
+/** A place, m, what the grid says of it, and what a click there acts on. `tiles`: the grid, or the
+    field of it that is shown. */
 export function placeWords(sight: Sight, tiles: Tiles, { mark, wall, door, room }: Target, x: number, y: number): string {
   const { store, scene } = sight;
   const p = scene.tiles.probabilityAt(x, y);
@@ -25,7 +25,7 @@ export function placeWords(sight: Sight, tiles: Tiles, { mark, wall, door, room 
   return `x ${metres(x)}  y ${metres(y)} m · ${what}${more.join("")}`;
 }
 
-/** What a byte of a field says. */
+/** The meaning of a byte of a field. */
 function fieldWords(view: GridView, byte: number, step: number): string {
   const [value, more] = [(byte - 1) * step, byte === 255 ? "≥ " : ""];
   if (view === "likelihood") return t`likelihood ${fixed(value, 2)}`;
@@ -33,8 +33,8 @@ function fieldWords(view: GridView, byte: number, step: number): string {
   return t`${more}${fixed(value, 2)} m to the nearest wall`;
 }
 
-/** What the sensor said of a hit: the range with its σ, and how strong the echo was, if it reports
-    that. */
+/** A hit as measured: the range with its σ, and the strength of the echo, if the sensor reports
+    it. */
 function readingWords({ range, sigma, quality }: Reading): string {
   const strength = Number.isNaN(quality) ? "" : t`, quality ${quality}`;
   return t`beam ${fixed(range, 2)} ± ${fixed(sigma, 2)} m${strength}`;

@@ -1,22 +1,22 @@
-// Text as pictures in one texture: each text is drawn once, white, and coloured when it is used.
+// Texts as images in one texture: each text is drawn once, in white, and coloured when it is used.
 
 /** Side of the texture at first, and at most, pixels. */
 const LEAST = 512;
 const MOST = 4096;
-/** Around each picture, pixels. */
+/** Margin around each image, pixels. */
 const MARGIN = 2;
 
-/** A text in the texture, pixels; `left` and `rise` say where its point lies in it. */
+/** A text in the texture, pixels; `left` and `rise` locate its reference point in it. */
 export interface Glyphs { readonly x: number; readonly y: number; readonly width: number; readonly height: number; readonly left: number; readonly rise: number }
 
 export class Atlas {
   readonly canvas = new OffscreenCanvas(LEAST, LEAST);
-  /** Grows with each text that comes in. */
+  /** Grows with each added text. */
   version = 0;
-  /** Grows when all that was in it has gone, and with it all places that were told. */
+  /** Grows when the texture is cleared: all earlier places are then invalid. */
   generation = 0;
   #known = new Map<string, Glyphs>();
-  /** Where the next goes. */
+  /** Where the next text goes. */
   #x = 0;
   #y = 0;
   #row = 0;
@@ -25,7 +25,7 @@ export class Atlas {
     return this.canvas.getContext("2d", { willReadFrequently: true });
   }
 
-  /** Forgets all texts: there is no room for more, or fonts have come. */
+  /** Drops all texts, because there is no more room or fonts have been loaded. */
   clear(side = this.canvas.width): void {
     this.canvas.width = this.canvas.height = side;
     this.#known.clear();
@@ -42,8 +42,8 @@ export class Atlas {
     return context.measureText(text);
   }
 
-  /** A text, `scale` device pixels for a pixel of its font; `line` is the width of its outline, 0
-      where it is filled. */
+  /** A text at `scale` device pixels per pixel of its font; `line` is the width of its outline, 0
+      if it is filled. */
   glyphs(font: string, text: string, scale: number, line: number): Glyphs | null {
     const key = `${font}|${scale.toFixed(2)}|${line}|${text}`;
     return this.#known.get(key) ?? this.#write(key, font, text, scale, line);
@@ -58,7 +58,7 @@ export class Atlas {
     const height = rise + Math.ceil(scale * (metrics.actualBoundingBoxDescent + line)) + MARGIN;
     if (this.#x + width > this.canvas.width) [this.#x, this.#y, this.#row] = [0, this.#y + this.#row, 0];
     if (this.#y + height > this.canvas.height || width > this.canvas.width) {
-      // Of more than there is room for on the largest nothing would be left but to begin again.
+      // Too large even for an empty texture of the largest size: clearing would not help.
       if (this.canvas.width >= MOST && (this.#known.size === 0 || width > MOST)) return null;
       this.clear(Math.min(2 * this.canvas.width, MOST));
       return this.#write(key, font, text, scale, line);

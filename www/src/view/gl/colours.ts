@@ -1,7 +1,7 @@
-// CSS colours as four bytes: red, green, blue, and how opaque.
+// CSS colours as four bytes: red, green, blue, alpha.
 
 const known = new Map<string, number>();
-/** A context says every colour that it takes as #rrggbb or as rgba(…). */
+/** A context returns every colour that it accepts as #rrggbb or as rgba(…). */
 let translator: OffscreenCanvasRenderingContext2D | null = null;
 
 export function wordOf(css: string, alpha: number): number {

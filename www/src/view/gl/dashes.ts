@@ -1,17 +1,17 @@
-// Patterns of dashes by number, for shaders: each is up to six lengths, device pixels.
+// Dash patterns by number, for shaders: each has up to six lengths, device pixels.
 
-/** Lengths of a pattern, and patterns at once. */
+/** Most lengths in a pattern, and most patterns at once. */
 export const LENGTHS = 6;
 export const MOST = 40;
 
 export class Dashes {
-  /** Lengths, then how long the pattern is as a whole, and a word of nothing. */
+  /** For each pattern its lengths, its total length, and one unused word. */
   readonly table = new Float32Array(MOST * 8);
   #known = new Map<string, number>();
-  /** Grows when all patterns have gone. */
+  /** Grows when all patterns are dropped. */
   generation = 0;
 
-  /** -1 of a line without dashes. */
+  /** The number of a pattern; -1 for a solid line. */
   numberOf(lengths: readonly number[], scale: number): number {
     if (lengths.length === 0) return -1;
     const pattern = lengths.length % 2 === 0 ? lengths : [...lengths, ...lengths];

@@ -1,5 +1,5 @@
-// What a sheet holds, to be drawn as often as asked for: shapes as rows of numbers, and the orders
-// in which they and the bulk are drawn.
+// The contents of a sheet, to be drawn as often as requested: shapes as rows of numbers, and the
+// orders in which they and the bulk are drawn.
 //
 // A shape is a row of eleven words:
 //
@@ -21,13 +21,13 @@ export const ROW_BYTES = 4 * ROW;
 export type Order =
   /** Rows of shapes. */
   | { readonly what: "shapes"; readonly from: number; to: number }
-  /** Triangles whose odd (or non-zero) overlaps are seen, then what covers them. */
+  /** Triangles whose odd (or non-zero) overlaps are visible, then a row that covers them. */
   | { readonly what: "fill"; readonly from: number; readonly to: number; readonly rule: CanvasFillRule }
   | { readonly what: "tiles"; readonly tiles: Tiles; readonly matrix: Matrix; readonly alpha: number }
   | { readonly what: "squares"; readonly points: Float32Array; readonly matrix: Matrix; readonly side: number; readonly colour: number; readonly stroke: number }
   | { readonly what: "segments"; readonly ends: Float32Array; readonly matrix: Matrix; readonly halfWidth: number; readonly dash: number; readonly colour: number; readonly stroke: number };
 
-/** Numbers of strokes in a sheet at most: the depth buffer tells so many apart. */
+/** Most stroke numbers in a sheet: as many as the depth buffer can distinguish. */
 export const MOST_STROKES = 60_000;
 
 export class List {
@@ -56,7 +56,7 @@ export class List {
     return this.stroke;
   }
 
-  /** Adds a shape; returns its row. */
+  /** Adds a shape, and returns its row. */
   add(kind: number, colour: number, a: number, b: number, c: number, d: number, e: number, f: number, g: number, h: number): number {
     const row = this.addRow(kind, colour, a, b, c, d, e, f, g, h);
     const last = this.orders.at(-1);

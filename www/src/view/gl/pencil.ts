@@ -1,16 +1,16 @@
-// A 2D context that draws nothing: it writes down in a list what is to be drawn, in device pixels,
-// with circles, ellipses, dashes and texts as what they are.
+// A 2D context that draws nothing: it writes into a list what has to be drawn, in device pixels.
+// Circles, ellipses, dashes and texts stay such.
 //
 // | shape | becomes |
 // |---|---|
 // | line | segments with round ends where they meet |
 // | whole circle or ellipse | one row |
-// | piece of one | segments |
+// | arc | segments |
 // | rectangle, filled | one segment as wide as it |
-// | polygon that its first corner sees as a whole | triangles |
+// | polygon, all of it visible from its first corner | triangles |
 // | other polygons, holes | triangles that count how often they cover a pixel (stencil) |
 //
-// What lies beside the canvas is left out.
+// Shapes outside the canvas are left out.
 
 import type { Camera } from "../camera.js";
 import type { Pen } from "../layers/layer.js";
@@ -22,12 +22,12 @@ import type { Dashes } from "./dashes.js";
 import { KIND, type List } from "./list.js";
 import { IDENTITY, type Matrix, scaleOf, times } from "./matrix.js";
 
-/** How far beside the canvas is still drawn, device pixels: until a sheet is drawn anew it is
-    moved. */
+/** How far outside the canvas shapes are still drawn, device pixels: a sheet may be moved before it
+    is recorded again. */
 const BESIDE = 300;
-/** How far a polygon may lie from the arc that it stands for, device pixels. */
+/** Largest distance of a polygon from the arc that it approximates, device pixels. */
 const SAG = 0.1;
-/** A half axis is at least so long, device pixels. */
+/** Least length of a half axis, device pixels. */
 const LEAST_AXIS = 0.4;
 
 class State {
@@ -44,7 +44,7 @@ class State {
   dash: readonly number[] = [];
 }
 
-/** A piece of a path: its corners in `#x`, `#y` from `from` on. */
+/** A subpath: its corners are in `#x`, `#y`, starting at `from`. */
 interface Way { readonly from: number; isClosed: boolean; readonly isRectangle: boolean }
 interface Oval { readonly x: number; readonly y: number; readonly u: readonly [number, number]; readonly v: readonly [number, number] }
 
@@ -209,10 +209,10 @@ export class GlPencil extends State implements Pencil, Bulk {
       const j = i + 1 < to ? i + 1 : from;
       const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = [xs[i], ys[i], xs[j], ys[j]];
       const length = Math.hypot(x2 - x1, y2 - y1);
-      // Not what is nowhere, either.
+      // This includes points that are not finite.
       const isBeside = !(length >= 0) || (x1 < beside && x2 < beside) || (y1 < beside && y2 < beside) || (x1 > right && x2 > right) || (y1 > bottom && y2 > bottom);
       if (!isBeside && (length > 0 || caps !== 0)) {
-        // Round where the next begins; else as the ends are.
+        // Round where another segment follows; otherwise as the caps are.
         const [starts, ends] = [i > from || isClosed, i + 1 < last || isClosed];
         list.add(KIND.segment, colour, x1, y1, x2, y2, half, way, dash, dash >= 0 || caps === 3 ? caps : (starts ? 1 : 0) + (ends ? 2 : 0));
       }
@@ -254,7 +254,7 @@ export class GlPencil extends State implements Pencil, Bulk {
     this.#addBox(x, y, x1 - x, y1 - y, x3 - x, y3 - y, colour);
   }
 
-  /** From a corner along two sides: a segment in the middle, as wide as the second. */
+  /** A box by a corner and two sides: a segment along the middle, as wide as the second side. */
   #addBox(x: number, y: number, ux: number, uy: number, vx: number, vy: number, colour: number): void {
     const { camera } = this;
     const reach = Math.hypot(ux, uy) + Math.hypot(vx, vy) + BESIDE;
@@ -262,7 +262,7 @@ export class GlPencil extends State implements Pencil, Bulk {
     this.list.add(KIND.segment, colour, x + vx / 2, y + vy / 2, x + ux + vx / 2, y + uy + vy / 2, Math.hypot(vx, vy) / 2, 0, -1, 0);
   }
 
-  /** Whether all triangles from the first corner turn the same way round. */
+  /** Whether all triangles from the first corner have the same orientation. */
   #isSeenFromFirst(from: number, to: number): boolean {
     const [xs, ys] = [this.#x, this.#y];
     const [x = 0, y = 0] = [xs[from], ys[from]];
@@ -310,7 +310,7 @@ export class GlPencil extends State implements Pencil, Bulk {
     this.#write(text, x, y, this.lineWidth, this.strokeStyle);
   }
 
-  /** Texts stand upright, whatever else the transform does. */
+  /** Texts are upright, whatever the transform. */
   #write(text: string, x: number, y: number, line: number, style: string): void {
     const [a, b, c, d, e, f] = this.matrix;
     const scale = scaleOf(this.matrix);
@@ -343,18 +343,18 @@ export class GlPencil extends State implements Pencil, Bulk {
   }
 }
 
-/** The least of numbers that are `sign` times these. */
+/** The least of the values times `sign`. */
 function least(values: readonly number[], sign = 1): number {
   return values.reduce((found, value) => Math.min(found, sign * value), Infinity);
 }
 
-/** How far an arc goes forward: less than a full turn. */
+/** The forward length of an arc: less than a full turn. */
 function arcLength(from: number, to: number): number {
   const turn = 2 * Math.PI;
   return (((to - from) % turn) + turn) % turn;
 }
 
-/** Two half axes at right angles, none of them of no length. */
+/** Two perpendicular half axes, neither of them of zero length. */
 function axes(u: readonly [number, number], v: readonly [number, number]): [readonly [number, number], readonly [number, number]] {
   const [long, short] = [Math.hypot(...u), Math.hypot(...v)];
   const first = long >= LEAST_AXIS ? u : long > 0 ? [(u[0] / long) * LEAST_AXIS, (u[1] / long) * LEAST_AXIS] as const : [LEAST_AXIS, 0] as const;

@@ -1,10 +1,10 @@
-// The three programs of the graphics card. Places are device pixels, y down.
+// The three programs of the graphics card. Positions are device pixels, y down.
 //
-// 1. Shapes: each row is a rectangle that is large enough; how much of a pixel its shape covers
-//    follows from the distance to the edge. A line that passes a pixel twice shall not be seen
-//    twice: a stroke has a depth of its own, and of it only what covers more comes in front.
+// 1. Shapes: each row is drawn as a rectangle that contains its shape; the coverage of a pixel
+//    follows from its distance to the edge. A line that crosses a pixel twice must not be drawn
+//    twice: each stroke has a depth of its own, and only a larger coverage comes in front.
 // 2. Squares: points of whole pixels.
-// 3. Tiles: pictures of cells.
+// 3. Tiles: images of cells.
 
 import { KIND, MOST_STROKES } from "./list.js";
 import { LENGTHS, MOST } from "./dashes.js";
@@ -181,7 +181,7 @@ in vec2 at;
 void main() { result = texture(cells, at) * alpha; }
 `;
 
-/** A program, and where its uniforms are. */
+/** A program, with the locations of its uniforms. */
 export class Program {
   readonly program: WebGLProgram;
   #places = new Map<string, WebGLUniformLocation | null>();
@@ -198,7 +198,7 @@ export class Program {
     gl.linkProgram(this.program);
   }
 
-  /** Why it cannot be used; null where it can. */
+  /** Why it cannot be used; null if it can. */
   get fault(): string | null {
     const { gl, program } = this;
     if (gl.getProgramParameter(program, gl.LINK_STATUS)) return null;

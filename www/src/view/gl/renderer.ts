@@ -1,6 +1,6 @@
-// Draws lists with WebGL2. What stays the same from picture to picture stays with the graphics
-// card: rows of shapes until a sheet is recorded again, bulk for as long as it is drawn, and of a
-// grid its tiles, of which only changed blocks are sent.
+// Draws lists with WebGL2. Data that stay the same from picture to picture stay on the graphics
+// card: rows of shapes until a sheet is recorded again, bulk for as long as it is drawn, and the
+// tiles of a grid, of which only changed blocks are sent.
 
 import type { Camera } from "../camera.js";
 import type { Tile, Tiles } from "../tiles.js";
@@ -11,9 +11,9 @@ import { IDENTITY, inverse, type Matrix, scaleOf, times } from "./matrix.js";
 import { GlPencil } from "./pencil.js";
 import { type Program, programsOf } from "./programs.js";
 
-/** Blocks that are sent for a picture at most: a map that comes as a whole comes in a moment. */
+/** Most blocks sent for one picture: a whole map arrives within a moment. */
 const MOST_BLOCKS = 400;
-/** What was not drawn for so many pictures is given up. */
+/** Tiles that were not drawn for this many pictures are freed. */
 const KEPT_PICTURES = 600;
 
 /** A sheet, and the view that it was recorded for. */
@@ -39,7 +39,7 @@ export class GlRenderer {
   #picture = 0;
   /** Blocks that may still be sent for this picture. */
   #budget = 0;
-  /** Whether there is more of a grid to be sent than one picture has time for. */
+  /** Whether more of a grid has to be sent than one picture has time for. */
   isBehind = false;
 
   constructor(readonly gl: WebGL2RenderingContext) {
@@ -56,13 +56,13 @@ export class GlRenderer {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   }
 
-  /** Why it cannot draw; null where it can. */
+  /** Why it cannot draw; null if it can. */
   get fault(): string | null {
     const { shapes, squares, tiles } = this.#programs;
     return shapes.fault ?? squares.fault ?? tiles.fault;
   }
 
-  /** Changes when what was recorded names what has gone, and has to be recorded again. */
+  /** Changes when texts or dashes were dropped: sheets have to be recorded again. */
   get generation(): number {
     return this.atlas.generation + this.dashes.generation;
   }
@@ -74,7 +74,7 @@ export class GlRenderer {
     return new GlPencil(sheet.list, camera, this.atlas, this.dashes);
   }
 
-  /** Draws the sheets, the lowest first, each where it belongs in this view. */
+  /** Draws the sheets, the lowest first, each at its place in this view. */
   draw(sheets: readonly Recorded[], camera: Camera): void {
     const { gl } = this;
     this.#picture += 1;
@@ -147,7 +147,7 @@ export class GlRenderer {
 
   #drawRows(list: List, from: number, to: number): void {
     const { gl } = this;
-    // WebGL2 knows no first instance: the attributes begin elsewhere.
+    // WebGL2 has no first instance, so the attributes begin at an offset.
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#rowsOf(list).buffer);
     const begin = from * ROW_BYTES;
     gl.vertexAttribPointer(0, 4, gl.FLOAT, false, ROW_BYTES, begin);
@@ -236,7 +236,7 @@ export class GlRenderer {
     const { tiles: program } = this.#programs;
     this.#use(program, matrix);
     gl.uniform1f(program.at("alpha"), alpha);
-    // They meet on whole pixels where they stand upright, as on a canvas.
+    // Upright tiles meet on whole pixels, as on a canvas.
     gl.uniform1f(program.at("whole"), matrix[1] === 0 && matrix[2] === 0 ? 1 : 0);
     gl.bindVertexArray(this.#empty);
     gl.disable(gl.DEPTH_TEST);
@@ -246,7 +246,7 @@ export class GlRenderer {
     const [a, b, c, d, e, f] = matrix;
     for (const tile of tiles.all()) {
       const [x, y] = [tile.col * side, tile.row * side];
-      // Where its middle is, and how far its corners may be from that.
+      // The position of its middle, and a bound on the distance of its corners from it.
       const [midX, midY, reach] = [a * (x + side / 2) + c * (y + side / 2) + e, b * (x + side / 2) + d * (y + side / 2) + f, side * scaleOf(matrix)];
       if (midX < -reach || midY < -reach || midX > width + reach || midY > height + reach) continue;
       this.#bindTile(tiles, tile, isSmall);
@@ -255,7 +255,7 @@ export class GlRenderer {
     }
   }
 
-  /** Sends what has changed of a tile; smaller pictures of it only where they are needed. */
+  /** Sends the changes of a tile, and makes its mipmaps only if they are needed. */
   #bindTile(tiles: Tiles, tile: Tile, isSmall: boolean): void {
     const { gl } = this;
     const cells = tiles.tileCells;
@@ -308,7 +308,7 @@ export class GlRenderer {
   }
 }
 
-/** Red, green, blue and how opaque, 0 to 1. */
+/** Red, green, blue and alpha, 0 to 1. */
 function partsOf(word: number): [number, number, number, number] {
   return [(word & 255) / 255, ((word >>> 8) & 255) / 255, ((word >>> 16) & 255) / 255, (word >>> 24) / 255];
 }

@@ -1,13 +1,13 @@
-// The map on one WebGL2 canvas. A bundle of its own, loaded where there is a graphics card that it
-// is of use for (`graphics.ts`).
+// The map on one WebGL2 canvas. A bundle of its own, loaded if there is a suitable graphics card
+// (`graphics.ts`).
 
 import type { Box, Camera } from "../camera.js";
 import { type Draw, SHEETS, type SheetName, type Surface } from "../surface.js";
 import { List } from "./list.js";
 import { type Recorded, GlRenderer } from "./renderer.js";
 
-/** The surface on a context; null if it has been lost meanwhile. Throws where the graphics card
-    does not take the programs. */
+/** The surface on a context; null if that has been lost meanwhile. Throws if the graphics card
+    rejects the programs. */
 export function surfaceOn(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): Surface | null {
   if (gl.isContextLost()) return null;
   const renderer = new GlRenderer(gl);
@@ -17,7 +17,7 @@ export function surfaceOn(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext)
   return new GlSurface(canvas, renderer);
 }
 
-/** Grows when fonts have come: texts that were drawn before are drawn again. */
+/** Grows when fonts have been loaded: texts drawn before are drawn again. */
 let fonts = 0;
 document.fonts.addEventListener("loadingdone", () => (fonts += 1));
 
@@ -63,7 +63,7 @@ class GlSurface implements Surface {
   }
 
   copyTo(context: OffscreenCanvasRenderingContext2D, camera: Camera): void {
-    // What was drawn for the screen is gone by now.
+    // The browser may have cleared the drawing buffer since: draw again.
     this.#shown = "";
     this.show(camera);
     context.drawImage(this.canvas, 0, 0);

@@ -1,5 +1,4 @@
-// What of the robot touches walls: the disc around it, or its rectangle; and where that stands
-// along a path.
+// The part of the robot that touches walls: its disc or rectangle, also at the corners of a path.
 
 import type { PathPencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
@@ -28,8 +27,7 @@ export function addShape(context: PathPencil, x: number, y: number, heading: num
   context.closePath();
 }
 
-/** The body at the corners of a path, as it comes to them and as it leaves them; only of one that
-    is no disc. */
+/** The body at the corners of a path, as it arrives and as it leaves; only if it is not a disc. */
 export function drawGhosts(brush: Brush, path: Float32Array, colour: string): void {
   if (!brush.scene.status?.isRectangle) return;
   stroke(brush, { colour, width: 1, alpha: 0.7 }, () => {

@@ -1,4 +1,4 @@
-// What is being inspected: its outline, as the inspector tells it.
+// The outline of what is being inspected, as given by the inspector.
 
 import { type Brush, stroke } from "./layer.js";
 

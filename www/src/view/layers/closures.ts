@@ -1,5 +1,5 @@
 // Loop closures: a line between two submaps for each place that was recognised, or might have been.
-// Solid: accepted; thin: neighbours on the way, which close no loop; dotted: it waits; dashed:
+// Solid: accepted; thin: consecutive submaps, which close no loop; dotted: waiting; dashed:
 // refused; dashed and dotted: revoked.
 
 import { CLOSURE, CLOSURE_STRIDE } from "../../protocol/module.js";
@@ -7,7 +7,7 @@ import type { PaletteName } from "../palette.js";
 import { type Fate, type Submaps, within } from "../submaps.js";
 import { type Brush, disc, nearestSegment, type Pen, stroke } from "./layer.js";
 
-/** How each is drawn; those that matter most come last, on top. */
+/** How each is drawn; the most important come last, on top. */
 export const CLOSURE_PENS: Readonly<Record<Fate, { readonly colour: PaletteName } & Omit<Pen, "colour">>> = {
   neighbour: { colour: "ink", width: 1, alpha: 0.22, dash: [] },
   refused: { colour: "refused", width: 1.4, alpha: 0.65, dash: [7, 5] },
@@ -15,11 +15,11 @@ export const CLOSURE_PENS: Readonly<Record<Fate, { readonly colour: PaletteName 
   waiting: { colour: "waiting", width: 1.8, alpha: 0.9, dash: [1.5, 4] },
   accepted: { colour: "accepted", width: 1.8, alpha: 0.95, dash: [] },
 };
-/** So many can be told apart; more are drawn by the thinnest lines, a tenth of the work of others,
-    and the fainter the more there are, but not fainter than this. */
+/** Up to this many can be told apart. More are drawn with the thinnest lines, a tenth of the work
+    of others, and more faintly the more there are, down to a limit. */
 const FEW = 80;
 const FAINTEST = 0.3;
-/** What was accepted just now stands out, by so many pixels at first. */
+/** A newly accepted closure stands out, by so many pixels at first. */
 const FRESH_WIDTH = 3;
 
 export function draw(brush: Brush): void {
@@ -47,7 +47,7 @@ export function draw(brush: Brush): void {
   stroke(brush, { colour: css.ink, width: 7 }, () => add(row));
   stroke(brush, { colour: css.free, width: 4.5 }, () => add(row));
   stroke(brush, { ...pen, colour: css[pen.colour], width: 3, alpha: 1 }, () => add(row));
-  // Where the new one would lie, if this alone were believed.
+  // Where the new submap would lie, if only this placement were believed.
   const at = row * CLOSURE_STRIDE;
   const [x, y] = within(submaps.shown(submaps.closures[at + CLOSURE.old] ?? 0), submaps.closures[at + CLOSURE.x] ?? NaN, submaps.closures[at + CLOSURE.y] ?? NaN);
   const [endX, endY] = [lines[4 * row + 2] ?? NaN, lines[4 * row + 3] ?? NaN];
@@ -74,10 +74,10 @@ function linesOf(submaps: Submaps): Float32Array {
   return lines;
 }
 
-/** A closure by its two submaps, which name it for as long as it is remembered. */
+/** A closure is named by its two submaps, for as long as it is remembered. */
 export type ClosureName = readonly [number, number];
 
-/** Its row; the newest, where two submaps were compared more than once. */
+/** Its row; if two submaps were compared more than once, the newest. */
 export function rowOf({ closures }: Submaps, [old, next]: ClosureName): number | null {
   for (let at = closures.length - CLOSURE_STRIDE; at >= 0; at -= CLOSURE_STRIDE) {
     if (closures[at + CLOSURE.old] === old && closures[at + CLOSURE.new] === next) return at / CLOSURE_STRIDE;
@@ -85,7 +85,7 @@ export function rowOf({ closures }: Submaps, [old, next]: ClosureName): number |
   return null;
 }
 
-/** The closure whose line is nearest to a map point, if it is nearer than `reach`, m. */
+/** The closure whose line is nearest to a map point, within `reach`, m. */
 export function closureAt(submaps: Submaps, x: number, y: number, reach: number): ClosureName | null {
   const found = nearestSegment(linesOf(submaps), 4, 0, x, y, reach);
   if (found === null) return null;

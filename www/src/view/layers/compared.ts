@@ -1,10 +1,10 @@
-// The ways that other methods found on the same log.
+// The trajectories that other methods found on the same log.
 
 import { TRAIL, TRAIL_STRIDE } from "../../protocol/module.js";
 import type { PaletteName } from "../palette.js";
 import { type Brush, type Pen, stroke } from "./layer.js";
 
-/** How the ways of the methods are drawn, in the order in which these are offered. */
+/** Pens of the methods' trajectories, in the order in which the methods are offered. */
 const PENS: readonly ({ readonly colour: PaletteName; readonly dash: readonly number[] })[] = [
   { colour: "contest4", dash: [2, 3] },
   { colour: "contest2", dash: [9, 4] },

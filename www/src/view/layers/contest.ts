@@ -1,4 +1,4 @@
-// A contest of planners: the tree of the one that is watched, all paths, start and goal.
+// A contest of planners: the tree of the watched one, all paths, start and goal.
 
 import type { PaletteName } from "../palette.js";
 import { drawGhosts } from "./body.js";

@@ -1,11 +1,11 @@
-// The doors of the simulated world: shut they are a leaf between two posts, open only the posts and
-// a faint sill.
+// The doors of the simulated world: a shut one is a leaf between two posts, an open one only the
+// posts and a faint sill.
 
 import { DOOR, DOOR_STRIDE } from "../../protocol/module.js";
 import { addSegments, type Brush, disc, label, stroke } from "./layer.js";
 import { writeName } from "./name.js";
 
-/** A doorway that is narrower on the screen has no number, CSS pixels. */
+/** A doorway narrower than this on the screen has no number, CSS pixels. */
 const LEAST_NAMED = 14;
 
 export function draw(brush: Brush): void {
@@ -21,7 +21,7 @@ export function draw(brush: Brush): void {
     const [x1 = NaN, y1 = NaN, x2 = NaN, y2 = NaN] = ends;
     disc(brush, x1, y1, camera.px(3));
     disc(brush, x2, y2, camera.px(3));
-    // By the numbers that their buttons have, where there is room for one.
+    // The numbers of their buttons, where there is room for one.
     const width = Math.hypot(x2 - x1, y2 - y1);
     if (doors.length > DOOR_STRIDE && width * camera.scale > LEAST_NAMED) label(brush, (x1 + x2) / 2, (y1 + y2) / 2, () => writeName(brush, String(i / DOOR_STRIDE + 1), colour));
   }

@@ -1,4 +1,4 @@
-// What was changed by hand, and what is being drawn, while the map is being changed.
+// Edits of the map, and the one being drawn, while the map is being edited.
 
 import { EDIT, EDIT_STRIDE, type EditName } from "../../protocol/module.js";
 import { addSegments, type Brush, type Pen, stroke } from "./layer.js";
@@ -26,7 +26,7 @@ export function draw(brush: Brush): void {
   }
 }
 
-/** On a ground of its own, to be seen on walls too. */
+/** With an outline, to be visible on walls too. */
 function outlined(brush: Brush, kind: EditName, add: () => void): void {
   const { css } = brush.palette;
   const pens: Readonly<Record<EditName, Pen>> = {

@@ -1,4 +1,4 @@
-// The lines found in the last scan, before anything is known of which walls they are.
+// The lines found in the last scan, before they are matched to walls.
 
 import { addSegments, type Brush, stroke } from "./layer.js";
 

@@ -1,4 +1,4 @@
-// Frontiers: known free cells that touch the unknown. This is where an explorer may go next.
+// Frontiers: known free cells that touch unknown ones. An explorer may go there next.
 
 import type { Brush } from "./layer.js";
 

@@ -1,4 +1,4 @@
-// Where the robot may be in the bridge's map, and what is being drawn of that.
+// The geofence in the bridge's map, and the part that is being drawn.
 
 import type { FenceZone } from "../../protocol/module.js";
 import { type Brush, disc, stroke } from "./layer.js";
@@ -33,7 +33,7 @@ function area(brush: Brush, { keepOut, corners }: FenceZone): void {
   border(brush, keepOut, () => polygon(brush, corners, true));
 }
 
-/** Dashes tell the two kinds apart for who sees no colours. */
+/** Dashes distinguish the two kinds without colours. */
 function border(brush: Brush, keepOut: boolean, add: () => void): void {
   const { css } = brush.palette;
   stroke(brush, { colour: css.free, width: 5, alpha: 0.8 }, add);

@@ -1,5 +1,5 @@
-// The pose graph: a node where each submap begins, joined to the next. A join that only the motion
-// makes is dashed; one that was chosen stands out.
+// The pose graph: a node where each submap begins, joined to the next. A loose join is dashed,
+// because only the motion makes it; the chosen one stands out.
 
 import type { Submaps } from "../submaps.js";
 import { addPolyline, type Brush, disc, nearestSegment, stroke } from "./layer.js";
@@ -37,8 +37,7 @@ function linesOf(submaps: Submaps): Float32Array {
   return lines;
 }
 
-/** The later submap of the join whose line is nearest to a map point, if it is nearer than `reach`,
-    m. */
+/** The later submap of the join whose line is nearest to a map point, within `reach`, m. */
 export function joinAt(submaps: Submaps, x: number, y: number, reach: number): number | null {
   const found = nearestSegment(linesOf(submaps), 4, 0, x, y, reach);
   return found === null ? null : found / 4 + 1;

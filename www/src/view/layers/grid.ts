@@ -1,13 +1,13 @@
-// The occupancy grid, and the metres that are ruled over it.
+// The occupancy grid, and the lines ruled over it every so many metres.
 
 import type { Status } from "../../protocol/frame.js";
 import type { Brush } from "./layer.js";
 
-/** How much of the map is seen while nobody knows whether the robot is where it is drawn. */
+/** Opacity of the map while the robot's pose is in doubt. */
 const IN_DOUBT = 0.35;
 
-/** A map that a robot draws which is lost, or takes one place for another, is one of a place where
-    it is not: it is drawn faintly until that is decided. */
+/** A robot that is lost, or mistakes one place for another, draws a map of a place where it is not:
+    the map is drawn faintly until that is decided. */
 export function draw({ context, bulk, tiles, scene: { status } }: Brush): void {
   context.globalAlpha = status && isInDoubt(status) ? IN_DOUBT : 1;
   bulk.tiles(tiles);
@@ -18,8 +18,8 @@ export function isInDoubt({ localisation, placed }: Pick<Status, "localisation" 
   return localisation === "lost" || localisation === "ambiguous" || !placed;
 }
 
-/** How far beside the view is ruled, too, as a part of it: what is seen may move before it is drawn
-    anew. */
+/** How far lines are ruled beyond the view, as a part of it: the picture may move before it is
+    redrawn. */
 const RULED_BESIDE = 0.15;
 
 /** Thin lines every `step` metres, chosen by `ruleStep`. */

@@ -1,5 +1,5 @@
-// Where the robot may be while it does not know: an arrowhead for each pose, the likelier the
-// darker, over the particles that stand for them. Particles with maps are drawn always.
+// Where the robot may be while it is not localised: an arrowhead for each pose, darker if more
+// likely, over the particles behind them. Particles with maps are always drawn.
 
 import { HYPOTHESIS, HYPOTHESIS_STRIDE } from "../../protocol/module.js";
 import { addShape } from "./body.js";
@@ -15,7 +15,7 @@ export function draw(brush: Brush): void {
     context.fillRect((particles[i] ?? 0) - size / 2, (particles[i + 1] ?? 0) - size / 2, size, size);
   }
   const half = Math.max(status?.halfLength ?? 0.1, camera.px(11));
-  // The likeliest last, on top.
+  // The most likely last, on top.
   for (let i = hypotheses.length - HYPOTHESIS_STRIDE; i >= 0; i -= HYPOTHESIS_STRIDE) {
     const at = (place: number): number => hypotheses[i + place] ?? 0;
     context.beginPath();

@@ -1,6 +1,6 @@
 // Landmarks of the filter or of the submaps, each in a circle that grows with its confidence: how
-// often it was found again (Pilch 2016 §3.5.2, fig. 3.13). Corners and posts with the ellipse in
-// which they lie with 95 % probability; a wall has its band, and its circle stands on its middle.
+// often it was found again (Pilch 2016 §3.5.2, fig. 3.13). Corners and posts have their 95 %
+// ellipse; a wall has its band, and its circle is at its middle.
 
 import { LANDMARK, LANDMARK_STRIDE, type LandmarkName } from "../../protocol/module.js";
 import { isOutside } from "../camera.js";
@@ -10,10 +10,10 @@ import { ellipseOf } from "./robot.js";
 
 /** In the order of the module. */
 const KINDS = ["wall", "corner", "post"] as const satisfies readonly LandmarkName[];
-/** Radius of the circle of something seen once, and what ten times as often adds, CSS pixels. */
+/** Radius of a landmark seen once, and the increase for ten times as often, CSS pixels. */
 const LEAST = 3;
 const GROWTH = 7;
-/** On a small picture of a large map, m. */
+/** Largest radius on a small view of a large map, m. */
 const WIDEST = 0.4;
 /** A wall has its band. */
 const NO_ELLIPSE = { major: 0, minor: 0, angle: 0 };
@@ -36,8 +36,8 @@ export function landmarksOf(rows: Float32Array): LandmarkShown[] {
   });
 }
 
-/** CSS pixels. Walls are found again hundreds of times: by the number itself they would cover the
-    map. */
+/** Radius in CSS pixels. Walls are found again hundreds of times: a radius proportional to that
+    would cover the map. */
 export function radiusOf(confidence: number): number {
   return LEAST + GROWTH * Math.log10(1 + confidence);
 }
@@ -45,7 +45,7 @@ export function radiusOf(confidence: number): number {
 /** A landmark to be drawn, m. */
 interface Mark { readonly kind: LandmarkName; readonly x: number; readonly y: number; readonly ring: number; readonly radius: number; readonly ellipse: ReturnType<typeof ellipseOf> }
 
-/** All that look alike are drawn at once: one by one a thousand of them take longer than a picture
+/** Draws all that look alike at once: a thousand of them one by one take longer than a picture
     lasts. */
 export function draw(brush: Brush): void {
   const { context, camera, palette } = brush;
@@ -55,7 +55,7 @@ export function draw(brush: Brush): void {
     const marks = marksIn(brush, confirmed);
     if (marks.length === 0) continue;
     const points = marks.filter(({ kind }) => kind !== "wall");
-    // What its square hides is not drawn: of a large map in a small picture that is most.
+    // What its square hides is not drawn: on a small view of a large map that is most.
     stroke(brush, { colour, width: 1.8, alpha: confirmed ? 1 : 0.5, dash: confirmed ? [] : [2, 2] }, () => {
       for (const { kind, x, y, ring } of marks) if (kind === "wall" || ring > half) addEllipse(context, x, y, ring, ring, 0);
     });
@@ -73,7 +73,7 @@ export function draw(brush: Brush): void {
   }
 }
 
-/** Those in sight. */
+/** The landmarks in view. */
 function marksIn({ camera, scene: { landmarks } }: Brush, confirmed: boolean): Mark[] {
   const view = camera.visible;
   const marks: Mark[] = [];
@@ -89,7 +89,7 @@ function marksIn({ camera, scene: { landmarks } }: Brush, confirmed: boolean): M
   return marks;
 }
 
-/** Adds a whole ellipse of its own to the path. */
+/** Adds a whole separate ellipse to the path. */
 function addEllipse(context: PathPencil, x: number, y: number, major: number, minor: number, angle: number): void {
   context.moveTo(x + major * Math.cos(angle), y + major * Math.sin(angle));
   context.ellipse(x, y, major, minor, angle, 0, 2 * Math.PI);

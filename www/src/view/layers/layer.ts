@@ -1,4 +1,4 @@
-// What every layer is given.
+// What every layer receives.
 
 import type { ContestState, EditName, FenceZone, Rooms, Sighting, Tear } from "../../protocol/module.js";
 import type { Compared } from "../../compared.js";
@@ -18,36 +18,35 @@ export interface Brush {
   readonly camera: Camera;
   readonly palette: Palette;
   readonly scene: Scene;
-  /** What the grid shows. */
+  /** The grid, or the field of it that is shown. */
   readonly tiles: Tiles;
-  /** Length of the trail when what was recorded was drawn last. */
+  /** Length of the trail when the record sheet was last drawn. */
   readonly recordedTrail: number;
-  /** Seconds since the page opened, for what breathes; stands still where reduced motion is asked
-      for. */
+  /** Seconds since the page opened, for animations; constant if reduced motion is requested. */
   readonly time: number;
-  /** Whether the truth is shown, and where the wheels alone would have the robot. */
+  /** Whether the truth, and the robot's place by odometry alone, are shown. */
   readonly truth: boolean;
   readonly byWheels: boolean;
-  /** Walls that light up. */
+  /** Walls to be highlighted. */
   readonly spot: Spot;
   /** Planners side by side, while their tab is open. */
   readonly contest: { readonly found: ContestState | null; readonly start: readonly [number, number] | null; readonly goal: readonly [number, number] | null } | null;
-  /** What is being changed by hand, and between which places; null while nothing is. */
+  /** The edit in progress, and its two places; null if there is none. */
   readonly edit: { readonly kind: EditName; readonly draft: { readonly from: readonly [number, number]; readonly to: readonly [number, number] } | null } | null;
   /** Rooms and doors, and the number of the chosen one. */
   readonly rooms: { readonly found: Rooms; readonly numbers: readonly number[]; readonly chosen: number | null } | null;
   /** What other methods made of the same log. */
   readonly compared: readonly Compared[];
-  /** What was chosen, and its outline. */
+  /** The chosen thing, and its outline. */
   readonly thing: Thing | null;
   readonly outline: Outline;
-  /** Submaps that are not drawn, and the one that was chosen in their list. */
+  /** Submaps that are not drawn, and the one chosen in their list. */
   readonly hiddenSubmaps: ReadonlySet<number>;
   readonly chosenSubmap: number | null;
   /** Maps that were loaded. */
   readonly loadedMaps: readonly LoadedMap[];
-  /** The walls of the bridge's own map, and where its frame lies; null while that is not known.
-      Where the robot may be in it, and what is being drawn of that. */
+  /** The walls of the bridge's own map, the place of its frame (null while unknown), its geofence,
+      and the part of that being drawn. */
   readonly bridgeMap: { readonly place: Place | null; readonly walls: Float32Array; readonly zones: readonly FenceZone[]; readonly draft: FenceDraft | null };
   /** Where the map is torn or doubtful. */
   readonly tears: readonly Tear[];
@@ -56,7 +55,7 @@ export interface Brush {
   readonly sightings: readonly Sighting[];
 }
 
-/** Ways along points of the map, m. */
+/** Polylines of map points, m. */
 export type Outline = readonly (readonly (readonly [number, number])[])[];
 
 /** How a line is drawn: width and dashes in CSS pixels. */
@@ -67,7 +66,7 @@ export interface Pen {
   readonly dash?: readonly number[];
 }
 
-/** Strokes what `add` puts into the path. */
+/** Strokes the path made by `add`. */
 export function stroke({ context, camera }: Brush, { colour, width, alpha = 1, dash = [] }: Pen, add: () => void): void {
   context.strokeStyle = colour;
   context.lineWidth = camera.px(width);
@@ -85,7 +84,7 @@ export function disc({ context }: Brush, x: number, y: number, radius: number): 
   context.fill();
 }
 
-/** Writes upright beside a map point: `write` works in CSS pixels, from that point. */
+/** Writes upright beside a map point: `write` works in CSS pixels, relative to that point. */
 export function label({ context, camera }: Brush, mapX: number, mapY: number, write: () => void): void {
   const [x, y] = camera.toScreen(mapX, mapY);
   context.save();
@@ -94,8 +93,8 @@ export function label({ context, camera }: Brush, mapX: number, mapY: number, wr
   context.restore();
 }
 
-/** Where the row begins whose segment, x1 y1 x2 y2 from its `place` on, is nearest to a map point,
-    if it is nearer than `reach`, m. */
+/** The row whose segment (x1 y1 x2 y2, starting at its `place`) is nearest to a map point, within
+    `reach`, m: where it begins. */
 export function nearestSegment(rows: Float32Array | Float64Array, stride: number, place: number, x: number, y: number, reach: number): number | null {
   let [nearest, found] = [reach, null as number | null];
   for (let i = 0; i + stride <= rows.length; i += stride) {

@@ -1,9 +1,9 @@
-// Uncertainty of the line features: the band in which 95 % of the lines lie that the covariance
+// Uncertainty of the line features: the band that contains 95 % of the lines which the covariance
 // allows.
 //
 // A point p = r n + t u of the line (n its normal, u = dn/dα) is displaced by δd = t δα - δr across
-// it, so var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was seen
-// well and opens away from there.
+// it, so var d = t² var α - 2 t cov(α, r) + var r: a band that is narrow where the wall was
+// observed well and widens away from there.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import { isOutside } from "../camera.js";
@@ -12,18 +12,18 @@ import { addSegments, type Brush, stroke } from "./layer.js";
 
 const SIGMAS = 1.96;
 const STATIONS = 8;
-/** How strongly the bands of recognised walls are drawn, of other walls, and of what is not known
-    to be one. */
+/** Opacity of the bands of recognised walls, of other walls, and of features not known to be
+    walls. */
 const STRENGTHS = [{ inside: 0.42, edge: 0.9 }, { inside: 0.2, edge: 0.45 }, { inside: 0.1, edge: 0.3 }] as const;
 
-/** A line with the part of it that was seen, t1 to t2, and the σ of its displacement at t. */
+/** A line with its observed part, t1 to t2, and the σ of its displacement at t. */
 interface Seen { readonly n: readonly [number, number]; readonly r: number; readonly t: readonly [number, number]; readonly sigmaAt: (t: number) => number }
 
 export function draw(brush: Brush): void {
   const { context, camera, palette, scene: { lines } } = brush;
   const least = camera.px(1);
   const view = camera.visible;
-  // A band that is nowhere wider than a line is drawn as one, and all of them at once.
+  // Bands that are nowhere wider than a line are drawn as lines, all at once.
   const thin = STRENGTHS.map((): number[] => []);
   context.fillStyle = context.strokeStyle = palette.css.lines;
   context.lineWidth = least;

@@ -1,5 +1,5 @@
-// Maps beside that of the run: those that were loaded, where they were found to lie (walls, the way
-// through them, landmarks), and the walls of the bridge's own.
+// Maps beside that of the run: loaded ones where they were aligned (walls, trajectory, landmarks),
+// and the walls of the bridge's own map.
 
 import { type Brush, stroke } from "./layer.js";
 import { drawPoints } from "./submaps.js";

@@ -1,4 +1,4 @@
-// A name on the map, on a ground of its own.
+// A name on the map, with a background.
 
 import type { Brush } from "./layer.js";
 

@@ -1,6 +1,5 @@
-// Points found in the last scan, each with the ellipse in which it lies with 95 % probability:
-// squares are corners, triangles spikes, crosses crossings of lines, rings circles at their true
-// size.
+// Points found in the last scan, each with its 95 % ellipse: squares are corners, triangles spikes,
+// crosses crossings of lines, rings circles at their true size.
 
 import { POINT, POINT_STRIDE, type PointName } from "../../protocol/module.js";
 import type { PathPencil } from "../painter.js";
@@ -20,7 +19,7 @@ export function draw(brush: Brush): void {
     stroke(brush, { colour: palette.css.points, width: 1, alpha: 0.8 }, () => context.ellipse(x, y, major, minor, angle, 0, 2 * Math.PI));
     const add = (): void => addSign(context, KINDS[at(POINT.kind)] ?? "corner", x, y, half, at(POINT.radius));
     stroke(brush, { colour: palette.css.free, width: 4, alpha: 0.9 }, add);
-    // The less sure, the fainter.
+    // The less certain, the fainter.
     stroke(brush, { colour: palette.css.points, width: 2, alpha: 0.35 + 0.65 * at(POINT.confidence) }, add);
   }
 }

@@ -1,4 +1,4 @@
-// Walls of the map that the robot is to be found in.
+// Walls of the prior map.
 
 import { addSegments, type Brush, stroke } from "./layer.js";
 

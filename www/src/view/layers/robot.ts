@@ -1,6 +1,6 @@
-// The robot where it believes to be, with what of it touches walls at its true size, with the
-// ellipse that holds 95 % of its position and the wedge of its heading; its true place and where
-// its wheels alone would put it as outlines.
+// The robot at its estimated pose: the body that touches walls at its true size, the 95 % ellipse
+// of its position and the wedge of its heading. Its true pose and its pose by odometry alone are
+// outlines.
 
 import type { Status } from "../../protocol/frame.js";
 import { addBody, addShape } from "./body.js";
@@ -9,8 +9,8 @@ import { type Brush, stroke } from "./layer.js";
 /** 95 % of a two-dimensional normal distribution: χ² with 2 degrees of freedom. */
 export const CHI2_95 = 5.991;
 const SIGMAS_95 = 1.96;
-/** The ellipse is filled less and less where it is longer than this, CSS pixels: a robot that was
-    lost would be drawn as a cloud over its whole map. */
+/** An ellipse longer than this, CSS pixels, is filled more and more faintly: otherwise a lost robot
+    would be a cloud over its whole map. */
 const FILLED = 150;
 
 export function draw(brush: Brush): void {
@@ -23,7 +23,7 @@ export function draw(brush: Brush): void {
   const length = Math.max(status.halfLength, camera.px(9));
   context.fillStyle = palette.css.estimate;
 
-  // Of a robot that may be in several places the hypotheses are drawn instead.
+  // If a robot may be in several places, the hypotheses are drawn instead.
   const isBelieved = status.localisation === null || status.localisation === "localised";
   const spread = SIGMAS_95 * Math.sqrt(Math.max(0, status.covHeading));
   if (isBelieved && spread < Math.PI / 2) {
@@ -46,7 +46,7 @@ export function draw(brush: Brush): void {
   stroke(brush, { colour: palette.css.unknown, width: 1.5 }, () => addArrow(brush, x, y, heading));
 }
 
-/** Where it is with 95 % probability. */
+/** The 95 % ellipse of its position. */
 function drawEllipse(brush: Brush, { x, y, covXx, covXy, covYy }: Status): void {
   const { context, camera, palette, time } = brush;
   const axes = ellipseOf(covXx, covXy, covYy);
@@ -70,13 +70,13 @@ export function ellipseOf(xx: number, xy: number, yy: number): { major: number; 
   };
 }
 
-/** Its outline at a place that it is not believed to be at. */
+/** Its outline at a pose other than the estimate. */
 export function outline(brush: Brush, x: number, y: number, heading: number, colour: string, dash: readonly number[]): void {
   if (!Number.isFinite(x)) return;
   stroke(brush, { colour, width: 1.5, dash }, () => addArrow(brush, x, y, heading));
 }
 
-/** An arrowhead with the size of the robot, never too small to see. */
+/** An arrowhead of the robot's size, but never too small to see. */
 function addArrow({ context, camera, scene }: Brush, x: number, y: number, heading: number): void {
   const half = Math.max(scene.status?.halfLength ?? 0.1, camera.px(9));
   const wide = Math.max(scene.status?.halfWidth ?? 0.1, camera.px(7));

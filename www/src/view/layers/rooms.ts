@@ -1,16 +1,15 @@
 // Rooms and corridors tinted and numbered, the doors between them with their widths, and the graph
-// that joins them.
+// that connects them.
 
 import type { Region, Rooms } from "../../protocol/module.js";
 import type { PathPencil } from "../painter.js";
 import type { PaletteName } from "../palette.js";
 import { addPolyline, addSegments, type Brush, disc, label, stroke } from "./layer.js";
 
-/** Rooms take turns; a corridor is grey. */
+/** Tints of rooms, used in turn; a corridor is grey. */
 const TINTS = ["contest5", "contest3", "contest0", "contest2", "contest1"] as const satisfies readonly PaletteName[];
 const CORRIDOR = "contest4" satisfies PaletteName;
-/** Pixels for a metre from which on widths are written, and from which on numbers, which are
-    short. */
+/** Pixels per metre from which on widths are written, and from which on the shorter numbers are. */
 const WRITTEN_FROM = 22;
 const NUMBERED_FROM = 8;
 
@@ -70,7 +69,7 @@ function drawGraph(brush: Brush, { regions, doors }: Rooms): void {
   context.setLineDash([]);
 }
 
-/** Outlines are built once: they are drawn at every frame. */
+/** Outlines are built once, because they are drawn in every frame. */
 const paths = new WeakMap<Region["outlines"], Path2D>();
 
 function pathOf(outlines: Region["outlines"]): Path2D {

@@ -1,5 +1,5 @@
-// What the last scan hit, and the fan in which it looked; of a sonar the cones, for it knows no
-// more of the direction.
+// The hits of the last scan, and its field of view; for a sonar the cones, because it does not
+// measure the direction any better.
 
 import type { Pencil } from "../painter.js";
 import { type Brush, stroke } from "./layer.js";
@@ -23,7 +23,7 @@ export function draw(brush: Brush): void {
   bulk.squares(scan, Math.max(camera.px(2.5), 0.02), { colour: palette.css.scan });
 }
 
-/** Something answered from somewhere on each arc. */
+/** The echo came from somewhere on each arc. */
 function drawCones(context: Pencil, scan: Float32Array, x: number, y: number, half: number, pixel: number): void {
   context.lineWidth = pixel;
   for (let i = 0; i + 1 < scan.length; i += 2) {

@@ -1,5 +1,5 @@
-// The walls that are pointed at in the matrix or the list of matches, with their names; for a
-// chosen one the lines of the last scan that were compared with it.
+// The walls highlighted from the matrix or the list of matches, with their names; for a chosen one
+// also the lines of the last scan that were compared with it.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import { t } from "../../words.js";
@@ -25,7 +25,7 @@ export function draw(brush: Brush): void {
   }
 }
 
-/** Ends of a wall, x1 y1 x2 y2, map frame, m; null where there is none of that name. */
+/** Ends of a wall, x1 y1 x2 y2, map frame, m; null if there is none with that identifier. */
 export function wallEnds(lines: Float64Array, id: number): number[] | null {
   for (let i = 0; i + LINE_STRIDE <= lines.length; i += LINE_STRIDE) {
     if (lines[i + LINE.id] === id) return [...lines.subarray(i + LINE.x1, i + LINE.y2 + 1)];

@@ -1,20 +1,20 @@
-// Submaps: the walls of each in a tint of its own, and its number where it begins.
+// Submaps: the walls of each in a tint of its own, with its number where it begins.
 
 import type { PaletteName } from "../palette.js";
 import { type Brush, label } from "./layer.js";
 import { writeName } from "./name.js";
 
-/** Neighbours differ; where one passes the other the numbers tell. */
+/** Consecutive submaps differ in tint; where others overlap, the numbers distinguish them. */
 const TINTS = ["contest3", "contest1", "contest5", "contest2", "contest0", "contest7"] as const satisfies readonly PaletteName[];
-/** Side of a piece of wall that is seen from near, m. */
+/** Least side of a piece of wall in a close view, m. */
 const LEAST_SIZE = 0.04;
-/** Width of a piece of wall, CSS pixels, and of one of the submap that was chosen. */
+/** Width of a piece of wall, CSS pixels, and of one of the chosen submap. */
 const WIDTH = 2.4;
 const CHOSEN_WIDTH = 5;
-/** Pixels between the places of two numbers that do not cover each other, across and up. */
+/** Pixels between two numbers that do not overlap, across and up. */
 const LEAST_APART = [34, 21] as const;
 
-/** The numbers, over what joins the submaps; of two that would cover each other the newer. */
+/** The numbers, over the joins of the submaps; of two that would overlap, only the newer. */
 export function drawNumbers(brush: Brush): void {
   const { camera, palette, hiddenSubmaps, scene: { submaps } } = brush;
   const written: [number, number][] = [];
@@ -28,12 +28,12 @@ export function drawNumbers(brush: Brush): void {
   }
 }
 
-/** The walls alone of all: where they go while the grid still shows them where they were. */
+/** The walls of all submaps: their new places, while the grid still shows the old ones. */
 export function drawAll(brush: Brush): void {
   draw(brush, new Set());
 }
 
-/** The walls of those that are not hidden; the one that was chosen stands out. */
+/** The walls of those that are not hidden; the chosen one stands out. */
 export function drawWalls(brush: Brush): void {
   draw(brush, brush.hiddenSubmaps);
 }
@@ -45,7 +45,7 @@ function draw(brush: Brush, hidden: ReadonlySet<number>): void {
   });
 }
 
-/** Pieces of wall in a frame that lies at `place`; `width` in CSS pixels. */
+/** Pieces of wall in a frame at pose `place`; `width` in CSS pixels. */
 export function drawPoints({ bulk, camera }: Brush, points: Float32Array, place: readonly [number, number, number], colour: string, width: number): void {
   bulk.squares(points, Math.max(camera.px(width), LEAST_SIZE), { colour, alpha: 0.9 }, place);
 }

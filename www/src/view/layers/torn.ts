@@ -1,6 +1,6 @@
 // Where the map is torn: a red ring with a cross, and how far its sides are apart. Dashed, without
-// a cross, where nothing proves how its parts lie. Of words that would lie on each other those of
-// the widest tear are written.
+// a cross, where nothing proves the relative place of its parts. Of labels that would overlap, only
+// that of the widest tear is written.
 
 import type { Tear } from "../../protocol/module.js";
 import { fixed } from "../../ui/format.js";
@@ -10,9 +10,9 @@ import { type Brush, label, stroke } from "./layer.js";
 
 /** Radius of a ring, CSS pixels. */
 const RADIUS = 13;
-/** Half of the cross's side, CSS pixels. */
+/** Half the side of the cross, CSS pixels. */
 const CROSS = 5;
-/** From the middle of a mark to its words, and from one line of words to the next, CSS pixels. */
+/** From the middle of a mark to its label, and between two lines of a label, CSS pixels. */
 const BESIDE = RADIUS + 5;
 const LINE = 15;
 
@@ -22,7 +22,7 @@ export function draw(brush: Brush): void {
   for (const tear of tears) {
     const { kind, place: [x, y] } = tear;
     const isTorn = kind !== "unproven";
-    // The one that was chosen stands out.
+    // The chosen one stands out.
     const radius = camera.px(tear === torn ? RADIUS + 4 : RADIUS);
     const arm = camera.px(CROSS);
     for (const [colour, width] of [[palette.css.free, 6], [palette.css.torn, 2.6]] as const) {
@@ -51,7 +51,7 @@ function writeWords(brush: Brush): void {
       context.font = "600 12px IBM Plex Mono, monospace";
       const width = context.measureText(text).width;
       const [middle, row] = camera.toScreen(x, y);
-      // At the right edge it stands on the other side.
+      // Near the right edge the label goes on the other side.
       const isCut = middle + BESIDE + width > camera.width;
       const from = isCut ? middle - BESIDE - width : middle + BESIDE;
       if (written.some(([begin, end, at]) => from < end && begin < from + width && Math.abs(row - at) < LINE)) return;
@@ -74,5 +74,5 @@ export function tearAt(tears: readonly Tear[], x: number, y: number, reach: numb
   return near.sort((a, b) => off(a) - off(b))[0] ?? null;
 }
 
-/** How far a mark goes from its middle, CSS pixels. */
+/** Extent of a mark from its middle, CSS pixels. */
 export const MARK = RADIUS + 3;

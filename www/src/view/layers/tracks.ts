@@ -1,5 +1,5 @@
-// What moves about: the ellipse in which it is with 95 % probability, its velocity and its number;
-// and the hits that are its own, which pose and map do without.
+// Tracks of moving things: the 95 % ellipse of the position, the velocity and the number; and the
+// hits on them, which were taken out of pose and map.
 
 import { TRACK, TRACK_STRIDE, type TrackMotionName } from "../../protocol/module.js";
 import { type Brush, label, stroke } from "./layer.js";
@@ -8,7 +8,7 @@ import { ellipseOf } from "./robot.js";
 
 /** In the order of the module. */
 const MOTIONS = ["new", "moving", "paused", "standing"] as const satisfies readonly TrackMotionName[];
-/** Seconds of its way that the arrow shows. */
+/** Seconds of motion that the arrow shows. */
 const AHEAD = 1;
 
 export interface Track {
@@ -35,7 +35,7 @@ export function draw(brush: Brush): void {
   for (let i = 0; i + 1 < takenOut.length; i += 2) context.rect((takenOut[i] ?? 0) - size / 2, (takenOut[i + 1] ?? 0) - size / 2, size, size);
   context.fill();
   tracksOf(tracks).forEach((track, row) => {
-    // What has stood for long is part of the map.
+    // A thing that has stood for long is part of the map.
     if (track.motion !== "standing") drawTrack(brush, track, tracks.subarray(row * TRACK_STRIDE));
   });
 }

@@ -1,33 +1,33 @@
-// Where the robot was: in truth (dashed), by its wheels alone (dotted), and as estimated (solid).
+// The trajectory: true (dashed), by odometry alone (dotted), and estimated (solid).
 
 import { TRAIL, TRAIL_STRIDE } from "../../protocol/module.js";
 import { moved, type Shift } from "../submaps.js";
 import { type Brush, stroke } from "./layer.js";
 
-/** What goes farther at once, m, and faster than this, m/s, was not driven: the robot was carried
-    off, or found elsewhere. */
+/** A jump longer than this, m, and faster than MOST_SPEED, m/s, was not driven: the robot was
+    carried elsewhere, or relocalised. */
 const LEAST_CARRIED = 1;
 const MOST_SPEED = 5;
-/** Points nearer to each other, CSS pixels, cost as much as others and show next to nothing. */
+/** Points closer together than this, CSS pixels, cost as much as others and are hardly visible. */
 const LEAST_PIXELS = 3;
 
 export function draw(brush: Brush): void {
   drawFrom(brush, 0);
 }
 
-/** What was driven since [`draw`], which is not called for every picture. */
+/** The part driven since [`draw`], which is not called for every picture. */
 export function drawEnd(brush: Brush): void {
   drawFrom(brush, Math.max(0, brush.recordedTrail - TRAIL_STRIDE));
 }
 
-/** From a place in the trail on. */
+/** Draws the trail from an index on. */
 function drawFrom(brush: Brush, begin: number): void {
   const { context, camera, palette, scene } = brush;
   const least = camera.px(LEAST_PIXELS);
-  // Round corners take twice as long, and nobody sees them on lines as thin as these.
+  // Round corners take twice as long, and are invisible on such thin lines.
   context.miterLimit = 2;
   const { submaps } = scene;
-  // While the map glides, the way glides with it.
+  // While the map glides, the trajectory glides with it.
   const shifts = submaps.glides ? Array.from({ length: submaps.count }, (_, i) => submaps.shift(i)) : [];
   const addTrail = (offset: number, shifts: readonly (Shift | null)[] = []): void => {
     let pen = false;

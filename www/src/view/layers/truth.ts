@@ -1,12 +1,12 @@
-// The true walls and everything that moves: only a simulation has them; dashed because the robot
+// The true walls and everything that moves: only a simulation has them. Dashed, because the robot
 // never sees them.
 //
-// Glass and dark walls differ in colour and in dash from those that every sensor sees.
+// Glass and dark walls differ in colour and dashes from those that every sensor sees.
 
 import { type Brush, disc } from "./layer.js";
 
-/** Walls drawn with dashes at most: of a whole town nobody would see them, and they cost more than
-    the walls. */
+/** Most walls drawn with dashes: in a whole town dashes would be invisible, and cost more than the
+    walls. */
 const MOST_DASHED = 5000;
 
 /** Colour, dash and width in pixels, by material: opaque, glass, dark. */
@@ -16,7 +16,7 @@ const STYLES = [
   { colour: "dark", dash: [2, 2.5], width: 3 },
 ] as const;
 
-/** The walls of a world, sorted by material: a world is handed over once. */
+/** The walls of a world, sorted by material; a world is sent only once. */
 const sorted = new WeakMap<Float32Array, { readonly materials: Uint8Array; readonly walls: readonly Float32Array[] }>();
 
 function byMaterial(truth: Float32Array, materials: Uint8Array): readonly Float32Array[] {
@@ -40,7 +40,7 @@ export function drawWalls({ bulk, palette, scene: { truth, materials } }: Brush)
   });
 }
 
-/** People: a disc with a head, so that nobody takes them for pillars. */
+/** Walkers: a disc with a head, so that it does not look like a pillar. */
 export function drawMovers(brush: Brush): void {
   const { context, camera, palette, scene: { movers } } = brush;
   context.lineWidth = camera.px(1.5);

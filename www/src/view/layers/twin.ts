@@ -1,5 +1,5 @@
-// The simulated twin: where a robot with the figures of the settings would be after the same motion
-// of the wheels.
+// The simulated twin: where a robot with the parameters of the settings would be after the same
+// wheel motion.
 
 import { TWIN, TWIN_STRIDE } from "../../protocol/module.js";
 import { type Brush, stroke } from "./layer.js";

@@ -1,4 +1,4 @@
-// Segments of the line map: the walls that the filter believes in.
+// Segments of the line map: the walls in the filter's state.
 
 import { LINE, LINE_STRIDE } from "../../protocol/module.js";
 import { addSegments, type Brush, stroke } from "./layer.js";
