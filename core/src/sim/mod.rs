@@ -1,5 +1,5 @@
-//! The simulated robot in a simulated building: eats [`crate::robot::Command`], gives encoder ticks
-//! and [`crate::robot::Scan`], exactly as a real one does, and knows the truth besides.
+//! The simulated robot in a simulated building: takes [`crate::robot::Command`], returns encoder
+//! ticks and [`crate::robot::Scan`], exactly as a real one does, and also knows the truth.
 //!
 //! | file | subject |
 //! |---|---|
@@ -19,8 +19,8 @@
 //! | `reachable` | what can be explored at all: the denominator of "explored fraction" |
 //!
 //! One seed, one world and one list of commands give the same bits everywhere. Motion and sensors
-//! draw from separate streams of ChaCha8, so that changing the sensor does not change how the
-//! tracks slip.
+//! draw from separate streams of ChaCha8, so changing the sensor does not change how the tracks
+//! slip.
 
 mod battery;
 mod body;

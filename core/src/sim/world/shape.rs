@@ -1,4 +1,4 @@
-//! Outlines, and the straight pieces that they are made of.
+//! Outlines, and the straight pieces they consist of.
 
 use std::f64::consts::TAU;
 
@@ -43,7 +43,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// What the world file calls it.
+    /// Its name in world files.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -68,7 +68,7 @@ impl Shape {
         segments
     }
 
-    /// Whether `point` lies inside of it; a polyline has no inside.
+    /// Whether `point` lies inside it; a polyline has no inside.
     ///
     /// Source: crossing number, Shimrat (1962), Algorithm 112.
     #[must_use]
