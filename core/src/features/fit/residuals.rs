@@ -2,9 +2,9 @@
 //! noise.
 //!
 //! 1. χ² = Σ d²/σ_d².
-//! 2. The bend: the part of s² that no line takes up, s the place along the line, as a share of the
 //! 2. The bend: the part of s² that no line explains, s the place along the line, as a share of the
 //!    residuals.
+//!
 //! `residuals` is the plain form, and the tests compare [`ResidualSums`] with it: four points at a
 //! time, with the bend computed from sums of powers of s alone, so one pass over the points is
 //! enough. It loses digits, because the sums of s⁴ cancel.

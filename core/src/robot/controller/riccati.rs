@@ -5,9 +5,9 @@
 //! gains that follow from it.
 //!
 //! 1. Doubling: with G = B R⁻¹ Bᵀ, H = Q and W = (I + G H)⁻¹,
-//! A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds, H is what the fixed-point
-//! iteration of the equation has after 2ᵏ: it converges in about ten rounds where that takes
-//! thousands at 1 kHz.
+//!    A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A. After k rounds, H is what the fixed-point
+//!    iteration of the equation has after 2ᵏ: it converges in about ten rounds where that takes
+//!    thousands at 1 kHz.
 //! 2. The result is put back into the equation; if it does not satisfy it, that is an error, not a
 //!    gain.
 //!
