@@ -108,7 +108,7 @@ mod tests {
             columns.sort_unstable();
             columns.dedup();
             prop_assert_eq!(columns.len(), chosen.iter().flatten().count());
-            // Going without costs more than all else together.
+            // Going without costs more than everything else together.
             let none = 1e6;
             let off = total(&costs, &chosen, none) - brute_force(&costs, 0, none);
             prop_assert!(off.abs() < 1e-6, "{off}: {chosen:?} of {costs:?}");

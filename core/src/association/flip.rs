@@ -2,9 +2,9 @@
 //! flip this match: how far the sighting would have to shift, along one of its two axes alone, for
 //! [`choose`](super::choose) to decide otherwise.
 //!
-//! 1. Moved by t along the axis e, d²(t) = (v + t e)ᵀ Z⁻¹ (v + t e) = a t² + 2 b t + d², with
-//!    a = eᵀ Z⁻¹ e and b = eᵀ Z⁻¹ v (TDK 2016 eq. (3.12)).
-//! 2. It leaves the gate where d²(t) = g² (eq. (3.13)).
+//! 1. Moved by t along the axis e, d²(t) = (v + t e)ᵀ Z⁻¹ (v + t e) = a t² + 2 b t + d², with a =
+//!    eᵀ Z⁻¹ e and b = eᵀ Z⁻¹ v (TDK 2016 eq. (3.12)).
+//! 2. The sighting leaves the gate where d²(t) = g² (eq. (3.13)).
 //! 3. A second landmark makes the match ambiguous where its d²(t) minus that of the match is
 //!    `ambiguity`. One at the same place takes the sighting over where the two are equal, and one
 //!    that has priority (confirmed, or not across a gap) as soon as its own gate is reached.
@@ -28,7 +28,7 @@ pub struct Compared {
     pub innovation: Innovation,
 }
 
-/// What would flip a match to one side.
+/// What would flip a match on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flip {
     /// How far the sighting would have to shift, in the unit of its axis; negative towards the
@@ -43,9 +43,9 @@ pub struct Flip {
 pub enum FlipOutcome {
     /// It leaves the gate of its landmark.
     LeavesGate,
-    /// This landmark, by its index, explains it nearly as well: it is dropped.
+    /// This landmark, by its index, explains it nearly as well: the sighting is dropped.
     Ambiguous(usize),
-    /// This landmark, by its index, takes it over.
+    /// This landmark, by its index, takes the sighting over.
     TakenOver(usize),
 }
 
@@ -119,7 +119,7 @@ struct Parabola {
 }
 
 impl Parabola {
-    /// d² of a sighting that is moved along an axis.
+    /// d² of a sighting that is shifted along an axis.
     fn of(innovation: &Innovation, axis: usize) -> Self {
         let z = &innovation.cov;
         let determinant = z[(0, 0)] * z[(1, 1)] - z[(0, 1)] * z[(1, 0)];
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::association::{Choice, choose};
 
-    /// A landmark from which the sighting is off by `v`.
+    /// A landmark whose distance from the sighting is `v`.
     fn compared(index: usize, v: [f64; 2], cov: [f64; 3], is_confirmed: bool) -> Compared {
         let cov = Matrix2::new(cov[0], cov[1], cov[1], cov[2]);
         let innovation = Innovation::new(v.into(), cov).unwrap();
@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// What `choose` says of the sighting moved by `shift` along an axis.
+    /// The decision of `choose` about the sighting shifted by `shift` along an axis.
     fn moved(all: &[Compared], axis: usize, shift: f64, config: &AssociationConfig) -> Choice {
         let candidates = all.iter().map(|each| {
             let mut v = each.innovation.v;
@@ -203,7 +203,7 @@ mod tests {
     fn alone_a_match_stands_as_far_as_its_gate_reaches() {
         let config = AssociationConfig::default();
         let one = compared(3, [0.01, 0.02], [1e-4, 0.0, 4e-4], true);
-        // d² of α is 1; so r may have d² up to the rest.
+        // d² of α is 1, so r may contribute the rest.
         let most = 0.02 * (config.gate - 1.0).sqrt();
         let [nearer, farther] = flips(&one, &[], 1, &config);
         assert!((nearer.unwrap().shift - (-0.02 - most)).abs() < 1e-12);
@@ -215,7 +215,7 @@ mod tests {
     fn towards_a_second_wall_it_becomes_ambiguous_first() {
         let config = AssociationConfig::default();
         let cov = [1e-4, 0.0, 4e-4];
-        // The second wall stands 10 cm farther: the sighting is 8 cm nearer than that.
+        // The second wall is 10 cm farther away: the sighting is 8 cm nearer than that.
         let walls = [[0.0, 0.02], [0.0, -0.08]].map(|v| v[1]);
         let [one, two] = [0, 1].map(|i| compared(i, [0.0, walls[i]], cov, true));
         let [_, farther] = flips(&one, &[two], 1, &config);
@@ -226,7 +226,7 @@ mod tests {
     }
 
     proptest! {
-        /// The truth is the rule itself, asked step by step.
+        /// The truth is the rule itself, evaluated step by step.
         #[test]
         fn up_to_a_flip_the_rule_chooses_the_same_and_behind_it_another(
             v in prop::array::uniform3((-3.0..3.0, -3.0..3.0)),

@@ -34,7 +34,7 @@ use super::AssociationConfig;
 pub struct Pairing {
     /// Number of the sighting.
     pub sighting: usize,
-    /// Which landmark: any number that no other has.
+    /// Which landmark: any number, unique among the landmarks.
     pub landmark: usize,
     /// (α, r) seen minus expected; of a point, (x, y).
     pub v: Vector2<f64>,
@@ -58,7 +58,7 @@ pub enum Paired {
 #[derive(Clone, Debug, Default)]
 pub struct JointSearch {
     pairings: Vec<Pairing>,
-    /// Where the pairings of each sighting end.
+    /// For each sighting, the end of its pairings in the list.
     ends: Vec<usize>,
     set: Members,
     /// The pairing of each sighting, in the set being tried and in the best one.
@@ -66,7 +66,7 @@ pub struct JointSearch {
     best: Vec<Option<usize>>,
     best_size: usize,
     n_sets: usize,
-    /// What each sighting is, in their order.
+    /// What each sighting is, in the order of the sightings.
     paired: Vec<Paired>,
     /// Joint distance of the best set, χ² with twice as many degrees of freedom as it has pairings.
     d2: f64,
@@ -239,7 +239,8 @@ impl JointSearch {
         Some(d2)
     }
 
-    /// Makes the best set the current one, without the pairing of one sighting; gives its distance.
+    /// Makes the best set, without the pairing of one sighting, the current one; returns its
+    /// distance.
     fn rebuild(&mut self, without: Option<usize>, cross: &impl Cross) -> f64 {
         self.set.clear();
         let mut d2 = 0.0;

@@ -28,7 +28,7 @@ const MOST_SETS: usize = 1 << 14;
 /// Sightings that a set can hold; further ones of a component belong to no track.
 const MOST_SIGHTINGS: usize = 128;
 
-/// What a track may be in the newest scan.
+/// What a track may be in the newest scan, with likelihoods.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Likelihood of not being seen: 1 - P_D of the track.
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// All joint events, one by one: what each track is (0: not seen, else 1 + place among its
+    /// All joint events, one by one: what each track is (0: not seen, else 1 + index among its
     /// sightings), and the likelihood.
     fn events(tracks: &[Options]) -> Vec<(Vec<usize>, f64)> {
         let mut all = vec![(vec![], vec![], 1.0)];
@@ -276,7 +276,7 @@ mod tests {
         let tracks: Vec<Options> = (0..40).map(of).collect();
         let found = joint_probabilities(&tracks);
         for (a, b) in found.iter().zip(found.iter().rev()) {
-            // The row looks the same from its other end.
+            // The row looks the same from the other end.
             assert!((a.sightings[0].1 - b.sightings[1].1).abs() < 1e-9);
             let sum = a.missed + a.sightings[0].1 + a.sightings[1].1;
             assert!((sum - 1.0).abs() < 1e-12);

@@ -21,19 +21,19 @@ use crate::geom::CHI2_2DOF_99;
 /// How the lines of a scan find their landmarks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AssociationMethod {
-    /// Each by itself, the nearest in its gate; dropped where two are as near. Needs no memory of
-    /// its own.
+    /// Each line by itself, with the nearest landmark in its gate; dropped if two are equally near.
+    /// Needs no memory of its own.
     Nearest,
-    /// All of a scan together ([`super::JointSearch`]): for walls that are close and alike, poses
-    /// that are less certain than walls are apart, and lines that are spoilt. One such line, taken
-    /// in first while the robot turned and so knew its heading badly, threw one of a hundred laps
-    /// of `loop` by 3 m; the other lines of its scan outvote it.
+    /// All lines of a scan together ([`super::JointSearch`]): for walls that are close and alike,
+    /// poses less certain than the distance between walls, and corrupted lines. One such line,
+    /// processed first while the robot turned and so was unsure of its heading, threw one of a
+    /// hundred laps of `loop` off by 3 m; the other lines of its scan outvote it.
     #[default]
     Joint,
 }
 
 impl AssociationMethod {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("nearest", Self::Nearest, "one by one (nearest)"),
         ("joint", Self::Joint, "together (JCBB)"),
@@ -277,7 +277,7 @@ mod tests {
             &[candidate(0, 2.0, -1.0, 1.0), candidate(1, 1.0, -1.0, 1.5)],
             Choice::Ambiguous,
         );
-        // Also where the second is outside of its own gate.
+        // Even if the second is outside its own gate.
         check(
             &[candidate(0, 10.0, -1.0, 1.0), candidate(1, 7.0, -1.0, 1.5)],
             Choice::Ambiguous,

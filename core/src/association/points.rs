@@ -2,9 +2,9 @@
 //!
 //! | way | needs | cost for n points |
 //! |---|---|---|
-//! | [`PointMatching::Exhaustive`] | where the robot is to a few σ | n² |
+//! | [`PointMatching::Exhaustive`] | the robot's motion to a few σ | n² |
 //! | [`PointMatching::Nearest`] | the same | n, by a hash grid ([`grid`]) |
-//! | [`PointMatching::Relations`] | nothing: any move | n⁴ at worst ([`relations`]) |
+//! | [`PointMatching::Relations`] | nothing: works for any motion | n⁴ at worst ([`relations`]) |
 //!
 //! Points of different kinds, and circles of different sizes, are never the same. The distance of a
 //! pair is the squared Mahalanobis distance d², with the covariances of both points and of the
@@ -26,13 +26,13 @@ use grid::PointGrid;
 /// How the points of one scan are found again in the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PointMatching {
-    /// All pairs are compared; the nearest becomes one, then the nearest of what is left.
+    /// All pairs are compared; the nearest pair is matched, then the nearest of the rest.
     Exhaustive,
-    /// Two points that are each other's nearest. Where the gates of two pairs overlap it leaves out
-    /// what [`Self::Exhaustive`] would give to the second best.
+    /// Pairs of points that are each other's nearest. If the gates of two pairs overlap, this
+    /// leaves out what [`Self::Exhaustive`] would give to the second best.
     #[default]
     Nearest,
-    /// The placement in which most distances among the points agree.
+    /// The placement on which most distances among the points agree.
     Relations,
 }
 

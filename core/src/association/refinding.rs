@@ -106,8 +106,8 @@ mod tests {
     fn ratios_are_those_of_the_confusion_table() {
         let mut counts = RefindingCounts::default();
         assert!(counts.tpr().is_nan() && counts.ppv().is_nan());
-        // Of six with a partner four are found, one is taken for another, one is missed; of five
-        // without two are taken for something.
+        // Of six with a partner, four are found, one is matched to something else, one is missed;
+        // of five without, two are matched to something.
         let seen = [
             (true, Some(true), 4),
             (true, Some(false), 1),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     proptest! {
-        /// By brute force over the gates, and both rates grow with the gate.
+        /// Compared with brute force over the gates; both rates grow with the gate.
         #[test]
         fn curve_is_what_each_gate_alone_would_have_counted(
             seen in prop::collection::vec((any::<bool>(), prop::option::of((0.0..50.0_f64, any::<bool>()))), 0..60),

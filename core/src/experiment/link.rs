@@ -7,12 +7,12 @@
 //!
 //! | field | |
 //! |---|---|
-//! | `world`, `sensor`, `method`, `seed` | by their names; all must be there |
+//! | `world`, `sensor`, `method`, `seed` | by their names; all are required |
 //! | `drawn` | in place of `world`: a world file that comes with the link, packed |
-//! | `mode` | what the robot does at first: `explore` (default) or `manual` |
+//! | `mode` | the mode at the beginning: `explore` (default) or `manual` |
 //! | `cycle` | `1`: it drives by the cycle |
-//! | `set` | settings other than their defaults, `KEY:NUMBER`, apart by `;` |
-//! | `do` | what was done, `PERIOD:ACTION`, apart by `;`, in the order of time; `PERIOD~:…` after the pilot had decided on the period |
+//! | `set` | settings that differ from their defaults, `KEY:NUMBER`, separated by `;` |
+//! | `do` | what was done, `PERIOD:ACTION`, separated by `;`, in order of time; `PERIOD~:…` if the pilot had already decided on the period |
 //! | `until`, `hash` | periods until the link was made, and the hash of the state then |
 //!
 //! Actions are `explore`, `manual`, `goto,X,Y`, `drive,FORWARD,TURN`, `stop`, `kidnap`,

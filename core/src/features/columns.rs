@@ -19,12 +19,12 @@ use super::moments::Moments;
 use crate::lanes::{Kernel, LANES, Lanes, greatest, least, run};
 use crate::points::Beam;
 
-/// What the sensor and the surface add to every point.
+/// Errors of the sensor and the surface that affect every point.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Noise {
     /// Standard deviation of a bearing, rad.
     pub(super) bearing_sigma: f64,
-    /// How far from flat a wall may be, m.
+    /// How far from flat a wall may be, one standard deviation, m.
     pub(super) surface_sigma: f64,
 }
 
@@ -401,7 +401,7 @@ impl Kernel for Load<'_> {
         let after = after.as_chunks_mut::<LANES>().0;
         let places = self.fours.iter_mut().zip(after);
         for (sources, (four, after)) in self.sources.chunks(LANES).zip(places) {
-            // Lanes past the last beam repeat one.
+            // Lanes after the last beam repeat one.
             let [a, b, c, d] = match *sources {
                 [a, b, c, d] => [a, b, c, d],
                 [a, b, c] => [a, b, c, c],

@@ -14,11 +14,11 @@ use crate::points::{BreakRule, SegmentationConfig, SpacingModel};
 ///
 /// | rule | one line while | needs to know |
 /// |---|---|---|
-/// | [`NoiseAware`] | Σ\|d\| is what noise explains | σ of each beam |
+/// | [`NoiseAware`] | noise explains Σ\|d\| | σ of each beam |
 /// | [`Classic`] | no point is farther than a threshold from the end-point line | a threshold that suits the noise |
 /// | [`Pilch`] | S_E and r² of a growing line hold | a largest error that suits noise and length |
 /// | [`Ransac`] | its points are within n σ of a line through two of them | σ of each beam |
-/// | [`Hough`] | its points are within n σ of a line that many voted for | σ of each beam |
+/// | [`Hough`] | its points are within n σ of a line with many votes | σ of each beam |
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SplitRule {
     /// TDK 2016 §4.2.
@@ -34,7 +34,7 @@ pub enum SplitRule {
 }
 
 impl SplitRule {
-    /// All rules with their default figures, with the names used by settings, and what a person
+    /// All rules with their default settings, with their names in settings and for people.
     /// calls them.
     #[must_use]
     pub fn all() -> [(&'static str, Self, &'static str); 5] {

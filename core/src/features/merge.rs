@@ -90,7 +90,7 @@ fn union(columns: &Columns, a: &Piece, b: &Piece, rule: &SplitRule) -> Option<Pi
 /// χ² of the difference of (α, r), if both pieces have a line of their own.
 fn agree(columns: &Columns, a: &Piece, b: &Piece) -> bool {
     let (Some(a), Some(b)) = (fit_columns(columns, a), fit_columns(columns, b)) else {
-        // Too short to have a direction: the test of the union decides alone.
+        // Too short to have a direction: only the test of the union decides.
         return true;
     };
     let mut difference = Vector2::new(

@@ -1,10 +1,10 @@
-//! Something that stands in one place, as one scan shows it.
+//! Something at one place, as one scan shows it.
 
 use std::f64::consts::SQRT_2;
 
 use nalgebra::{Matrix2, Point2};
 
-/// Something that stands in one place, as one scan shows it.
+/// Something at one place, as one scan shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointFeature {
     /// Where it is, robot frame, m.

@@ -37,7 +37,7 @@ pub enum SpikeForm {
 }
 
 impl SpikeForm {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("jump", Self::Jump, "a jump of the range"),
         ("sum", Self::Sum, "the middle one of three"),
@@ -155,10 +155,10 @@ fn by_sum(sides: [Option<Side>; 2], config: &SpikeConfig) -> Option<Spike> {
     if a.farther < 0.0 || b.farther < 0.0 || sum <= config.threshold {
         return None;
     }
-    // The error of B is in both distances.
+    // The error of B affects both distances.
     let sigma = (2.0 * (a.var + b.var)).sqrt();
     let above = probability_within(sum, sigma, [config.threshold, f64::INFINITY]);
-    // With one neighbour on the same thing, it is the thing's edge.
+    // If one neighbour is on the same object, it is the object's edge.
     let is_far = |side: &Side| side.apart > 0.5 * config.threshold;
     let shift = match [is_far(&a), is_far(&b)] {
         [true, false] => a.half_step,

@@ -70,7 +70,7 @@ config! {
     }
 }
 
-/// Variance where neither points nor prior say anything, m² and rad².
+/// Variance where neither points nor prior give information, m² and rad².
 pub(super) const UNKNOWN: f64 = 1e6;
 
 /// The sums of one iteration: what a method computes from all pairs.

@@ -73,7 +73,7 @@ pub enum RegistrationMethod {
 }
 
 impl RegistrationMethod {
-    /// All methods, with their names in settings, and what a person calls them.
+    /// All methods, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("point-to-line", Self::PointToLine, "points to lines"),
         ("point-to-point", Self::PointToPoint, "points to points"),

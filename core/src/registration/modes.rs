@@ -274,7 +274,7 @@ mod tests {
         let poorest = (config.part_of_best * first).max(config.min_score);
         assert!((whole.left - poorest).abs() < 1e-12);
 
-        // A search that is cut off does not claim that there is nothing.
+        // A search that is cut off does not claim that there is nothing else.
         for most_squares in (0..2_000).step_by(100) {
             let cut = ModesConfig {
                 most_squares,

@@ -50,7 +50,7 @@ pub struct Part<'a> {
 pub struct RollingPrior {
     /// Where the motion leads by odometry, and how well the pose at its beginning is known.
     pub by_odometry: Prior,
-    /// The error that is expected: (x, y, θ), in the axes of the target, m and rad.
+    /// The expected error: (x, y, θ), in the axes of the target, m and rad.
     pub error: Vector3<f64>,
     /// Inverse of its covariance.
     pub error_information: Matrix3<f64>,
@@ -103,7 +103,7 @@ pub struct Rolling {
     pub error: MotionError,
 }
 
-/// Matches `parts` to `target`, from `start` and the error that is expected.
+/// Matches `parts` to `target`, from `start` and the expected error.
 #[must_use]
 pub fn register_rolling<T: Target>(
     parts: &[Part<'_>],

@@ -10,7 +10,7 @@ use crate::map::{FixedSurfels, LikelihoodPyramid, Surfel, SurfelMap, SurfelTiles
 /// A map or another cloud that points are matched against: surfaces to match, and a likelihood to
 /// search.
 pub trait Target {
-    /// The surface nearest to `place` (m, frame of the target); `None` where none is within reach.
+    /// The surface nearest to `place` (m, frame of the target); `None` if none is within reach.
     fn nearest(&self, place: Point2<f64>) -> Option<&Surfel>;
 
     /// How likely a point lies at each place; `None` if nothing was seen, or it spans too large an

@@ -115,7 +115,7 @@ impl Log {
         figures.is_some_and(|figures| figures.scans_on_command)
     }
 
-    /// The default settings of its robot.
+    /// The default settings for its robot.
     #[must_use]
     pub fn settings(&self) -> Settings {
         let robot = self.robot(&LogSettings::default());

@@ -2,16 +2,16 @@
 //!
 //! | first | log |
 //! |---|---|
-//! | bytes of MCAP | a recording of the bridge; without messages of one, it is to be imported |
+//! | bytes of MCAP | a recording of the bridge; without messages of a bridge, a file to be imported |
 //! | `#ROSBAG` | a bag of ROS 1, which is to be imported |
-//! | bytes of a kind that is known | none, and it is said what it is ([`known_file`]) |
+//! | bytes of another known kind | none; the error names the kind ([`known_file`]) |
 //! | line: a number | a rover's: counts and ranges, nothing else |
-//! | line: names apart by commas | four rangers' |
+//! | line: names separated by commas | four rangers' |
 //! | line: a sample of a turning lidar, `__t:` or `S_t:` | revolutions of an RPLIDAR |
-//! | line: a word of bytes that are no ASCII text | none |
+//! | line: a word that is not ASCII text | none |
 //! | line: anything else | CARMEN |
 //!
-//! Empty lines and comments (`#`) do not count.
+//! Empty lines and comments (`#`) are ignored.
 //!
 //! In: bytes, in pieces of any size. Out: a [`Log`]. A gzip file (RFC 1952) is unpacked as its
 //! bytes arrive; several members in a row are one log. A file to be imported

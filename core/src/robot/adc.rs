@@ -29,7 +29,7 @@ impl Adc {
     #[must_use]
     pub fn counts(&self, volts: f64) -> u32 {
         let most = (1_u32 << self.bits.clamp(1, 31)) - 1;
-        // A float-to-integer `as` saturates and takes NaN to 0.
+        // A float-to-integer `as` saturates and maps NaN to 0.
         ((volts / self.step()) as u32).min(most)
     }
 

@@ -30,7 +30,7 @@ use crate::bounds::{self, OutOfBounds, POSITIVE};
 /// judge it.
 pub const LEAST_PAIRS: usize = DEGREE + 2;
 
-/// A range set up by hand, and what the ranger said.
+/// A range set up by hand, and the ranger's output there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalibrationPair {
     /// True range, m.

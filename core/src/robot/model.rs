@@ -48,7 +48,7 @@ pub enum BodyShape {
 }
 
 impl BodyShape {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("disc", Self::Disc, "disc"),
         ("rectangle", Self::Rectangle, "rectangle"),

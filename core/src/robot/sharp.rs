@@ -36,7 +36,7 @@ pub enum Sharp {
 }
 
 impl Sharp {
-    /// All of them, with the names used by settings, and what a person calls them.
+    /// All of them, with their names in settings and for people.
     pub const ALL: [(&'static str, Self, &'static str); 2] = [
         ("gp2y0a02", Self::Long, "GP2Y0A02, 0.2 to 1.5 m"),
         ("gp2y0a21", Self::Short, "GP2Y0A21, 0.1 to 0.8 m"),

@@ -11,7 +11,7 @@ use crate::geom::{Pose2, sin_cos};
 /// mobile robots": unequal wheels and an uncertain wheelbase are the two errors that matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackWear {
-    /// How much farther the left track runs than is counted.
+    /// How much farther the left track runs than its counts say.
     pub left: f64,
     /// The same for the right one.
     pub right: f64,

@@ -39,8 +39,8 @@ config! {
 }
 
 impl BatteryModel {
-    /// As many cells as motors for `volts` need: 1.2 V each. Default for 7.2 V; resistance and
-    /// converter grow with it.
+    /// Enough cells for motors of `volts`: 1.2 V each. The default is for 7.2 V; resistance and
+    /// converter grow with the number of cells.
     #[must_use]
     pub fn for_motors(volts: f64) -> Self {
         let default = Self::default();

@@ -86,7 +86,7 @@ struct Cell {
 /// Largest side of an empty square, in cells: the largest value of a byte.
 const LARGEST_SQUARE: u32 = 255;
 
-/// One wall in one cell: where it starts and where it goes.
+/// One wall in one cell: its start and its vector.
 #[derive(Clone, Copy, Debug)]
 struct Item {
     ax: f64,

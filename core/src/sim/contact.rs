@@ -10,7 +10,7 @@ const STANDING: f64 = 2.5e-5;
 /// How often a robot's body began to touch something.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Contacts {
-    /// It drove into something that stands still.
+    /// It drove into something static.
     pub walls: u32,
     /// It drove into a mover.
     pub drove_into_mover: u32,

@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn an_empty_room_counts_but_for_its_rim() {
         let area = reachable_area(&square(2.0), 0.11, 0.05);
-        // All but the cells nearer than one cell to the wall.
+        // Everything but the cells nearer than one cell to the wall.
         let metres = area.centres().count() as f64 * 0.05 * 0.05;
         assert!((metres - 3.9 * 3.9).abs() < 0.3, "{metres}");
         assert_eq!(area.known_fraction(|_| true), 1.0);

@@ -41,7 +41,7 @@ pub struct Trial {
 pub struct LoadStep {
     /// When, s.
     pub at: f64,
-    /// Torque against positive turning, N m.
+    /// Torque against positive rotation, N m.
     pub left: f64,
     /// The same on the right.
     pub right: f64,

@@ -243,11 +243,11 @@ impl Buildings {
 /// unknown too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observability {
-    /// About the direction of which they tell least.
+    /// Information about the least known direction.
     pub least: f64,
-    /// About all directions together.
+    /// Information about all directions together.
     pub total: f64,
-    /// The direction of which they tell least, in the building's frame.
+    /// The least known direction, in the building's frame.
     pub axis: Vector2<f64>,
 }
 

@@ -71,7 +71,7 @@ mod tests {
             let before = near.len();
             near.dedup();
             prop_assert_eq!(near.len(), before, "each once");
-            // Nothing of what is more than two cells off.
+            // Nothing that is more than two cells away.
             for number in near {
                 prop_assert!((places[number] - at).amax() <= 2.0 * reach.max(1e-6));
             }

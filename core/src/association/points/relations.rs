@@ -1,4 +1,4 @@
-//! Points found again by the distances among them, whatever the move.
+//! Points found again by the distances among them, whatever the motion.
 //!
 //! 1. Cross distances: two points before and two now, of the same kinds, whose distances agree
 //!    within n σ, give a placement: the motion that lays one pair on the other.

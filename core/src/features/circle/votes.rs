@@ -242,7 +242,7 @@ mod tests {
                 assert!(to.dot(&columns.direction(4)) >= -half_diagonal);
             }
         }
-        // Taken back, all votes are those of the others.
+        // After taking back, all votes are those of the others.
         votes.take_back(&columns, &(0..15), 0..15);
         assert!(
             votes

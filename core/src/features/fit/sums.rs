@@ -274,7 +274,7 @@ impl Kernel for LineSums<'_> {
         for block in 0..blocks.len() {
             let p = blocks.at(machine, block);
             let weight = p.weight * p.keep;
-            // From the robot, and from the line.
+            // Relative to the robot, and relative to the line.
             let (robot_n, robot_t) = (nx * p.x + ny * p.y, tx * p.x + ty * p.y);
             let (n, t) = (robot_n - r, robot_t - mean_t);
             let (un, ut) = (nx * p.ux + ny * p.uy, tx * p.ux + ty * p.uy);

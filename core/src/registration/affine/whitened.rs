@@ -1,4 +1,4 @@
-//! A cloud moved and scaled to mean 0 and covariance 1.
+//! A cloud shifted and scaled to mean 0 and covariance 1.
 
 use nalgebra::{Complex, Matrix2, Point2, Vector2};
 

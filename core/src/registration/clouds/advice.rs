@@ -17,7 +17,7 @@ use super::measured::MEASURED;
 /// What was measured for one method under one condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredMethod {
-    /// As [`CloudMethod::all`] names it.
+    /// Its name, as in [`CloudMethod::all`].
     pub name: &'static str,
     /// Part of all pairs for which it found the motion, and of those whose start is near.
     pub found: [f64; 2],
@@ -45,7 +45,7 @@ pub const NEAR_SHIFT: f64 = 0.5;
 /// ... and a turn, rad.
 pub const NEAR_TURN: f64 = 0.2618;
 
-/// Differences that weigh the same.
+/// Differences that have equal weight.
 const SCALE: Likeness = Likeness {
     overlap: 0.25,
     sigma: 0.01,

@@ -61,7 +61,7 @@ pub struct BasinCell {
     pub index: usize,
     /// How the registration ended.
     pub outcome: BasinOutcome,
-    /// How far it ended from the right pose, m.
+    /// How far from the true pose it ended, m.
     pub error: f64,
     /// Iterations taken.
     pub iterations: usize,

@@ -18,7 +18,7 @@ pub(super) const OWN_SHARE: f64 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CloudError {
-    /// A coordinate is not a number, or farther away than anything that a sensor sees.
+    /// A coordinate is not a number, or farther away than any sensor sees.
     #[error("point {index} is not finite, or farther away than 1e6 m")]
     NotFinite {
         /// The point, from 0.

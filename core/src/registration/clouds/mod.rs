@@ -1,4 +1,4 @@
-//! From two clouds to the motion between them, by whichever method.
+//! From two clouds to the motion between them, by any method.
 //!
 //! In: a moving and a fixed [`Cloud`], and a start. Out: `fixed_from_moving` with covariance,
 //! residual, overlap, iterations and a verdict.
@@ -141,7 +141,7 @@ pub fn register_clouds_by_icp(
 /// A registration, and how it came about.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// As [`register_clouds`] gives it, to the bit.
+    /// As returned by [`register_clouds`], to the bit.
     pub registration: Registration,
     /// Every iteration, from the start on. A correlation begins with its search, which is one
     /// iteration here and counted nowhere else.

@@ -13,7 +13,7 @@ use super::neighbours::Neighbours;
 use crate::lanes::{self, Kernel, LANES, Lanes};
 use crate::points::{MAX_FLATNESS, OrientedPoint, Scatter};
 
-/// Neighbours on either side that make the line of a scan's point.
+/// Neighbours on either side that make the line of a point in a scan.
 const BESIDE: usize = 4;
 /// How many nearest points make the line of a point in an unordered cloud, itself among them.
 const NEAREST: usize = 7;
@@ -118,7 +118,7 @@ impl OfScan<'_> {
             angles.extend((across * across / squares).to_array());
         }
         angles.truncate(self.count);
-        // Beside a point at the sensor itself there is no angle.
+        // Next to a point at the sensor itself there is no angle.
         let known = angles.iter().copied().filter(|angle| angle.is_finite());
         let spacing = median(known).unwrap_or(0.0);
         let splat = |value| L::splat(machine, value);

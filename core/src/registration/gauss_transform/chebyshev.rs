@@ -12,7 +12,7 @@
 //! Error: in units of √2 σ the p-th derivative of exp(-u²) is below 1.09 √(2^p p!) (Cramér), so
 //! interpolating one variable errs by at most e = 2.18 (r/√2)^p / √p!, and both variables of one
 //! direction by E = e (1 + Λ), Λ being the Lebesgue constant of the nodes; both directions by 2 E +
-//! E². p is the least for which that and what lies beyond reach are below what is allowed.
+//! E². p is the least for which this plus the part beyond reach is below the error allowed.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_2_PI, PI, SQRT_2};

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::geom::Length;
 
-/// Part of what the gradient promises that a step has to bring.
+/// Part of the decrease promised by the gradient that a step has to bring.
 const ARMIJO: f64 = 1e-4;
 /// How often a step is halved at most.
 const MOST_HALVINGS: usize = 40;

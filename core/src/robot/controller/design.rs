@@ -26,21 +26,21 @@ use crate::robot::{DriveTrain, MotorError, MotorModel};
 /// Pivots of [λI - A, B] below this part of the largest count as 0.
 const UNCONTROLLABLE: f64 = 1e-9;
 
-/// Acceptable error of ΔΨ, rad: five counts; smaller keeps straighter and takes more voltage.
+/// Acceptable error of ΔΨ, rad: five counts; smaller drives straighter and takes more voltage.
 const DIFFERENCE: f64 = 0.05;
 /// Acceptable error of a speed, rad/s.
 const SPEED: f64 = 0.3;
 /// Acceptable error of a current, A.
 const CURRENT: f64 = 1.0;
-/// Acceptable integral of the error of ΔΨ, rad s; smaller ends lasting errors sooner and swings
+/// Acceptable integral of the error of ΔΨ, rad s; smaller ends lasting errors sooner, but swings
 /// sooner.
 const DIFFERENCE_INTEGRAL: f64 = 0.02;
 /// Acceptable integral of the error of Ψ'_L, rad; as above.
 const SPEED_INTEGRAL: f64 = 0.1;
 /// Voltage that weighs as much as an acceptable error, as a part of the battery's.
 const VOLTAGE: f64 = 0.28;
-/// How fast the load may wander, as the observer assumes: part of the stalled motor's torque per
-/// √s; more follows loads sooner and lets more of the counts' steps through.
+/// How fast the load drifts, as the observer assumes: part of the stalled motor's torque per √s;
+/// more follows loads sooner and lets more of the steps of the counts through.
 const LOAD_DRIFT: f64 = 0.3;
 /// Of (ΔΨ, Ψ'_L, i_L, Ψ'_R, i_R, z_ΔΨ, z_Ψ').
 #[rustfmt::skip]

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn filter_gain_is_that_of_the_covariance_recursion() {
-        // A position that walks with a walking speed.
+        // A position that drifts, with a speed that drifts.
         let (a, c) = (Matrix2::new(1.0, 0.1, 0.0, 1.0), Vector2::new(1.0, 0.0));
         let (process, measurement) = (Matrix2::new(1e-4, 0.0, 0.0, 1e-2), 0.5);
         let gain = filter_gain(&a, &c, &process, measurement).unwrap();

@@ -41,7 +41,7 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// All sensors, with the names used by files, commands and pages, and what a person calls them.
+    /// All sensors, with their names in files, commands and pages, and for people.
     pub const ALL: [(&'static str, Self, &'static str); 4] = [
         ("lidar", Self::Lidar, "Lidar, 360°"),
         ("sick", Self::Sick, "SICK lidar, 180°"),

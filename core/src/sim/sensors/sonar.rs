@@ -214,7 +214,7 @@ impl Sonar {
         (range as f32, sigma(range))
     }
 
-    /// The nearest surface in the cone that answers.
+    /// The nearest surface in the cone that sends the ping back.
     fn nearest(&self, seconds: f64, axis: f64, span: &Span, view: &View) -> Option<f64> {
         let model = &self.model;
         let (origin, heading) = span.sensor_at(seconds, &model.robot_from_sensor);

@@ -1,4 +1,4 @@
-//! What a beam meets: still walls, movers, glass.
+//! What a beam meets: static walls, movers, glass.
 
 use nalgebra::{Point2, Vector2};
 

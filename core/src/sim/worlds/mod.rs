@@ -1,19 +1,19 @@
 //! The built-in worlds, one file each.
 //!
-//! | name | what it asks of a robot |
+//! | name | what it tests |
 //! |---|---|
 //! | `arena` | walls and boxes on one floor (TDK 2016 fig. 6.4); small enough for infra-red rangers |
 //! | `doors` | rooms with door gaps: lines that look like one wall from afar (the TDK "door problem") |
 //! | `office` | a corridor with rooms and furniture (Pilch 2016 §4.6) |
-//! | `corridor` | 30 m without a feature: registration alone cannot tell how far it drove (Pilch 2016 fig. 4.4) |
-//! | `loop` | a ring of more than 60 m: the error that gathers has to be closed |
-//! | `maze` | narrow passages that look alike, dead ends, several ways round |
+//! | `corridor` | 30 m without a feature: registration alone cannot tell how far the robot drove (Pilch 2016 fig. 4.4) |
+//! | `loop` | a ring of more than 60 m: the accumulated error has to be corrected by closing the loop |
+//! | `maze` | narrow passages that look alike, dead ends, several loops |
 //! | `lab` | a corridor and a laboratory (Celej §3), with walls of glass and dark cupboards |
 //! | `warehouse` | 1 000 walls: racks in rows that repeat, black pallets, a showcase of glass |
 //! | `crowd` | a hall in which ten people walk and stop |
-//! | `look-alikes` | ten equal rooms within a ring: no place looks unlike all others |
-//! | `parallel` | four equal corridors side by side: from within one nothing tells which it is |
-//! | `campus` | 50 000 walls: for the speed of the sensors |
+//! | `look-alikes` | ten equal rooms inside a ring corridor: every place has another that looks the same |
+//! | `parallel` | four equal corridors side by side: from inside one, nothing shows which it is |
+//! | `campus` | 50 000 walls: to measure the speed of the sensors |
 //!
 //! Partitions have two faces 0.10 m apart, door gaps are at least 0.9 m wide.
 

@@ -46,7 +46,7 @@ impl Pair {
     }
 }
 
-/// The pairs of an iteration, with what they weigh.
+/// The pairs of an iteration, with their weights.
 pub(super) fn iteration(pairs: &[Pair], pose: &Pose2, scale: f64, config: &IcpConfig) -> Iteration {
     let correspondence = |pair: &Pair| {
         let residual = pair.residual(config.metric)?;
