@@ -3,9 +3,9 @@
 //! In: a moving and a fixed [`Cloud`], and a start. Out: `fixed_from_moving` with covariance,
 //! residual, overlap, iterations and a verdict.
 //!
-//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose. How good
-//! that pose is is judged in one place for all methods ([`JudgeConfig`]), by how the two clouds lie
-//! on each other there.
+//! Each method is a file here and a row of [`CloudMethod`]. It only looks for the pose.
+//! One judge rates the poses of all methods ([`JudgeConfig`]), by how the two clouds lie on each
+//! other there.
 
 mod advice;
 mod basin;

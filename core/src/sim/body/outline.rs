@@ -4,8 +4,8 @@
 //! them, and how much of the translation was lost.
 //!
 //! 1. Conservative advancement (Mirtich 1996): the nearest points of the body and of each nearby
-//!    object are d apart in a direction n. As long as no corner moves nearer along n than d, that
-//!    part of the motion is free. If all of the motion is, it is done at once.
+//!    object are d apart in a direction n. A part of the motion is free if no corner moves by more
+//!    than d along n towards the object. If all of the motion is free, it is done at once.
 //! 2. If almost nothing of it is free, the part that leads into the touched object is removed: from
 //!    the translation first, then from the turn.
 //! 3. The body never ends inside anything, because every part of the motion was proved free; a
@@ -84,8 +84,8 @@ impl Body {
     ) -> f64 {
         let room = (near.apart - 0.5 * SKIN).max(0.0);
         let pose = self.pose();
-        // To first order each corner moves on a line; an arc departs from it by half its angle
-        // squared times its radius.
+        // To first order each corner moves on a line; an arc departs from it by half the
+        // square of its angle times its radius.
         let nearer = outline.corners().iter().map(|corner| {
             let arm = pose * *corner - self.position;
             -near.normal.dot(&(way + Vector2::new(-arm.y, arm.x) * turn))
